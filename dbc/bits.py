@@ -35,10 +35,10 @@ def _step(state: NDArray, bit: NDArray) -> tuple[NDArray, NDArray]:
     return 1 + 5 * bit + run - 1, stuffed.astype(np.int64)
 
 
-def _walk(bits: int) -> tuple[NDArray, NDArray]:
-    """(states, 2^bits) tables: state after sending the bits of a word, msb first; stuff bits sent."""
-    state, word = np.meshgrid(np.arange(_STATES), np.arange(1 << bits), indexing="ij")
-    stuffed = np.zeros_like(state)
+def _walk(state: NDArray, word: NDArray, bits: int) -> tuple[NDArray, NDArray]:
+    """State after sending the bits of a word, msb first, and the stuff bits sent; arrays broadcast."""
+    state, word = np.broadcast_arrays(state, word)
+    stuffed = np.zeros(state.shape, np.int64)
     for k in reversed(range(bits)):
         state, sent = _step(state, word >> k & 1)
         stuffed += sent
@@ -54,16 +54,19 @@ def _crc15(crc: NDArray, word: NDArray, bits: int) -> NDArray:
 
 @cache
 def _tables():
-    header = np.arange(1 << 19)
-    byte_state, byte_stuff = _walk(8)
-    crc_state, crc_stuff = _walk(15)
-    header_state, header_stuff = _walk(19)
+    # SOF (0), identifier, RTR (0), IDE (0), r0 (0), DLC: row identifier << 4 | length.
+    rows = np.arange(1 << 15)
+    header = rows >> 4 << 7 | rows & 15
+    states = np.arange(_STATES)[:, None]
+    header_state, header_stuff = _walk(np.array(_START), header, 19)
+    byte_state, byte_stuff = _walk(states, np.arange(256), 8)
+    crc_state, crc_stuff = _walk(states, np.arange(1 << 15), 15)
     # A stuff bit due after the last CRC bit is still sent.
     crc_stuff = crc_stuff + ((crc_state - 1) % 5 == 4)
     return (
-        header_state[_START],
-        header_stuff[_START],
-        _crc15(np.zeros(1 << 19, np.int64), header, 19),
+        header_state,
+        header_stuff,
+        _crc15(np.zeros_like(header), header, 19),
         byte_state,
         byte_stuff,
         _crc15(np.zeros(256, np.int64), np.arange(256), 8),
@@ -75,10 +78,9 @@ def frame_bits(frames: FrameBatch) -> NDArray[np.int64]:
     """(n,) bits each base-format data frame occupies, intermission included (111 + stuff bits for 8 bytes)."""
     header_state, header_stuff, header_crc, byte_state, byte_stuff, byte_crc, crc_stuff = _tables()
     length = frames.length.astype(np.int64)
-    # SOF (0), identifier, RTR (0), IDE (0), r0 (0), DLC.
-    header = (frames.can_id & SFF_MASK).astype(np.int64) << 7 | length
+    header = (frames.can_id & SFF_MASK).astype(np.int64) << 4 | length
     state = header_state[header]
-    stuffed = header_stuff[header].astype(np.int64)
+    stuffed = header_stuff[header]
     crc = header_crc[header]
     for k in range(int(length.max(initial=0))):
         byte = frames.data[:, k]

@@ -1,0 +1,225 @@
+"""Scenario files: what the bench plays. TOML, checked whole at the door.
+
+The scenario is the truth's side: orbit, attitude, sky, receivers' behaviour, error factors. The flight
+software never sees it; its policy stands here only so that one file describes one run.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from datetime import datetime
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, create_model, field_validator, model_validator
+
+from dbc import gpstime
+from dbc.vehicle import Strict, faults
+from emulator.factors.registry import FACTORS
+
+Positive = Annotated[float, Field(gt=0)]
+Angle = Annotated[float, Field(ge=-360, le=360)]
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot be played; the message is for people, one line a fault."""
+
+
+class Time(Strict):
+    start_gps: datetime
+    duration_s: Annotated[float, Field(gt=0, le=31 * 86400)] = 600
+    epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
+
+    @property
+    def start_ns(self) -> int:
+        return gpstime.from_calendar(self.start_gps)
+
+    @property
+    def interval_ns(self) -> int:
+        return round(self.epoch_interval_s * gpstime.NS_PER_S)
+
+    @property
+    def epochs(self) -> int:
+        return max(1, round(self.duration_s * gpstime.NS_PER_S / self.interval_ns))
+
+
+class Sky(Strict):
+    """Each system: "nominal", "none", or navigation files."""
+
+    gps: str | list[str] = "nominal"
+    glonass: str | list[str] = "nominal"
+    glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
+    ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
+
+
+class Orbit(Strict):
+    """Osculating elements at the start, true equator of date."""
+
+    semi_major_axis_km: Annotated[float, Field(ge=6500, le=100_000)] | None = None
+    altitude_km: Annotated[float, Field(ge=150, le=90_000)] | None = None
+    eccentricity: Annotated[float, Field(ge=0, lt=0.95)] = 0.0
+    inclination_deg: Annotated[float, Field(ge=0, le=180)]
+    raan_deg: Angle = 0.0
+    arg_perigee_deg: Angle = 0.0
+    true_anomaly_deg: Angle = 0.0
+    forces: list[Literal["j2", "j3", "j4"]] = ["j2", "j3", "j4"]
+
+    @model_validator(mode="after")
+    def _one_size(self):
+        if (self.semi_major_axis_km is None) == (self.altitude_km is None):
+            raise ValueError("orbit needs one of semi_major_axis_km and altitude_km")
+        return self
+
+
+class Turn(Strict):
+    """Attitude relative to the orbital frame at t_s after the start."""
+
+    t_s: Annotated[float, Field(ge=0)]
+    roll_deg: Angle = 0.0
+    pitch_deg: Angle = 0.0
+    yaw_deg: Angle = 0.0
+
+
+class Attitude(Strict):
+    """`lvlh` flies x fore, y starboard, z nadir; `offset` is turned from it; `inertial` keeps the start's
+    offset attitude in inertial space; `slew` follows a profile of turns."""
+
+    mode: Literal["lvlh", "offset", "inertial", "slew"] = "lvlh"
+    roll_deg: Angle = 0.0
+    pitch_deg: Angle = 0.0
+    yaw_deg: Angle = 0.0
+    profile: list[Turn] = []
+
+    @model_validator(mode="after")
+    def _profile_goes_with_slew(self):
+        if (self.mode == "slew") != bool(self.profile):
+            raise ValueError("profile goes with mode 'slew', and mode 'slew' with a profile")
+        times = [turn.t_s for turn in self.profile]
+        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+            raise ValueError(f"profile times are {times}; each must be later than the one before")
+        if self.mode == "lvlh" and (self.roll_deg or self.pitch_deg or self.yaw_deg):
+            raise ValueError("mode 'lvlh' takes no angles; use mode 'offset'")
+        return self
+
+
+class Receivers(Strict):
+    """How the emulated receivers behave; times of acquisition by state of knowledge."""
+
+    autonomous: Literal["elevation", "boresight", "prn"] = "elevation"
+    hot_s: Annotated[float, Field(ge=0, le=120)] = 1.0
+    warm_s: Annotated[float, Field(ge=0, le=120)] = 3.0
+    cold_s: Annotated[float, Field(ge=0, le=600)] = 12.0
+    ephemeris_s: Annotated[float, Field(ge=0, le=120)] = 24.0
+    ephemeris_age_s: Positive = 7200.0
+    almanac_cycle_s: Annotated[float, Field(ge=1, le=600)] = 20.0
+    lock_threshold_dbhz: Annotated[float, Field(ge=10, le=50)] = 30.0
+    gain_dbi: Annotated[float, Field(ge=-20, le=30)] = 4.0
+    gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
+    noise_temperature_k: Annotated[float, Field(gt=0, le=5000)] = 400.0
+
+
+class Clock(Strict):
+    """Receiver oscillators: a bounded wander, `amplitude_ms * sin`, of random phase in each domain."""
+
+    amplitude_ms: Annotated[float, Field(ge=0, le=10)] = 0.3
+    period_s: Annotated[float, Field(ge=60)] = 5400.0
+
+
+class Flight(Strict):
+    """Handed to the flight software on its command line."""
+
+    policy: str = "patent"
+    options: dict[str, float | str | bool] = {}
+
+
+Factors = create_model(
+    "Factors", __base__=Strict, **{name: (row.model, row.model()) for name, row in FACTORS.items()}
+)
+
+
+class Craft(Strict):
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,15}$")]
+    vehicle: str
+    orbit: Orbit
+    attitude: Attitude = Attitude()
+    receivers: Receivers = Receivers()
+    clock: Clock = Clock()
+    flight: Flight = Flight()
+    factors: Factors = Factors()
+
+    @field_validator("factors", mode="before")
+    @classmethod
+    def _switches(cls, value: Any):
+        """`code_noise = false` is short for `code_noise = {enabled = false}`."""
+        if not isinstance(value, dict):
+            return value
+        return {k: {"enabled": v} if isinstance(v, bool) else v for k, v in value.items()}
+
+
+class Expectation(Strict):
+    min: float | None = None
+    max: float | None = None
+
+
+class Scenario(Strict):
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
+    description: str = ""
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    time: Time
+    sky: Sky = Sky()
+    craft: Annotated[list[Craft], Field(min_length=1, max_length=4)]
+    expect: dict[str, Expectation] = {}
+
+    @model_validator(mode="after")
+    def _craft_differ(self):
+        names = [c.name for c in self.craft]
+        if len(set(names)) != len(names):
+            raise ValueError(f"craft names are {names}; each must be different")
+        return self
+
+
+def shipped() -> dict[str, Path]:
+    """Scenarios that come with the bench, by name."""
+    folder = resources.files("emulator") / "scenarios"
+    files = sorted((f for f in folder.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name)
+    return {Path(f.name).stem: Path(str(f)) for f in files}
+
+
+def find(name: str) -> Path:
+    """The file of a scenario given by path or shipped name."""
+    path = Path(name)
+    if path.suffix == ".toml" or "/" in name:
+        return path
+    known = shipped()
+    if name not in known:
+        raise ScenarioError(f"scenario '{name}': not found; shipped are {', '.join(known)} (or give a .toml file)")
+    return known[name]
+
+
+def vehicle_path(craft: Craft, scenario_path: Path) -> Path:
+    """A craft's vehicle file: beside the scenario, or shipped."""
+    beside = scenario_path.parent / craft.vehicle
+    if beside.is_file():
+        return beside
+    return Path(str(resources.files("emulator") / "vehicles" / Path(craft.vehicle).name))
+
+
+def parse(document: dict, origin: str) -> Scenario:
+    """A scenario from a TOML document; ScenarioError lists every fault."""
+    try:
+        return Scenario.model_validate(document)
+    except ValidationError as error:
+        raise ScenarioError("\n".join(faults(error, origin))) from None
+
+
+def read(path: Path) -> dict:
+    """The TOML document of a file; ScenarioError if it is none."""
+    try:
+        return tomllib.loads(Path(path).read_text("utf-8"))
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{path}: not UTF-8 text") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
