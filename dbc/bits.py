@@ -75,7 +75,7 @@ def _tables():
 
 
 def frame_bits(frames: FrameBatch) -> NDArray[np.int64]:
-    """(n,) bits each base-format data frame occupies, intermission included (111 + stuff bits for 8 bytes)."""
+    """(n,) bits each base-format data frame occupies, intermission included (8 bytes: 111 + stuff bits)."""
     header_state, header_stuff, header_crc, byte_state, byte_stuff, byte_crc, crc_stuff = _tables()
     length = frames.length.astype(np.int64)
     header = (frames.can_id & SFF_MASK).astype(np.int64) << 4 | length

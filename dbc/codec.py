@@ -11,13 +11,13 @@ import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc.contract import CHANNELS, MAX_RECEIVERS
+from dbc.contract import CHANNELS, HEARTBEAT_BASE, MAX_RECEIVERS
 
 IDENTIFIERS = 2048
 _PREFIX = re.compile(r"^(?:RX(\d)_|(?:ATT|TIME|FLIGHT)_(?=HEARTBEAT$))")
@@ -27,7 +27,7 @@ class CodecError(ValueError):
     """A value that its signal cannot carry."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Layout:
     """Shift, mask and scale of one kind's signals; arrays (s,) over its signals in bit order."""
 
@@ -47,7 +47,7 @@ class Layout:
     key_mask: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Codec:
     """The contract as tables.
 
@@ -79,8 +79,7 @@ class Codec:
         raw = _extract(layout, data)
         physical = raw * layout.factor + layout.offset
         return {
-            name: raw[:, i] if layout.integral[i] else physical[:, i]
-            for i, name in enumerate(layout.signals)
+            name: raw[:, i] if layout.integral[i] else physical[:, i] for i, name in enumerate(layout.signals)
         }
 
     def encode(self, kind: str, values: Mapping[str, NDArray], n: int | None = None) -> NDArray[np.uint8]:
@@ -89,21 +88,23 @@ class Codec:
         Signals not named are zero (the protection header is filled in by `dbc.e2e.protect`).
         CodecError names the first value that does not fit, nan included.
         """
-        layout = self.kinds[kind]
+        plan = _plan(self.kinds[kind], tuple(values))
         if n is None:
-            n = max((np.size(v) for v in values.values()), default=1)
-        rows = [layout.signals.index(name) for name in values]
-        physical = np.empty((len(rows), n))
-        for row, value in zip(physical, values.values(), strict=True):
+            n = max(map(np.size, values.values()), default=1)
+        scaled = np.empty((len(values), n))
+        for row, value in zip(scaled, values.values(), strict=True):
             row[:] = value
-        raw = np.rint((physical - layout.offset[rows, None]) / layout.factor[rows, None])
-        fits = (raw >= layout.raw_min[rows, None]) & (raw <= layout.raw_max[rows, None])
-        if not fits.all():
-            i, j = np.argwhere(~fits)[0]
-            raise CodecError(_misfit(layout, rows[i], physical[i, j]))
-        bits = raw.astype(np.int64).view(np.uint64) & layout.mask[rows, None]
-        words = np.bitwise_or.reduce(bits << layout.shift[rows, None], axis=0)
-        return words.astype("<u8").view(np.uint8).reshape(n, 8)
+        if plan.shifted:
+            scaled -= plan.offset
+        scaled /= plan.factor
+        np.rint(scaled, out=scaled)
+        with np.errstate(invalid="ignore"):  # nan and inf become the lowest integer, which never fits
+            raw = scaled.astype(np.int64)
+        if ((raw + plan.half) & plan.beyond).any():
+            raise CodecError(_misfit(plan, scaled))
+        raw &= plan.mask
+        words = plan.weight @ raw
+        return words.astype("<i8", copy=False).view(np.uint8).reshape(n, 8)
 
     def key_of(self, can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.int64]:
         """(n,) protected stream index: identifier * 32 + channel (0 where the kind has no key)."""
@@ -124,9 +125,55 @@ def _extract(layout: Layout, data: NDArray[np.uint8]) -> NDArray[np.int64]:
     return (raw ^ layout.sign_bit) - layout.sign_bit
 
 
-def _misfit(layout: Layout, i: int, value: float) -> str:
-    low, high = (r[i] * layout.factor[i] + layout.offset[i] for r in (layout.raw_min, layout.raw_max))
-    return f"{layout.name}.{layout.signals[i]} = {value:g} does not fit; allowed {low:g} to {high:g}"
+@dataclass(frozen=True, slots=True, eq=False)
+class _Plan:
+    """Columns (s, 1) of a layout for the signals one caller encodes, in the caller's order.
+
+    shifted whether any signal has an offset
+    half    added to a raw value, turns its allowed range into 0 .. mask
+    beyond  bits outside that range
+    weight  (s,) 2^shift: fields are disjoint, so packing is a dot product modulo 2^64
+    """
+
+    layout: Layout
+    rows: NDArray[np.intp]
+    shifted: bool
+    offset: NDArray[np.float64]
+    factor: NDArray[np.float64]
+    half: NDArray[np.int64]
+    beyond: NDArray[np.int64]
+    mask: NDArray[np.int64]
+    weight: NDArray[np.int64]
+
+
+@lru_cache(maxsize=512)
+def _plan(layout: Layout, names: tuple[str, ...]) -> _Plan:
+    rows = np.array([layout.signals.index(name) for name in names], np.intp)
+    mask = layout.mask[rows, None].view(np.int64)
+    return _Plan(
+        layout,
+        rows,
+        bool(layout.offset[rows].any()),
+        layout.offset[rows, None],
+        layout.factor[rows, None],
+        layout.sign_bit[rows, None],
+        ~mask,
+        mask,
+        (np.uint64(1) << layout.shift[rows]).view(np.int64),
+    )
+
+
+def _misfit(plan: _Plan, raw: NDArray[np.float64]) -> str:
+    """The first value out of range, with the range."""
+    layout = plan.layout
+    low, high = layout.raw_min[plan.rows, None], layout.raw_max[plan.rows, None]
+    i, j = np.argwhere(~((raw >= low) & (raw <= high)))[0]
+    found, least, most = (
+        x * layout.factor[plan.rows[i]] + layout.offset[plan.rows[i]]
+        for x in (raw[i, j], low[i, 0], high[i, 0])
+    )
+    signal = layout.signals[plan.rows[i]]
+    return f"{layout.name}.{signal} = {found:g} does not fit; allowed {least:g} to {most:g}"
 
 
 def _layout(number: int, name: str, message) -> Layout:
@@ -172,10 +219,9 @@ def from_dbc(text: str, receivers: int) -> Codec:
         can_id = message.frame_id
         prefix = _PREFIX.match(message.name)
         name = _PREFIX.sub("", message.name)
+        number = int(prefix[1]) if prefix and prefix[1] else 0
         if name == "HEARTBEAT":
-            number = can_id - 0x700
-        else:
-            number = int(prefix[1]) if prefix else 0
+            number = can_id - HEARTBEAT_BASE
         layout = kinds.get(name)
         if layout is None:
             layout = kinds[name] = _layout(len(kinds), name, message)

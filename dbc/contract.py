@@ -21,13 +21,17 @@ BIT_RATE = 1_000_000
 ATTITUDE_NODE = 9
 TIME_NODE = 10
 FLIGHT_NODE = 16
+HEARTBEAT_BASE = 0x700
+"""A node's heartbeat has identifier HEARTBEAT_BASE + node number."""
 
 BENCH_FIRST, BENCH_LAST = 0x7E0, 0x7EF
 """Bench frames steer lockstep; they are not navigation, not in load figures, not recorded, not faulted."""
 
 # Value tables: name -> {raw: label}. Labels are what people and reports see.
 VALUES: dict[str, dict[int, str]] = {
-    "SatSystem": {0: "GPS", 1: "GLONASS", 2: "GALILEO", 3: "BEIDOU", 4: "SBAS", 5: "QZSS", 6: "INTERSATELLITE"},
+    "SatSystem": {
+        0: "GPS", 1: "GLONASS", 2: "GALILEO", 3: "BEIDOU", 4: "SBAS", 5: "QZSS", 6: "INTERSATELLITE",
+    },
     "Signal": {0: "L1CA", 1: "L1OF", 2: "L1P", 3: "L2P", 4: "L2C", 5: "L5", 6: "L2OF", 7: "E1"},
     "Lock": {0: "IDLE", 1: "SEARCH", 2: "CODE", 3: "CARRIER", 4: "BIT_SYNC", 5: "FULL"},
     "Action": {0: "RELEASE", 1: "TRACK", 2: "AUTONOMOUS"},
@@ -246,12 +250,13 @@ KINDS: tuple[Kind, ...] = (
           _SYSTEM, _NUMBER, _s("z_m", 19, 250, "m", "ECEF WGS-84"),
           _enum("health", 1, "Health", "as broadcast"), _u("age_h", 8, "age of the almanac", "h"),
           per="receiver", stride=0x10, cycle="bulk"),
-    _kind("ALM_V", 0x402, "RX", ("FLIGHT",), "Almanac prediction for the time mark: velocity. Closes the three.",
+    _kind("ALM_V", 0x402, "RX", ("FLIGHT",),
+          "Almanac prediction for the time mark: velocity; closes the three.",
           _SYSTEM, _NUMBER,
           *(_s(f"v{axis}_mps", 13, 1, "m/s", "Earth-relative, ECEF") for axis in "xyz"),
           per="receiver", stride=0x10, cycle="bulk"),
     # --- heartbeats -----------------------------------------------------------------------------------
-    _kind("HEARTBEAT", 0x701, "NODE", ("TIME", "FLIGHT"),
+    _kind("HEARTBEAT", HEARTBEAT_BASE + 1, "NODE", ("TIME", "FLIGHT"),
           "Every node, every epoch; before the first epoch every 100 ms with counter 0.",
           _enum("state", 4, "NodeState", "node state"),
           _u("boot_count", 8, "starts since commissioning, modulo 256"),

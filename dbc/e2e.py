@@ -66,17 +66,22 @@ def _crc_table() -> NDArray[np.uint8]:
 _TABLE = _crc_table()
 
 
-def _position_tables() -> NDArray[np.uint8]:
-    """(7, 256): what byte 1..7 contributes to the final CRC. The CRC is linear over GF(2), so the
-    contributions of the bytes are looked up independently and XORed."""
-    tables = [_TABLE]
+def _pair_tables() -> NDArray[np.uint8]:
+    """(4 * 65536,) what the little-endian byte pairs 0..3 of a payload contribute to the final CRC.
+
+    The CRC is linear over GF(2): contributions are looked up independently and XORed. Byte 0 holds the
+    CRC itself and contributes nothing.
+    """
+    byte = [_TABLE]
     for _ in range(6):
-        tables.insert(0, _TABLE[tables[0]])
-    return np.array(tables)
+        byte.insert(0, _TABLE[byte[0]])
+    byte.insert(0, np.zeros(256, np.uint8))
+    pairs = [byte[2 * p][None, :] ^ byte[2 * p + 1][:, None] for p in range(4)]
+    return np.concatenate([pair.ravel() for pair in pairs])
 
 
-_POSITION = _position_tables()
-_ROW = np.arange(7)
+_PAIR = _pair_tables()
+_PAIR_BASE = np.arange(4, dtype=np.int64) << 16
 
 
 def _identifier_crc() -> NDArray[np.uint8]:
@@ -94,7 +99,8 @@ _IDENTIFIER = _identifier_crc()
 
 def crc(can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(n,) Profile 11A CRC of payloads (n, 8) under data ids (n,)."""
-    return np.bitwise_xor.reduce(_POSITION[_ROW, data[:, 1:]], axis=1) ^ _IDENTIFIER[can_id]
+    a, b, c, d = _PAIR.take((np.ascontiguousarray(data).view("<u2") + _PAIR_BASE).T)
+    return a ^ b ^ c ^ d ^ _IDENTIFIER[can_id]
 
 
 def fresh_counters() -> NDArray[np.int8]:
@@ -102,14 +108,22 @@ def fresh_counters() -> NDArray[np.int8]:
     return np.full(STREAMS, -1, np.int8)
 
 
-def _ranks(stream: NDArray[np.int64]) -> tuple[NDArray, NDArray, NDArray]:
-    """Stable order by stream; in that order, True where a stream begins, and the rank within it."""
+def _distinct(stream: NDArray[np.int64]) -> bool:
+    """Whether every stream occurs once: the ordinary case, checked without sorting."""
+    here = np.arange(len(stream))
+    last_seen = np.empty(STREAMS, np.int64)
+    last_seen[stream] = here
+    return bool((last_seen[stream] == here).all())
+
+
+def _runs(stream: NDArray[np.int64]) -> tuple[NDArray, NDArray]:
+    """Stable order by stream, and for each row in that order its rank within its stream."""
     order = np.argsort(stream, kind="stable")
     ordered = stream[order]
+    positions = np.arange(len(ordered))
     begins = np.ones(len(ordered), bool)
     begins[1:] = ordered[1:] != ordered[:-1]
-    positions = np.arange(len(ordered))
-    return order, begins, positions - np.maximum.accumulate(np.where(begins, positions, 0))
+    return order, positions - np.maximum.accumulate(np.where(begins, positions, 0))
 
 
 def protect(
@@ -121,17 +135,29 @@ def protect(
     """
     if not len(frames):
         return frames, counters
-    data = frames.data.copy()
     guarded = codec.protected_of[frames.can_id]
-    rows = slice(None) if guarded.all() else np.flatnonzero(guarded)
-    stream = codec.key_of(frames.can_id[rows], data[rows])
-    order, _, rank = _ranks(stream)
-    counter = np.empty(len(stream), np.int64)
-    counter[order] = (counters[stream[order]] + 1 + rank) % COUNTERS
+    if guarded.all():
+        return _sealed(codec, frames, counters, epoch)
+    rows = np.flatnonzero(guarded)
+    sealed, counters = _sealed(codec, frames[rows], counters, epoch)
+    data = frames.data.copy()
+    data[rows] = sealed.data
+    return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
+
+
+def _sealed(codec, frames, counters, epoch) -> tuple[FrameBatch, NDArray[np.int8]]:
+    data = frames.data.copy()
+    stream = codec.key_of(frames.can_id, data)
+    rank = 0
+    if not _distinct(stream):
+        order, in_order = _runs(stream)
+        rank = np.empty_like(stream)
+        rank[order] = in_order
+    counter = (counters[stream].astype(np.int64) + 1 + rank) % COUNTERS
     counters = counters.copy()
-    counters[stream[order]] = counter[order]
-    data[rows, 1] = counter | (epoch % 16) << 4
-    data[rows, 0] = crc(frames.can_id[rows], data[rows])
+    counters[stream] = counter
+    data[:, 1] = counter | (epoch % 16) << 4
+    data[:, 0] = crc(frames.can_id, data)
     return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
 
 
@@ -151,46 +177,77 @@ class Screened:
     lost: int
 
 
+_PASS, _LOST = int(Verdict.OK), int(Verdict.LOST)
+
+# Verdict by counter advance: 0, 1, 2 .. MAX_DELTA, more.
+_BY_ADVANCE = np.array(
+    [Verdict.REPEATED, Verdict.OK, *[Verdict.LOST] * (MAX_DELTA - 1)]
+    + [Verdict.WRONG_SEQUENCE] * (COUNTERS - 1 - MAX_DELTA),
+    np.uint8,
+)
+
+
 def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
     """Checks that need no payload; later rows of the table win."""
     can_id = frames.can_id
     verdict = np.zeros(len(frames), np.uint8)
-    if (can_id <= SFF_MASK).all() and (frames.length == 8).all():
-        verdict[codec.kind_of[can_id] < 0] = Verdict.UNKNOWN_ID
-        return verdict
-    verdict[codec.kind_of[can_id & SFF_MASK] < 0] = Verdict.UNKNOWN_ID
-    verdict[frames.length != 8] = Verdict.WRONG_LENGTH
-    verdict[can_id & RTR_FLAG != 0] = Verdict.REMOTE
-    verdict[can_id & EFF_FLAG != 0] = Verdict.EXTENDED
-    verdict[can_id & ERR_FLAG != 0] = Verdict.ERROR_FRAME
+    for verdict_if, failed in (
+        (Verdict.UNKNOWN_ID, codec.kind_of[can_id & SFF_MASK] < 0),
+        (Verdict.WRONG_LENGTH, frames.length != 8),
+        (Verdict.REMOTE, can_id & RTR_FLAG != 0),
+        (Verdict.EXTENDED, can_id & EFF_FLAG != 0),
+        (Verdict.ERROR_FRAME, can_id & ERR_FLAG != 0),
+    ):
+        verdict[failed] = int(verdict_if)
     return verdict
+
+
+def _well_formed(codec: Codec, frames: FrameBatch) -> bool:
+    """Whether every frame is a protected data frame of the contract: the ordinary case."""
+    return bool(
+        frames.can_id.max() <= SFF_MASK
+        and frames.length.min() == 8
+        and frames.length.max() == 8
+        and codec.protected_of[frames.can_id].all()
+    )
 
 
 def screen(codec: Codec, frames: FrameBatch, counters: NDArray[np.int8]) -> Screened:
     """Check form, CRC and counters of received frames. Never raises on what a bus may carry."""
     if not len(frames):
         return Screened(frames, np.zeros(0, np.uint8), counters, 0)
-    verdict = _form_verdict(codec, frames)
-    can_id = frames.can_id & SFF_MASK
-    rows = np.flatnonzero((verdict == 0) & codec.protected_of[can_id])
-    data = frames.data[rows]
-    intact = data[:, 0] == crc(can_id[rows], data)
-    intact &= (data[:, 1] & 0x0F) < COUNTERS
-    verdict[rows[~intact]] = Verdict.CORRUPTED
-    rows, data = rows[intact], data[intact]
+    if _well_formed(codec, frames):
+        verdict, counters, lost = _sequence_verdict(codec, frames, counters)
+    else:
+        verdict = _form_verdict(codec, frames)
+        # An unprotected kind (bench frames) has passed with its form.
+        rows = np.flatnonzero((verdict == _PASS) & codec.protected_of[frames.can_id & SFF_MASK])
+        verdict[rows], counters, lost = _sequence_verdict(codec, frames[rows], counters)
+    accepted = verdict <= _LOST
+    return Screened(frames if accepted.all() else frames[accepted], verdict, counters, lost)
 
-    stream = codec.key_of(can_id[rows], data)
-    order, begins, _ = _ranks(stream)
-    counter = (data[order, 1] & 0x0F).astype(np.int16)
-    last = counters[stream[order]].astype(np.int16)
-    last[1:] = np.where(begins[1:], last[1:], counter[:-1])
-    delta = np.where(last < 0, 1, (counter - last) % COUNTERS)
-    verdict[rows[order]] = np.select(
-        [delta == 1, delta == 0, delta <= MAX_DELTA],
-        [Verdict.OK, Verdict.REPEATED, Verdict.LOST],
-        Verdict.WRONG_SEQUENCE,
-    )
+
+def _sequence_verdict(codec, frames, counters) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
+    """Verdict of well-formed frames by CRC and counter, next counters, and frames missing between."""
+    counter = frames.data[:, 1] & 0x0F
+    intact = (frames.data[:, 0] == crc(frames.can_id, frames.data)) & (counter < COUNTERS)
+    if not intact.all():
+        verdict = np.full(len(frames), int(Verdict.CORRUPTED), np.uint8)
+        verdict[intact], counters, lost = _sequence_verdict(codec, frames[intact], counters)
+        return verdict, counters, lost
+    stream = codec.key_of(frames.can_id, frames.data)
+    counter = counter.astype(np.int16)
+    last = counters[stream].astype(np.int16)
+    if not _distinct(stream):
+        order, rank = _runs(stream)
+        before = np.empty_like(last)
+        before[order[1:]] = counter[order[:-1]]
+        again = np.empty(len(stream), bool)
+        again[order] = rank > 0
+        last = np.where(again, before, last)
+    advance = np.where(last < 0, 1, (counter - last) % COUNTERS)
+    verdict = _BY_ADVANCE[advance]
     counters = counters.copy()
-    counters[stream[order]] = counter
-    lost = int((delta[(delta > 1) & (delta <= MAX_DELTA)] - 1).sum())
-    return Screened(frames[verdict <= Verdict.LOST], verdict, counters, lost)
+    counters[stream] = counter
+    lost = advance[verdict == _LOST] - 1
+    return verdict, counters, int(lost.sum())

@@ -1,0 +1,84 @@
+"""The checked-in DBC: generated, clean for other people's tools, and what DESIGN promises a third party."""
+
+from __future__ import annotations
+
+import logging
+from importlib import resources
+
+import pytest
+from cantools.database import load_string
+
+from dbc.contract import BENCH_FIRST, BENCH_LAST, KINDS, MAX_RECEIVERS, messages
+from dbc.generate import dbc_text
+
+CHECKED_IN = resources.files("dbc").joinpath("gnss.dbc")
+
+
+def test_checked_in_file_is_what_the_generator_writes():
+    assert CHECKED_IN.read_text("ascii") == dbc_text(4)
+
+
+@pytest.mark.parametrize("receivers", range(1, MAX_RECEIVERS + 1))
+def test_cantools_loads_every_size(receivers):
+    database = load_string(dbc_text(receivers), "dbc", strict=True)
+    assert len(database.messages) == len(list(messages(receivers)))
+
+
+def test_canmatrix_loads_without_a_warning(caplog):
+    import canmatrix.formats
+
+    with caplog.at_level(logging.DEBUG, "canmatrix"):
+        (matrix,) = canmatrix.formats.loadp(str(CHECKED_IN)).values()
+    assert [r for r in caplog.records if r.levelno >= logging.WARNING] == []
+    assert matrix.load_errors == []
+    assert len(matrix.frames) == len(list(messages(4)))
+    assert matrix.attribute("Baudrate") == "1000000"
+    assert {ecu.name for ecu in matrix.ecus} == {"RX1", "RX2", "RX3", "RX4", "ATT", "TIME", "FLIGHT"}
+
+
+def test_sizes_and_names_fit_classical_can():
+    for m in messages(MAX_RECEIVERS):
+        assert 0 < m.can_id <= 0x7FF
+        assert len(m.name) <= 32
+        assert all(len(s.name) <= 32 for s in m.kind.signals)
+        ends = [s.start + s.bits for s in m.kind.signals]
+        starts = [s.start for s in m.kind.signals]
+        assert max(ends) <= 64
+        assert all(end <= start for end, start in zip(ends, starts[1:], strict=False)), m.name
+
+
+def test_identifiers_are_unique_and_ordered_by_purpose():
+    every = list(messages(MAX_RECEIVERS))
+    assert len({m.can_id for m in every}) == len(every)
+    order = ["TIME_MARK", "COMMAND", "NAV_STATUS", "RANGE", "ALM_XY", "HEARTBEAT", "BENCH_SYNC"]
+    lowest = [min(m.can_id for m in every if m.kind.name == name) for name in order]
+    assert lowest == sorted(lowest)
+    for m in every:
+        assert m.kind.name.startswith("BENCH_") == (BENCH_FIRST <= m.can_id <= BENCH_LAST)
+        assert m.kind.protected != m.kind.name.startswith("BENCH_")
+
+
+def test_every_message_and_signal_is_explained_and_addressed():
+    for m in load_string(dbc_text(4), "dbc").messages:
+        assert m.comment, m.name
+        assert m.senders, m.name
+        for s in m.signals:
+            assert s.comment, f"{m.name}.{s.name}"
+            assert s.receivers, f"{m.name}.{s.name}"
+            assert s.minimum is not None and s.maximum is not None
+
+
+@pytest.mark.parametrize(
+    ("signal", "kind", "least", "step"),
+    [
+        ("pseudorange_m", "RANGE", 200e6, 1e-3),  # 1 mm over 200,000 km
+        ("x_m", "SV_X", 42.2e6, 1e-3),  # a geostationary augmentation satellite, 1 mm
+        ("clock_m", "SV_CLOCK", 1e-3 * 299_792_458, 1e-3),  # 1 ms of satellite clock, 1 mm
+        ("q0", "ATT_Q01", 1.0, 2.4e-6),  # 1 arcsec of rotation is 2.4e-6 of quaternion
+        ("phase_cyc", "PHASE", 100e6, 1e-3),
+    ],
+)
+def test_resolution_and_range_promised_by_the_design(signal, kind, least, step):
+    found = next(s for k in KINDS if k.name == kind for s in k.signals if s.name == signal)
+    assert found.factor <= step
+    assert found.raw_range[1] * found.factor >= least
