@@ -1,0 +1,44 @@
+"""The documents of the contract say what the contract is."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dbc.codec import codec
+from dbc.document import document
+from dbc.e2e import fresh_counters, protect
+from dbc.frames import batch
+
+DOCS = Path(__file__).parents[2] / "docs"
+CODEC = codec(4)
+
+VECTORS = {
+    "RX1_RANGE": ("RANGE", 1, {"channel": 3, "signal": 0, "pseudorange_m": 21345678.901}),
+    "RX1_SV_CLOCK": (
+        "SV_CLOCK",
+        1,
+        {"channel": 3, "sat_system": 1, "sat_number": 21, "clock_m": -12345.678, "ura": 2},
+    ),
+    "RX2_COMMAND": ("COMMAND", 2, {"channel": 5, "action": 1, "sat_number": 7, "transaction": 291}),
+    "ATT_Q01": ("ATT_Q01", 0, {"q0": 0.5, "q1": -0.5}),
+}
+
+
+def test_message_map_is_current():
+    assert (DOCS / "messages.md").read_text("utf-8") == document()
+
+
+@pytest.mark.parametrize("name", VECTORS)
+def test_published_vectors(name):
+    row = re.search(
+        rf"\| `(0x\w+)` \| {name}: .*?\| 37 \| `([0-9A-F ]+)` \|", (DOCS / "contract.md").read_text("utf-8")
+    )
+    kind, number, values = VECTORS[name]
+    can_id = CODEC.can_id_of[kind, number]
+    frames, _ = protect(CODEC, batch(can_id, CODEC.encode(kind, values)), fresh_counters(), 37)
+    assert int(row[1], 16) == can_id
+    assert bytes.fromhex(row[2]) == np.asarray(frames.data).tobytes()
