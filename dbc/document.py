@@ -25,7 +25,8 @@ def _range(s: Signal) -> str:
 def _signal_row(s: Signal) -> str:
     sign = "signed" if s.signed else "unsigned"
     meaning = f"{s.comment} ({s.values})" if s.values else s.comment
-    return f"| `{s.name}` | {s.start} | {s.bits} | {sign} | {s.factor:.10g} | {s.unit} | {_range(s)} | {meaning} |"
+    cells = (f"`{s.name}`", s.start, s.bits, sign, f"{s.factor:.10g}", s.unit, _range(s), meaning)
+    return "| " + " | ".join(map(str, cells)) + " |"
 
 
 def _section(kind: Kind) -> str:
