@@ -1,0 +1,44 @@
+"""What every constellation answers to, however its ephemerides came."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Broadcast:
+    """What satellites say of themselves in some segments of time; (s, n) each.
+
+    available  an ephemeris is valid
+    healthy    as broadcast
+    frequency  GLONASS frequency number -7..+6, else 0
+    iod        issue of data: GPS IODE, GLONASS tb index (quarters of an hour of the day)
+    ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3
+    """
+
+    available: NDArray[np.bool_]
+    healthy: NDArray[np.bool_]
+    frequency: NDArray[np.int64]
+    iod: NDArray[np.int64]
+    ura: NDArray[np.int64]
+
+
+class Constellation(Protocol):
+    """One system's satellites.
+
+    index   (n,) satellite index, `dbc.satellites`
+    sample  middles_ns (s,) of segments and nodes_s (k,) relative to them ->
+            positions (s, k, n, 3) [m], WGS-84 ECEF of each node's instant, antenna phase centre;
+            clocks (s, k, n) [m], the contract's clock_m; and what the satellites broadcast, (s, n).
+            Where nothing is available, numbers are finite and without meaning.
+    """
+
+    index: NDArray[np.int64]
+
+    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]: ...

@@ -1,0 +1,137 @@
+"""Piecewise Chebyshev tables: what costs much to compute is sampled once, and read in microseconds.
+
+Time is cut into segments of equal length, aligned to an origin, and segments are grouped into chunks
+that are fitted when first asked for and forgotten when no longer near. A chunk is a pure function of
+its number, so values do not depend on the order of questions.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+NS_PER_S = 1_000_000_000
+
+Built = TypeVar("Built")
+
+
+class Chunks(Generic[Built]):
+    """The last few results of `build(number)`, so that a long run stays flat in memory."""
+
+    def __init__(self, build: Callable[[int], Built], keep: int = 3):
+        self._build = build
+        self._keep = keep
+        self._held: OrderedDict[int, Built] = OrderedDict()
+
+    def __getitem__(self, number: int) -> Built:
+        if number in self._held:
+            self._held.move_to_end(number)
+            return self._held[number]
+        built = self._held[number] = self._build(number)
+        if len(self._held) > self._keep:
+            self._held.popitem(last=False)
+        return built
+
+
+@lru_cache(maxsize=16)
+def lobatto_nodes(degree: int) -> NDArray[np.float64]:
+    """(degree + 1,) Chebyshev-Lobatto nodes on [-1, 1], ascending, both ends included."""
+    nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
+    nodes.flags.writeable = False
+    return nodes
+
+
+@lru_cache(maxsize=16)
+def fit_matrix(degree: int) -> NDArray[np.float64]:
+    """(degree + 1, degree + 1) values at the Lobatto nodes -> Chebyshev coefficients."""
+    matrix = np.linalg.solve(chebyshev.chebvander(lobatto_nodes(degree), degree), np.eye(degree + 1))
+    matrix.flags.writeable = False
+    return matrix
+
+
+@lru_cache(maxsize=16)
+def _basis_matrix(degree: int) -> NDArray[np.float64]:
+    """(degree + 1, 3 (degree + 1)) powers of x -> T_k(x), T_k'(x), T_k''(x)."""
+    matrix = np.zeros((degree + 1, 3, degree + 1))
+    for k in range(degree + 1):
+        power = chebyshev.cheb2poly([0] * k + [1])
+        for derivative in range(3):
+            column = np.polynomial.polynomial.polyder(power, derivative)
+            matrix[: len(column), derivative, k] = column
+    return matrix.reshape(degree + 1, -1)
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """How time is cut.
+
+    origin_ns   GPS time of a segment boundary [ns]
+    segment_ns  length of a segment [ns]
+    margin_ns   how far beyond both ends a segment's polynomial is fitted [ns]
+    degree      of the polynomials
+    per_chunk   segments fitted together
+    """
+
+    origin_ns: int
+    segment_ns: int
+    margin_ns: int
+    degree: int
+    per_chunk: int
+
+    @property
+    def half_s(self) -> float:
+        """Half of the span on which a segment is fitted [s]."""
+        return (self.segment_ns / 2 + self.margin_ns) / NS_PER_S
+
+    @property
+    def nodes_s(self) -> NDArray[np.float64]:
+        """(degree + 1,) nodes of a segment relative to its middle [s]."""
+        return self.half_s * lobatto_nodes(self.degree)
+
+    def segment(self, t_ns: int) -> int:
+        """Number of the segment that holds t_ns: [start, end)."""
+        return (t_ns - self.origin_ns) // self.segment_ns
+
+    def middles_ns(self, chunk: int) -> NDArray[np.int64]:
+        """(per_chunk,) GPS times of the middles of a chunk's segments [ns]."""
+        first = chunk * self.per_chunk
+        return self.origin_ns + (first + np.arange(self.per_chunk)) * self.segment_ns + self.segment_ns // 2
+
+    def fit(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values (s, degree + 1, w) at the nodes of s segments -> coefficients of the same shape."""
+        return np.matmul(fit_matrix(self.degree), values)
+
+    def evaluate(self, coefficients: NDArray[np.float64], segment: int, t_ns: int) -> NDArray[np.float64]:
+        """Value, first and second time derivative, (3, w), of one segment (degree + 1, w) at t_ns."""
+        middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
+        half_s = self.half_s
+        x = (t_ns - middle_ns) / NS_PER_S / half_s
+        powers = x ** np.arange(self.degree + 1)
+        basis = (powers @ _basis_matrix(self.degree)).reshape(3, -1)
+        basis[1] /= half_s
+        basis[2] /= half_s * half_s
+        return basis @ coefficients
+
+
+class Table:
+    """A vector function of time, read through its piecewise polynomials.
+
+    `sample(chunk)` returns the values (per_chunk, degree + 1, w) at the nodes of the chunk's segments.
+    """
+
+    def __init__(self, grid: Grid, sample: Callable[[int], NDArray[np.float64]]):
+        self.grid = grid
+        self._chunks = Chunks(lambda chunk: grid.fit(sample(chunk)))
+
+    def at(self, t_ns: int) -> NDArray[np.float64]:
+        """(3, w) value, first and second time derivative at GPS time t_ns."""
+        segment = self.grid.segment(t_ns)
+        chunk, row = divmod(segment, self.grid.per_chunk)
+        return self.grid.evaluate(self._chunks[chunk][row], segment, t_ns)
