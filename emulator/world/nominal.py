@@ -63,11 +63,11 @@ class NominalConstellation:
 
     index            (n,) satellite index
     frequency        (n,) GLONASS frequency number
-    epoch_ns         GPS time the angles refer to [ns]
+    epoch_ns         GPS time the angles and clock offsets refer to [ns]; near the run, or nanometres
+                     of angle drown in the rounding of decades of seconds
     node_rad         (n,) longitude of the ascending node from Greenwich and
     latitude_rad     (n,) argument of latitude at the epoch [rad]
     node_rps, latitude_rps   their rates [rad/s]
-    clock_epoch_ns   GPS time the clock offsets refer to [ns]
     """
 
     index: NDArray[np.int64]
@@ -79,11 +79,10 @@ class NominalConstellation:
     latitude_rad: Array
     node_rps: float
     latitude_rps: float
-    clock_epoch_ns: int
 
     def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]:
         """See `Constellation.sample`."""
-        age_s = _seconds(middles_ns - self.epoch_ns, nodes_s)
+        age_s = ((middles_ns - self.epoch_ns) / gpstime.NS_PER_S)[:, None, None] + nodes_s[:, None]
         node = self.node_rad + self.node_rps * age_s
         latitude = self.latitude_rad + self.latitude_rps * age_s
         along, across = np.cos(latitude), np.sin(latitude) * np.cos(self.inclination_rad)
@@ -96,8 +95,7 @@ class NominalConstellation:
             axis=-1,
         )
         offset_s, rate = _clocks(self.index)
-        clocks = LIGHT_MPS * (offset_s + rate * _seconds(middles_ns - self.clock_epoch_ns, nodes_s))
-        return positions, clocks, self._broadcast(len(middles_ns))
+        return positions, LIGHT_MPS * (offset_s + rate * age_s), self._broadcast(len(middles_ns))
 
     def _broadcast(self, segments: int) -> Broadcast:
         shape = (segments, len(self.index))
@@ -106,9 +104,9 @@ class NominalConstellation:
         return Broadcast(yes, yes, np.broadcast_to(self.frequency, shape), zeros, zeros)
 
 
-def _seconds(since_ns: NDArray[np.int64], nodes_s: Array) -> Array:
-    """(s, k, 1) seconds of all nodes."""
-    return (since_ns / gpstime.NS_PER_S)[:, None, None] + nodes_s[:, None]
+def _advanced(angle_rad: Array, rate_rps: float, age_ns: int) -> Array:
+    """Angles (n,) [rad] after age_ns, within one turn."""
+    return (angle_rad + rate_rps * (age_ns / gpstime.NS_PER_S)) % (2 * np.pi)
 
 
 def _clocks(index: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -127,17 +125,17 @@ def nominal_gps(start_ns: int) -> NominalConstellation:
     ascension = np.repeat([plane for plane, _ in _GPS_SLOTS_DEG], 4)
     latitude = np.concatenate([slots for _, slots in _GPS_SLOTS_DEG])
     node_rps = _GPS_NODE_RPS - ROTATION_RPS
+    age_ns = start_ns - gpstime.from_utc(_GPS_EPOCH)
     return NominalConstellation(
         index=satellites.index(satellites.GPS, np.arange(1, 25)),
         frequency=np.zeros(24, np.int64),
         radius_m=_GPS_AXIS_M,
         inclination_rad=np.deg2rad(_GPS_INCLINATION_DEG),
-        epoch_ns=gpstime.from_utc(_GPS_EPOCH),
-        node_rad=np.deg2rad(ascension - _GPS_GREENWICH_DEG),
-        latitude_rad=np.deg2rad(latitude),
+        epoch_ns=start_ns,
+        node_rad=_advanced(np.deg2rad(ascension - _GPS_GREENWICH_DEG), node_rps, age_ns),
+        latitude_rad=_advanced(np.deg2rad(latitude), -2 * node_rps, age_ns),
         node_rps=node_rps,
         latitude_rps=-2 * node_rps,
-        clock_epoch_ns=start_ns,
     )
 
 
@@ -149,15 +147,16 @@ def nominal_glonass(start_ns: int) -> NominalConstellation:
     epoch_ns = gpstime.from_utc(_GLONASS_EPOCH_UTC)
     greenwich = sidereal_angle_rad(epoch_ns, gpstime.leap_seconds(epoch_ns))
     latitude_rps = 2 * np.pi / _GLONASS_PERIOD_S
+    node_rps = _GLONASS_NODE_RPS - ROTATION_RPS
+    age_ns = start_ns - epoch_ns
     return NominalConstellation(
         index=satellites.index(satellites.GLONASS, slot),
         frequency=np.array(GLONASS_FREQUENCY),
         radius_m=(MU_M3PS2 / latitude_rps**2) ** (1 / 3),
         inclination_rad=np.deg2rad(_GLONASS_INCLINATION_DEG),
-        epoch_ns=epoch_ns,
-        node_rad=np.deg2rad(_GLONASS_NODE_DEG + 120 * plane) - greenwich,
-        latitude_rad=np.deg2rad(latitude),
-        node_rps=_GLONASS_NODE_RPS - ROTATION_RPS,
+        epoch_ns=start_ns,
+        node_rad=_advanced(np.deg2rad(_GLONASS_NODE_DEG + 120 * plane) - greenwich, node_rps, age_ns),
+        latitude_rad=_advanced(np.deg2rad(latitude), latitude_rps, age_ns),
+        node_rps=node_rps,
         latitude_rps=latitude_rps,
-        clock_epoch_ns=start_ns,
     )

@@ -172,6 +172,6 @@ def build_orbit(orbit: scenario.Orbit, start_ns: int) -> Orbit:
     perigee_km = (semi_major_axis_m(orbit) * (1 - orbit.eccentricity) - EQUATORIAL_RADIUS_M) / 1e3
     if perigee_km < _LOWEST_PERIGEE_KM:
         raise scenario.ScenarioError(
-            f"craft.orbit: perigee is at {perigee_km:.0f} km; allowed is {_LOWEST_PERIGEE_KM:.0f} km and above"
+            f"craft.orbit: perigee at {perigee_km:.0f} km; allowed is {_LOWEST_PERIGEE_KM:.0f} km and above"
         )
     return Orbit(start_ns, *state_of_elements(orbit), forces.total(orbit.forces))

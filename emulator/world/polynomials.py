@@ -57,15 +57,16 @@ def fit_matrix(degree: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=16)
-def _basis_matrix(degree: int) -> NDArray[np.float64]:
-    """(degree + 1, 3 (degree + 1)) powers of x -> T_k(x), T_k'(x), T_k''(x)."""
+def _basis_matrix(degree: int, half_s: float) -> NDArray[np.float64]:
+    """(degree + 1, 3, degree + 1) powers of x -> T_k and its first and second derivatives by time,
+    x = t / half_s."""
     matrix = np.zeros((degree + 1, 3, degree + 1))
     for k in range(degree + 1):
         power = chebyshev.cheb2poly([0] * k + [1])
         for derivative in range(3):
-            column = np.polynomial.polynomial.polyder(power, derivative)
+            column = np.polynomial.polynomial.polyder(power, derivative) / half_s**derivative
             matrix[: len(column), derivative, k] = column
-    return matrix.reshape(degree + 1, -1)
+    return matrix
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +111,12 @@ class Grid:
 
     def evaluate(self, coefficients: NDArray[np.float64], segment: int, t_ns: int) -> NDArray[np.float64]:
         """Value, first and second time derivative, (3, w), of one segment (degree + 1, w) at t_ns."""
-        middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
         half_s = self.half_s
+        middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
         x = (t_ns - middle_ns) / NS_PER_S / half_s
-        powers = x ** np.arange(self.degree + 1)
-        basis = (powers @ _basis_matrix(self.degree)).reshape(3, -1)
-        basis[1] /= half_s
-        basis[2] /= half_s * half_s
-        return basis @ coefficients
+        powers = np.array([x**k for k in range(self.degree + 1)])
+        basis = powers @ _basis_matrix(self.degree, half_s).reshape(self.degree + 1, -1)
+        return basis.reshape(3, -1) @ coefficients
 
 
 class Table:
