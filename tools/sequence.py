@@ -1,0 +1,117 @@
+"""The recorder's order: one canonical order of frames per epoch, whoever was quicker on the bus.
+
+Per epoch: the emulator's block, then each flight node's block, each in sending order (lockstep). At other
+paces frames stay in the order they were heard. Bench frames steer and are left out; so is whatever came
+before the first time mark (start heartbeats).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dbc.codec import IDENTIFIERS, Codec
+from dbc.contract import BENCH_FIRST, BENCH_LAST
+from dbc.frames import SFF_MASK, FrameBatch, concat
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """All frames of one epoch in canonical order."""
+
+    number: int
+    frames: FrameBatch
+
+
+class Sequencer:
+    """Turns frames as heard into epochs in canonical order.
+
+    A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
+    epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.
+    """
+
+    def __init__(self, codec: Codec, lockstep: bool):
+        self._codec = codec
+        self._lockstep = lockstep
+        self._flight_id = np.zeros(IDENTIFIERS, bool)
+        self._flight_id[[i for i, sender in enumerate(codec.sender_of) if sender == "FLIGHT"]] = True
+        self._mark_id = codec.can_id_of["TIME_MARK", 0]
+        self._done_id = codec.can_id_of["BENCH_DONE", 0]
+        self._sync_id = codec.can_id_of["BENCH_SYNC", 0]
+        self._heartbeat = codec.kinds["HEARTBEAT"].number
+        self._epoch: int | None = None
+        self._heard: list[FrameBatch] = []
+        self._answers: list[FrameBatch] = []
+        self._pending: list[FrameBatch] = []
+        self._answered = -1
+        self._announced = -1
+        self.declared = 0
+        """Frames that the senders of all blocks say they sent."""
+
+    def hear(self, frames: FrameBatch) -> list[Epoch]:
+        """Epochs that these frames completed."""
+        closed: list[Epoch] = []
+        can_id = frames.can_id
+        steering = (can_id == self._mark_id) | ((can_id >= BENCH_FIRST) & (can_id <= BENCH_LAST))
+        begin = 0
+        for i in np.flatnonzero(steering):
+            self._take(frames[begin:i])
+            begin = i + 1
+            if can_id[i] == self._mark_id:
+                closed += self.finish(keep_pending=True)
+                self._epoch = int(self._codec.decode("TIME_MARK", frames.data[i : i + 1])["epoch"][0])
+                self._heard.append(frames[i : i + 1])
+            else:
+                self._steer(int(can_id[i]), frames.data[i : i + 1])
+        self._take(frames[begin:])
+        return closed
+
+    def finish(self, keep_pending: bool = False) -> list[Epoch]:
+        """The epoch in hand, closed; at the end of the run also what no BENCH_DONE claimed."""
+        if self._epoch is None:
+            return []
+        tail = [] if keep_pending else self._pending
+        epoch = Epoch(self._epoch, concat([*self._heard, *self._answers, *tail]))
+        self._heard, self._answers = [], []
+        if not keep_pending:
+            self._pending, self._epoch = [], None
+        return [epoch]
+
+    def _take(self, frames: FrameBatch) -> None:
+        if not len(frames):
+            return
+        flight = self._flight_id[frames.can_id & SFF_MASK]
+        if not self._lockstep:
+            if self._epoch is not None:
+                self._heard.append(frames)
+            return
+        if flight.any():
+            self._pending.append(frames[flight])
+        if self._epoch is not None and not flight.all():
+            self._heard.append(frames[~flight])
+
+    def _steer(self, can_id: int, data: np.ndarray) -> None:
+        if can_id == self._sync_id:
+            said = self._codec.decode("BENCH_SYNC", data)
+            if said["epoch"][0] > self._announced:
+                self._announced = int(said["epoch"][0])
+                self.declared += int(said["count"][0])
+        elif can_id == self._done_id:
+            said = self._codec.decode("BENCH_DONE", data)
+            self._close_answer(int(said["epoch"][0]), int(said["count"][0]))
+
+    def _close_answer(self, epoch: int, count: int) -> None:
+        first = self._answered < 0
+        if epoch > self._answered:
+            self.declared += count
+        if self._lockstep:
+            block = concat(self._pending)
+            self._pending = []
+            before, block = block[: len(block) - count], block[max(len(block) - count, 0) :]
+            if first:  # start heartbeats that crossed the first time mark
+                before = before[self._codec.kind_of[before.can_id & SFF_MASK] != self._heartbeat]
+            self._answers.append(before)
+            if epoch > self._answered:
+                self._answers.append(block)
+        self._answered = max(self._answered, epoch)
