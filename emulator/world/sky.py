@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from emulator import scenario
 from emulator.world.constellation import Array, Broadcast, Constellation
 from emulator.world.earth import LIGHT_MPS
+from emulator.world.navigation import from_files
 from emulator.world.nominal import nominal_glonass, nominal_gps
 from emulator.world.polynomials import NS_PER_S, Chunks, Grid
 
@@ -126,7 +127,8 @@ def build_sky(sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[st
         if source == "nominal":
             parts[system] = NOMINAL[system](time.start_ns)
         elif source != "none":
-            raise scenario.ScenarioError(f"sky.{system}: navigation files are not read yet")
+            names = [source] if isinstance(source, str) else source
+            parts[system] = from_files(system, [resolve_path(name) for name in names], time)
     if not parts:
         raise scenario.ScenarioError("sky: gps and glonass are both 'none'; nothing is left to receive")
     return Sky(list(parts.values()), [offset_m[system] for system in parts])

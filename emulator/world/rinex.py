@@ -1,0 +1,243 @@
+"""RINEX navigation files: GPS and GLONASS records of versions 2 and 3 as plain arrays.
+
+Strict: what does not fit the format is refused with file, line and field. Other systems' records of a
+mixed file are passed over. Nothing is computed here; `gps` and `glonass` know what the numbers mean.
+Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A3, A4, A10, A11; RINEX 3.05 (IGS/RTCM, 2020), appendix A
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from dataclasses import dataclass
+from datetime import datetime
+from itertools import repeat
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+GPS_FIELDS = (
+    "af0", "af1", "af2",
+    "iode", "crs", "delta_n", "m0",
+    "cuc", "e", "cus", "sqrt_a",
+    "toe", "cic", "omega0", "cis",
+    "i0", "crc", "omega", "omega_dot",
+    "idot", "codes_l2", "week", "l2p_flag",
+    "ura_m", "health", "tgd", "iodc",
+    "transmission", "fit_h",
+)  # fmt: skip
+GLONASS_FIELDS = (
+    "minus_tau", "gamma", "message_time",
+    "x_km", "vx_kmps", "ax_kmps2", "health",
+    "y_km", "vy_kmps", "ay_kmps2", "frequency",
+    "z_km", "vz_kmps", "az_kmps2", "age_days",
+)  # fmt: skip
+"""Fields of a record in file order: three on the epoch's line, then four a line."""
+
+_MAY_BE_BLANK = {"codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h", "message_time", "age_days"}
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How a system's record is written; lines: how many a record may have."""
+
+    name: str
+    fields: tuple[str, ...]
+    lines: tuple[int, ...]
+
+
+LAYOUTS = {"G": Layout("GPS", GPS_FIELDS, (8,)), "R": Layout("GLONASS", GLONASS_FIELDS, (4, 5))}
+"""By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""
+
+_VERSION_2_TYPES = {"N": "G", "G": "R"}
+
+# A field is a Fortran D19.12: the exponent's letter may be D, d, E or e, and is lost where the exponent
+# takes three digits.
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[DdEe]?([+-]\d+)|[DdEe](\d+))?\s*")
+
+
+class RinexError(ValueError):
+    """A file that cannot be used; the message is for people."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Records:
+    """Records of one system in file order.
+
+    number   (m,) PRN or slot
+    epoch    (m,) calendar instant of the record: GPS time for GPS, UTC for GLONASS
+    fields   name -> (m,) value, as written
+    """
+
+    number: NDArray[np.int64]
+    epoch: tuple[datetime, ...]
+    fields: dict[str, NDArray[np.float64]]
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NavigationFile:
+    """records by RINEX letter; glonass_to_utc_s: the header's -tau_c, 0 where it has none [s]."""
+
+    records: dict[str, Records]
+    glonass_to_utc_s: float
+
+
+def read(path: Path) -> NavigationFile:
+    """The records of a RINEX navigation file, gzip or plain; RinexError with one line if it has faults."""
+    return parse(_text(Path(path)), str(path))
+
+
+def _text(path: Path) -> str:
+    try:
+        raw = path.read_bytes()
+        if raw[:2] == b"\x1f\x8b":
+            raw = gzip.decompress(raw)
+    except (EOFError, zlib.error, gzip.BadGzipFile):
+        raise RinexError(f"{path}: gzip data is cut off or damaged") from None
+    except OSError as error:
+        raise RinexError(f"{path}: {error.strerror}") from None
+    if not raw.strip():
+        raise RinexError(f"{path}: file is empty")
+    try:
+        return raw.decode("ascii")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise RinexError(f"{path}: line {line}: byte 0x{raw[error.start]:02x} is not text") from None
+
+
+def parse(text: str, origin: str) -> NavigationFile:
+    """The records in the text of a file; `origin` names it in errors."""
+    lines = text.splitlines()
+    version, kind = _version(lines[0], origin)
+    end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
+    if end is None:
+        raise RinexError(f"{origin}: line {len(lines)}: file ends inside the header")
+    found: dict[str, tuple[list[int], list[datetime], list[list[float]]]] = {}
+    for first, last in _blocks(lines, end + 1, version, origin):
+        letter = kind if version < 3 else lines[first][0]
+        if letter in LAYOUTS:
+            number, epoch, values = _record(lines, first, last, LAYOUTS[letter], version, origin)
+            for column, item in zip(
+                found.setdefault(letter, ([], [], [])), (number, epoch, values), strict=True
+            ):
+                column.append(item)
+    records = {
+        letter: Records(
+            np.array(numbers),
+            tuple(epochs),
+            dict(zip(LAYOUTS[letter].fields, np.array(values).T.copy(), strict=True)),
+        )
+        for letter, (numbers, epochs, values) in found.items()
+    }
+    return NavigationFile(records, _glonass_to_utc_s(lines[:end], origin))
+
+
+def _version(line: str, origin: str) -> tuple[float, str]:
+    """Version, and the system's letter of a version 2 file."""
+    if not line[60:].startswith("RINEX VERSION / TYPE"):
+        raise RinexError(f"{origin}: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
+    try:
+        version = float(line[:9])
+    except ValueError:
+        raise RinexError(f"{origin}: line 1: RINEX version is {line[:9].strip()!r}, not a number") from None
+    kind = line[20:21]
+    if not 2 <= version < 4:
+        raise RinexError(f"{origin}: line 1: RINEX version is {version:.2f}; 2 and 3 are read")
+    allowed = _VERSION_2_TYPES if version < 3 else {"N": ""}
+    if kind not in allowed:
+        found, wanted = line[20:40].strip(), " or ".join(allowed)
+        raise RinexError(f"{origin}: line 1: file type is '{found}'; navigation data is {wanted}")
+    return version, allowed[kind]
+
+
+def _glonass_to_utc_s(header: list[str], origin: str) -> float:
+    """-tau_c [s], from CORR TO SYSTEM TIME (version 2) or GLUT of TIME SYSTEM CORR (version 3)."""
+    for n, line in enumerate(header, 1):
+        if line[60:].startswith("CORR TO SYSTEM TIME"):
+            return _number(line[21:40], "CORR TO SYSTEM TIME", n, origin)
+        if line.startswith("GLUT") and line[60:].startswith("TIME SYSTEM CORR"):
+            return _number(line[5:22], "GLUT", n, origin)
+    return 0.0
+
+
+def _blocks(lines: list[str], start: int, version: float, origin: str):
+    """(first, end) line indices of the records from `start` on; a record's first line is not indented."""
+    label = 2 if version < 3 else 1
+    first = None
+    for n in range(start, len(lines)):
+        if lines[n][:label].strip():
+            if first is not None:
+                yield first, n
+            first = n
+        elif first is None and lines[n].strip():
+            raise RinexError(f"{origin}: line {n + 1}: expected the first line of a record")
+    if first is not None:
+        end = len(lines)
+        while not lines[end - 1].strip():
+            end -= 1
+        yield first, end
+
+
+def _record(
+    lines: list[str], first: int, end: int, layout: Layout, version: float, origin: str
+) -> tuple[int, datetime, list[float]]:
+    """Number, epoch and values of one record."""
+    if end - first not in layout.lines:
+        allowed = " or ".join(map(str, layout.lines))
+        record = f"{layout.name} record from line {first + 1}"
+        raise RinexError(f"{origin}: line {end}: {record} has {end - first} lines; it needs {allowed}")
+    head = lines[first]
+    # Version 3 writes one column more everywhere: the letter, and a year of four digits.
+    clock, data = (22, 3) if version < 3 else (23, 4)
+    try:
+        number = int(head[:2] if version < 3 else head[1:3])
+        epoch = _epoch(head[2:clock] if version < 3 else head[3:clock])
+    except ValueError:
+        found = head[:clock].strip()
+        raise RinexError(f"{origin}: line {first + 1}: {found!r} is not a satellite and an epoch") from None
+    if not 0 < number < 64:
+        raise RinexError(f"{origin}: line {first + 1}: satellite number is {number}; allowed is 1 to 63")
+    texts = [head[c : c + 19] for c in (clock, clock + 19, clock + 38)]
+    for line in lines[first + 1 : end]:
+        texts += [line[c : c + 19] for c in (data, data + 19, data + 38, data + 57)]
+    return number, epoch, _values(texts, layout, first, origin)
+
+
+def _epoch(text: str) -> datetime:
+    *date, seconds = text.split()
+    year, month, day, hour, minute = map(int, date)
+    if year < 100:
+        year += 1900 if year >= 80 else 2000
+    moment = datetime(year, month, day, hour, minute)
+    return moment.replace(second=int(float(seconds)))
+
+
+def _values(texts: list[str], layout: Layout, first: int, origin: str) -> list[float]:
+    names = layout.fields
+    try:
+        values = list(map(float, map(str.replace, texts[: len(names)], repeat("D"), repeat("E"))))
+        if len(values) == len(names) and all(map(isfinite, values)):
+            return values
+    except ValueError:
+        pass
+    padded = texts + [""] * (len(names) - len(texts))
+    return [
+        _number(text, name, first + 1 + (k + 1) // 4, origin)
+        for k, (name, text) in enumerate(zip(names, padded, strict=False))
+    ]
+
+
+def _number(text: str, name: str, line: int, origin: str) -> float:
+    """One field the slow way: blanks, odd exponents, or the error."""
+    if not text.strip() and name in _MAY_BE_BLANK:
+        return 0.0
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise RinexError(f"{origin}: line {line}: {name} is {text.strip()!r}, not a number")
+    return float(f"{match[1]}e{match[2] or match[3] or 0}")
