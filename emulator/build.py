@@ -1,0 +1,137 @@
+"""From a scenario to a world that can be stepped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from dbc import codec, e2e, gpstime, satellites
+from dbc.gpstime import NS_PER_S
+from dbc.vehicle import Vehicle
+from emulator import scenario
+from emulator.receivers import frames, search
+from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
+from emulator.scenario import ScenarioError
+from emulator.signals import clock, draws
+from emulator.step import CraftWorld, EmulatorState, UnitState, World
+from emulator.world.attitude import build_attitude
+from emulator.world.earth import LIGHT_MPS
+from emulator.world.orbit import build_orbit
+from emulator.world.sky import build_sky
+
+FASTEST_CLOCK_MPS = 3000.0
+"""What a receiver's clock may add to the range rate: the signal on the bus ends at 13.4 km/s."""
+
+FASTEST_TURN_RPS = 0.12
+"""Largest body rate of a slew: the signal on the bus ends at 0.131 rad/s; the orbit takes 0.001."""
+
+_QUINTIC_PEAK = 1.875
+"""Largest slope of the quintic that joins two turns (at its middle, 30/16)."""
+
+
+def build_world(
+    given: scenario.Scenario,
+    vehicles: Sequence[Vehicle],
+    session: int,
+    resolve_path: Callable[[str], Path] = Path,
+) -> World:
+    """The world of a scenario; ScenarioError with one line if there is none.
+
+    vehicles      one for each craft of the scenario
+    session       identifier of the run, 16 bit
+    resolve_path  name of a navigation file as the scenario writes it -> the file
+    """
+    if len(vehicles) != len(given.craft):
+        raise ScenarioError(f"craft: {len(given.craft)} in the scenario, {len(vehicles)} vehicle files")
+    if not 0 <= session < 1 << 16:
+        raise ScenarioError(f"session: {session} is not a 16-bit number")
+    time = given.time
+    sky = build_sky(given.sky, time, resolve_path)
+    row_of = np.full(satellites.SATELLITES, -1)
+    row_of[sky.index] = np.arange(len(sky.index))
+    return World(
+        given.seed,
+        session,
+        time.start_ns,
+        time.interval_ns,
+        gpstime.leap_seconds(time.start_ns),
+        given.sky.ray_height_km * 1e3,
+        sky,
+        row_of,
+        int(satellites.system_of(sky.index).max()) + 1,
+        tuple(_craft(given, c, v) for c, v in zip(given.craft, vehicles, strict=True)),
+    )
+
+
+def initial_state(world: World) -> EmulatorState:
+    """Every unit cold, every channel idle and searching by itself."""
+    return EmulatorState(
+        tuple(
+            UnitState(
+                fresh_channels(craft.vehicle.channels),
+                fresh_knowledge(len(world.sky.index)),
+                e2e.fresh_counters(),
+                e2e.fresh_counters(),
+                np.zeros(len(e2e.Verdict), np.int64),
+            )
+            for craft in world.craft
+        )
+    )
+
+
+def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> CraftWorld:
+    time, settings = given.time, craft.receivers
+    orbit = build_orbit(craft.orbit, time.start_ns)
+    _check_turns(craft)
+    key = draws.key_of(craft.name)
+    contract = codec.codec(vehicle.antennas)
+    return CraftWorld(
+        craft.name,
+        key,
+        vehicle,
+        orbit,
+        build_attitude(craft.attitude, time.start_ns, orbit.at(time.start_ns)),
+        settings,
+        _pace(settings),
+        search.RULES[settings.autonomous],
+        {name: row for name, row in craft.factors if row.enabled},
+        _wander(craft, given.seed, key, vehicle.clock_domain),
+        max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
+        contract,
+        frames.stationery(contract, vehicle.antennas),
+    )
+
+
+def _pace(settings: scenario.Receivers) -> Pace:
+    seconds = settings.hot_s, settings.warm_s, settings.cold_s, settings.ephemeris_s, settings.ephemeris_age_s
+    return Pace(*(round(s * NS_PER_S) for s in seconds))
+
+
+def _wander(craft: scenario.Craft, seed: int, key: int, domains: Numbers) -> clock.Wander:
+    """The craft's oscillators, each clock domain with a phase of its own."""
+    phase = 2 * np.pi * draws.uniform(draws.words(seed, key, draws.CLOCKS, 0, clock.DOMAINS))[:, 0]
+    wander = clock.Wander(1e-3 * craft.clock.amplitude_ms, 2 * np.pi / craft.clock.period_s, phase)
+    fastest_mps = LIGHT_MPS * clock.fastest(wander)
+    if fastest_mps > FASTEST_CLOCK_MPS:
+        raise ScenarioError(
+            f"craft.{craft.name}.clock: amplitude_ms = {craft.clock.amplitude_ms:g} with period_s = "
+            f"{craft.clock.period_s:g} drifts by up to {fastest_mps:.0f} m/s; allowed {FASTEST_CLOCK_MPS:.0f}"
+        )
+    return wander
+
+
+def _check_turns(craft: scenario.Craft) -> None:
+    """Refuse slews faster than the bus can tell."""
+    turns = craft.attitude.profile
+    for before, after in zip(turns, turns[1:], strict=False):
+        change = sum(
+            abs(getattr(after, a) - getattr(before, a)) for a in ("roll_deg", "pitch_deg", "yaw_deg")
+        )
+        rate = _QUINTIC_PEAK * np.deg2rad(change) / (after.t_s - before.t_s)
+        if rate > FASTEST_TURN_RPS:
+            raise ScenarioError(
+                f"craft.{craft.name}.attitude.profile: the turn from {before.t_s:g} s to {after.t_s:g} s reaches "
+                f"{np.rad2deg(rate):.1f} deg/s; allowed {np.rad2deg(FASTEST_TURN_RPS):.1f}"
+            )

@@ -1,0 +1,136 @@
+"""Channels of a craft's receivers and what the unit knows: the state that steps from epoch to epoch.
+
+A channel is idle, or it is set on a satellite. Set on one, it searches while there is a signal, holds it
+(BIT_SYNC) while the ephemeris is being collected, and measures (FULL) once the unit knows the ephemeris.
+Without a signal it goes back to search and waits there for as long as it is set.
+
+The receivers of a craft are one unit: they share time, almanac and every ephemeris one of them collects.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc.contract import VALUES
+
+LOCK = {label: raw for raw, label in VALUES["Lock"].items()}
+IDLE, SEARCH, BIT_SYNC, FULL = (LOCK[label] for label in ("IDLE", "SEARCH", "BIT_SYNC", "FULL"))
+SLIPS = 16
+NEVER_NS = -(1 << 62)
+NOTHING = -1
+
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Channels:
+    """State of the channels (m, k): row a is receiver a + 1; receivers with fewer channels leave the last
+    columns idle and commanded.
+
+    commanded  set by command (or released by one); otherwise the channel searches by itself
+    target     row of the sky's satellites the channel is set on, -1 none
+    lock       value of the contract's table "Lock"
+    since_ns   GPS time since when the channel searches with a signal, or holds it
+    slips      times the carrier phase was started, modulo 16
+    ambiguity  whole cycles taken off the carrier phase
+    """
+
+    commanded: Flags
+    target: Numbers
+    lock: NDArray[np.int8]
+    since_ns: Numbers
+    slips: Numbers
+    ambiguity: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Knowledge:
+    """What a unit knows.
+
+    warm          time and rough position are known: some channel has measured before
+    collected_ns  (n,) when each satellite's ephemeris was last collected, NEVER_NS if not yet
+    """
+
+    warm: bool
+    collected_ns: Numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Times of acquisition [ns]: to find a signal knowing time, almanac and ephemeris (hot), all but the
+    ephemeris (warm), nothing (cold); to collect an ephemeris; how long one serves."""
+
+    hot_ns: int
+    warm_ns: int
+    cold_ns: int
+    ephemeris_ns: int
+    ephemeris_age_ns: int
+
+
+def fresh_channels(counts: Numbers) -> Channels:
+    """All channels idle and searching by themselves; counts (m,) channels of each receiver."""
+    shape = len(counts), int(counts.max())
+    exists = np.arange(shape[1]) < counts[:, None]
+    return Channels(
+        ~exists,
+        np.full(shape, NOTHING),
+        np.full(shape, IDLE, np.int8),
+        np.zeros(shape, np.int64),
+        np.zeros(shape, np.int64),
+        np.zeros(shape),
+    )
+
+
+def fresh_knowledge(satellites: int) -> Knowledge:
+    """A cold unit: nothing known but which satellites there are."""
+    return Knowledge(False, np.full(satellites, NEVER_NS))
+
+
+def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -> Channels:
+    """Channels set anew; one whose satellite stays keeps its lock."""
+    moved = target != channels.target
+    lock = np.where(moved, np.where(target < 0, IDLE, SEARCH), channels.lock).astype(np.int8)
+    since_ns = np.where(moved, t_ns, channels.since_ns)
+    return replace(channels, commanded=commanded, target=target, lock=lock, since_ns=since_ns)
+
+
+def advance(
+    channels: Channels, knowledge: Knowledge, signal: Flags, pace: Pace, t_ns: int
+) -> tuple[Channels, Knowledge, Flags]:
+    """Search, hold and measure for one epoch.
+
+    signal   (m, n) whether a satellite's signal is strong enough at an antenna
+    returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
+    """
+    target, lock, since_ns = channels.target, channels.lock, channels.since_ns
+    receives = np.take_along_axis(signal, target, axis=1) & (target >= 0)
+    known = (t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns)[target]
+    lost = (target >= 0) & ~receives
+    since_ns = np.where(lost, t_ns, since_ns)
+    lock = np.where(lost, SEARCH, lock)
+    to_find_ns = np.where(known, pace.hot_ns, pace.warm_ns) if knowledge.warm else pace.cold_ns
+    held_ns = t_ns - since_ns
+    found = receives & (lock == SEARCH) & (held_ns >= to_find_ns)
+    since_ns = np.where(found, t_ns, since_ns)
+    held_ns = t_ns - since_ns
+    lock = np.where(found, BIT_SYNC, lock)
+    begins = receives & (lock == BIT_SYNC) & (known | (held_ns >= pace.ephemeris_ns))
+    lock = np.where(begins, FULL, lock).astype(np.int8)
+    slips = (channels.slips + begins) % SLIPS
+    measured = target[lock == FULL]
+    return (
+        replace(channels, lock=lock, since_ns=since_ns, slips=slips),
+        _collect(knowledge, measured, t_ns),
+        begins,
+    )
+
+
+def _collect(knowledge: Knowledge, rows: Numbers, t_ns: int) -> Knowledge:
+    """A satellite that is measured sends its ephemeris over and over: knowledge of it stays new."""
+    collected_ns = knowledge.collected_ns.copy()
+    collected_ns[rows] = t_ns
+    return Knowledge(knowledge.warm or len(rows) > 0, collected_ns)

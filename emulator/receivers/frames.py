@@ -1,0 +1,213 @@
+"""An epoch's frames of one craft: what its receivers, attitude unit and time source put on the bus.
+
+Order: time mark, answers to commands, attitude; for each receiver its channels, tag and status; almanac;
+heartbeats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import gpstime, satellites
+from dbc.codec import Codec
+from dbc.contract import ATTITUDE_NODE, MEASUREMENT_KINDS, TIME_NODE, VALUES
+from dbc.frames import WIDTH, FrameBatch
+from emulator.receivers.channels import FULL, Numbers
+from emulator.receivers.commands import Commands
+from emulator.receivers.form import Form, form
+from emulator.receivers.observe import Observations
+from emulator.signals.bands import BY_SYSTEM
+from emulator.world.sky import SkyState
+
+RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
+_RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")
+
+CN0_TOP_DBHZ = 63.75
+_TIME = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
+_ATTITUDE = ("ATT_Q01", "ATT_Q23", "ATT_RATE")
+_CLOSING = ("TAG", "STATUS")
+_ALMANAC = ("ALM_XY", "ALM_Z", "ALM_V")
+
+Payloads = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Frames in order: identifiers (n,) and payloads (n, 8)."""
+
+    can_id: NDArray[np.uint32]
+    data: Payloads
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stationery:
+    """Forms and identifiers of one craft; identifier tables are (k,) or, by receiver, (m, k)."""
+
+    time: Form
+    attitude: Form
+    channel: Form
+    closing: Form
+    almanac: Form
+    answer: Form
+    time_id: NDArray[np.uint32]
+    attitude_id: NDArray[np.uint32]
+    channel_id: NDArray[np.uint32]
+    closing_id: NDArray[np.uint32]
+    almanac_id: NDArray[np.uint32]
+    answer_id: NDArray[np.uint32]
+    heartbeats: Part
+
+
+def stationery(codec: Codec, receivers: int) -> Stationery:
+    def identifiers(kinds: Sequence[str], number: int) -> list[int]:
+        return [codec.can_id_of[kind, number] for kind in kinds]
+
+    def once(kinds):
+        return np.array(identifiers(kinds, 0), np.uint32)
+
+    def by_receiver(kinds):
+        return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
+
+    return Stationery(
+        form(codec, _TIME),
+        form(codec, _ATTITUDE),
+        form(codec, MEASUREMENT_KINDS),
+        form(codec, _CLOSING),
+        form(codec, _ALMANAC),
+        form(codec, ("ACK",)),
+        once(_TIME),
+        once(_ATTITUDE),
+        by_receiver(MEASUREMENT_KINDS),
+        by_receiver(_CLOSING),
+        by_receiver(_ALMANAC),
+        by_receiver(("ACK",)),
+        _heartbeats(codec, receivers),
+    )
+
+
+def _heartbeats(codec: Codec, receivers: int) -> Part:
+    """They say the same in every epoch."""
+    nodes = [*range(1, receivers + 1), ATTITUDE_NODE, TIME_NODE]
+    values = {"state": _RUNNING, "boot_count": 1, "contract_hash": codec.hash}
+    can_id = np.array([codec.can_id_of["HEARTBEAT", node] for node in nodes], np.uint32)
+    return Part(can_id, codec.encode("HEARTBEAT", values, len(nodes)))
+
+
+def _part(paper: Form, can_id: NDArray[np.uint32], n: int, values: dict) -> Part:
+    """Frames (n rows of k) of a filled form; a frame with a value that does not fit is not sent."""
+    data, fits = paper.fill(n, values)
+    can_id = np.broadcast_to(can_id, (n, len(paper.kinds)))
+    if fits.all():
+        return Part(can_id.reshape(-1), data.reshape(-1, WIDTH))
+    return Part(can_id[fits], data[fits])
+
+
+def time_part(paper: Stationery, session: int, epoch: int, t_ns: int, leap_s: int) -> Part:
+    week, second, nanosecond = gpstime.week_second_ns(t_ns)
+    values = {
+        "session": session, "epoch": epoch, "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s,
+    }  # fmt: skip
+    return _part(paper.time, paper.time_id, 1, values)
+
+
+def attitude_part(paper: Stationery, quaternion: NDArray, rate_body_rps: NDArray) -> Part:
+    q, w = quaternion.tolist(), rate_body_rps.tolist()
+    values = {"q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3], "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2]}
+    return _part(paper.attitude, paper.attitude_id, 1, values)
+
+
+def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part:
+    """Answers in the order the commands came."""
+    values = {
+        "channel": commands.channel,
+        "result": result,
+        "sat_system": satellites.system_of(commands.sat),
+        "sat_number": satellites.number_of(commands.sat),
+        "transaction": commands.transaction,
+    }
+    return _part(paper.answer, paper.answer_id[commands.receiver - 1], len(commands), values)
+
+
+def receivers_part(
+    paper: Stationery, seen: Observations, sky: SkyState, clock_s: NDArray, clock_domain: Numbers, state: int
+) -> Part:
+    """For each receiver its channels and its closing frames.
+
+    A channel with a value that the bus cannot carry (a range rate of 14 km/s) is left out whole, and not
+    counted in STATUS.
+    """
+    channels, fits = paper.channel.fill(len(seen.row), _channel_values(seen, sky))
+    whole = fits.all(axis=1)
+    receiver = seen.receiver
+    if not whole.all():
+        channels, receiver = channels[whole], receiver[whole]
+    m, k = paper.channel_id.shape
+    tracking = np.bincount(receiver, minlength=m)
+    closing, _ = paper.closing.fill(
+        m,
+        {
+            "tag_offset_ns": clock_s * 1e9,
+            "clock_domain": clock_domain,
+            "frames": k * tracking + 1,
+            "channels_tracking": tracking,
+            "state": state,
+            "almanac_satellites": np.count_nonzero(sky.available),
+        },
+    )
+    place = np.concatenate((np.repeat(2 * receiver, k), np.repeat(2 * np.arange(m) + 1, len(_CLOSING))))
+    order = np.argsort(place, kind="stable")
+    can_id = np.concatenate((paper.channel_id[receiver].reshape(-1), paper.closing_id.reshape(-1)))
+    data = np.concatenate((channels.reshape(-1, WIDTH), closing.reshape(-1, WIDTH)))
+    return Part(can_id[order], data[order])
+
+
+def _channel_values(seen: Observations, sky: SkyState) -> dict:
+    system = satellites.system_of(seen.sat)
+    row = seen.row
+    pos, vel = seen.pos_ecef_m.T, seen.vel_ecef_mps.T
+    return {
+        "channel": seen.channel,
+        "signal": BY_SYSTEM.signal[system],
+        "pseudorange_m": seen.pseudorange_m,
+        "range_rate_mps": seen.range_rate_mps,
+        "cn0_dbhz": np.minimum(seen.cn0_dbhz, CN0_TOP_DBHZ),
+        "lock": FULL,
+        "phase_cyc": seen.phase_cyc,
+        "slips": seen.slips,
+        "half_cycle": 0,
+        "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
+        "frequency": sky.frequency[row],
+        "health": ~sky.healthy[row],
+        "vx_mps": vel[0], "vy_mps": vel[1], "vz_mps": vel[2],
+        "clock_drift_mps": seen.clock_drift_mps,
+        "iod": sky.iod[row],
+        "sat_system": system,
+        "sat_number": satellites.number_of(seen.sat),
+        "clock_m": seen.clock_m,
+        "ura": sky.ura[row],
+    }  # fmt: skip
+
+
+def almanac_part(paper: Stationery, receiver: int, rows: Numbers, sky: SkyState) -> Part:
+    """Predictions of these satellites, three frames each, from one receiver (0-based)."""
+    pos, vel = sky.pos_ecef_m[rows].T, sky.vel_ecef_mps[rows].T
+    values = {
+        "sat_system": satellites.system_of(sky.index[rows]),
+        "sat_number": satellites.number_of(sky.index[rows]),
+        "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
+        "vx_mps": vel[0], "vy_mps": vel[1], "vz_mps": vel[2],
+        "health": ~sky.healthy[rows],
+        "age_h": 0,
+    }  # fmt: skip
+    return _part(paper.almanac, paper.almanac_id[receiver], len(rows), values)
+
+
+def block(parts: Sequence[Part], t_ns: int) -> FrameBatch:
+    """The parts as one batch of unprotected frames, stamped with the time mark."""
+    can_id = np.concatenate([part.can_id for part in parts])
+    data = np.concatenate([part.data for part in parts])
+    return FrameBatch(np.full(len(can_id), t_ns), can_id, np.full(len(can_id), WIDTH, np.uint8), data)

@@ -1,0 +1,122 @@
+"""Observations: what the measuring channels of a craft tell of their satellites in one epoch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import satellites
+from emulator.receivers.channels import FULL, SLIPS, Channels, Numbers
+from emulator.signals import noise
+from emulator.signals.bands import BY_SYSTEM, wavelength_m
+from emulator.signals.geometry import Antennas, Array, Motion, at_transmission, path
+from emulator.world.earth import LIGHT_MPS
+from emulator.world.sky import SkyState
+
+PHASE_LIMIT_CYC = 1.3e8
+"""Where the carrier phase is restarted: its signal on the bus ends at 1.37e8 cycles."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observations:
+    """One row for each measuring channel, by receiver and channel; names and conventions of the contract.
+
+    receiver        (p,) 0-based;  channel (p,);  row (p,) of the sky;  sat (p,) satellite index
+    pseudorange_m, range_rate_mps, phase_cyc, cn0_dbhz   (p,)
+    slips           (p,)
+    pos_ecef_m, vel_ecef_mps   (p, 3) satellite at transmission, axes of that instant
+    clock_m, clock_drift_mps   (p,) as broadcast, at transmission
+    """
+
+    receiver: Numbers
+    channel: Numbers
+    row: Numbers
+    sat: Numbers
+    pseudorange_m: Array
+    range_rate_mps: Array
+    phase_cyc: Array
+    cn0_dbhz: Array
+    slips: Numbers
+    pos_ecef_m: Array
+    vel_ecef_mps: Array
+    clock_m: Array
+    clock_drift_mps: Array
+
+
+def observe(
+    channels: Channels,
+    begins: NDArray[np.bool_],
+    sky: SkyState,
+    motion: Motion,
+    antennas: Antennas,
+    clock_s: tuple[Array, Array],
+    cn0_dbhz: Array,
+    factors: dict,
+    words: NDArray[np.uint64] | None,
+) -> tuple[Observations, Channels]:
+    """Observations of one craft, and its channels with the carrier phases' ambiguities.
+
+    begins    (m, k) channels whose phase starts now
+    motion    inertial motion of the sky's satellites at reception
+    clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock
+    cn0_dbhz  (m, n)
+    words     random words of the epoch, `draws.grid`; None if no factor is on
+
+    P = c t + c b - clock_truth: path with the receiver's clock and without the satellite's. Its rate and
+    the carrier follow the same sum, so nothing but noise tells them apart.
+    """
+    receiver, channel = np.nonzero(channels.lock == FULL)
+    row = channels.target[receiver, channel]
+    sat = sky.index[row]
+    system = satellites.system_of(sat)
+    signals = path(motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver])
+    offset_s, drift = clock_s
+    sv_drift_mps = sky.clock_drift_mps[row]
+    sv_clock_back_m = sv_drift_mps * signals.flight_s
+    exact_m = signals.length_m + LIGHT_MPS * offset_s[receiver] - (sky.clock_truth_m[row] - sv_clock_back_m)
+    # The satellite's clock runs at the transmission instant, which moves at 1 - rate / c.
+    exact_mps = (
+        signals.rate_mps + LIGHT_MPS * drift[receiver] - sv_drift_mps * (1 - signals.rate_mps / LIGHT_MPS)
+    )
+    wave_m = wavelength_m(system, sky.frequency[row])
+    cn0 = cn0_dbhz[receiver, row]
+    raw = words[system, receiver, satellites.number_of(sat)] if words is not None else None
+    error = noise.errors(factors, raw, cn0, BY_SYSTEM.chip_m[system], wave_m)
+    cycles = (exact_m + error.phase_m) / wave_m
+    phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles)
+    pos, vel = at_transmission(sky, row, signals.flight_s)
+    return Observations(
+        receiver,
+        channel,
+        row,
+        sat,
+        exact_m + error.range_m,
+        exact_mps + error.rate_mps,
+        phase_cyc,
+        cn0,
+        channels.slips[receiver, channel],
+        pos,
+        vel,
+        sky.clock_m[row] - sv_clock_back_m,
+        sv_drift_mps,
+    ), channels
+
+
+def _start_phases(channels: Channels, begins, receiver, channel, cycles: Array) -> tuple[Array, Channels]:
+    """Carrier phases (p,) [cycles] less their ambiguities, which are set where a phase starts.
+
+    A phase about to leave its signal's range starts anew, which is a slip.
+    """
+    ambiguity = channels.ambiguity[receiver, channel]
+    over = np.abs(cycles - ambiguity) > PHASE_LIMIT_CYC
+    starts = begins[receiver, channel]
+    if not (starts.any() or over.any()):
+        return cycles - ambiguity, channels
+    starts, slipped = starts | over, over & ~starts
+    ambiguity = np.where(starts, np.floor(cycles), ambiguity)
+    table, slips = channels.ambiguity.copy(), channels.slips.copy()
+    table[receiver, channel] = ambiguity
+    slips[receiver, channel] = (slips[receiver, channel] + slipped) % SLIPS
+    return cycles - ambiguity, replace(channels, ambiguity=table, slips=slips)

@@ -1,0 +1,79 @@
+"""What a craft sees of the sky: directions, angles off boresight, the Earth in the way.
+
+Satellites are taken where they were at transmission; the antennas share the directions seen from the
+centre of mass (a lever arm of metres turns them by 1e-7 rad).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.signals.geometry import Antennas, Array, Motion, norm
+from emulator.world.earth import LIGHT_MPS
+
+EQUATORIAL_RADIUS_M = 6_378_137.0
+POLAR_RADIUS_M = 6_356_752.3142
+"""WGS-84 ellipsoid (NGA.STND.0036)."""
+
+_TO_SPHERE = np.array((1.0, 1.0, EQUATORIAL_RADIUS_M / POLAR_RADIUS_M))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """A craft's view of n satellites with m antennas.
+
+    distance_m      (n,) from the centre of mass
+    sin_elevation   (n,) sine of the height above the plane normal to the radius
+    ray_height_m    (n,) least height of the ray above the ellipsoid; inf where it only rises or only falls
+    angle_rad       (m, n) off boresight
+    """
+
+    distance_m: Array
+    sin_elevation: Array
+    ray_height_m: Array
+    angle_rad: Array
+
+
+def look(satellites: Motion, pos_ecef_m: Array, antennas: Antennas) -> View:
+    """View from a craft at pos_ecef_m (3,) of satellites (n, 3), both at the instant of reception."""
+    towards = satellites.pos_m - pos_ecef_m
+    towards -= (norm(towards) / LIGHT_MPS)[:, None] * satellites.vel_mps
+    distance_m = norm(towards)
+    los = towards / distance_m[:, None]
+    up = pos_ecef_m / np.sqrt(pos_ecef_m @ pos_ecef_m)
+    height_m = ray_height_m(pos_ecef_m, towards)
+    return View(distance_m, los @ up, height_m, angles_rad(antennas.boresight, los))
+
+
+def angles_rad(boresight: Array, los: Array) -> Array:
+    """Angles (m, n) [rad] between unit vectors (m, 3) and (n, 3), accurate near 0 and pi too.
+
+    Source: Kahan, "How Futile are Mindless Assessments of Roundoff", 2006, section 12
+    """
+    return 2 * np.arctan2(norm(boresight[:, None] - los), norm(boresight[:, None] + los))
+
+
+def ray_height_m(pos_ecef_m: Array, towards_m: Array) -> Array:
+    """Least height (n,) [m] above the WGS-84 ellipsoid of the way from a craft to satellites.
+
+    pos_ecef_m   (3,) the craft
+    towards_m    (n, 3) from the craft to the satellites
+    returns      inf where the lowest point of the line is not between the two
+    Stretched along z the ellipsoid is a sphere, in which the lowest point is found; the height at the
+    surface is exact, at 100 km wrong by 0.4 km at most.
+    """
+    start = pos_ecef_m * _TO_SPHERE
+    way = towards_m * _TO_SPHERE
+    length_m = norm(way)
+    way /= length_m[:, None]
+    lowest_at_m = -(way @ start)
+    lowest_m = norm(start + lowest_at_m[:, None] * way) - EQUATORIAL_RADIUS_M
+    return np.where((lowest_at_m > 0) & (lowest_at_m < length_m), lowest_m, np.inf)
+
+
+def in_sight(view: View, ray_height_m: float) -> NDArray[np.bool_]:
+    """(n,) whether the ray passes the Earth at ray_height_m or higher."""
+    return view.ray_height_m >= ray_height_m
