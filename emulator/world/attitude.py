@@ -7,8 +7,9 @@ yaw-pitch-roll, 3-2-1. Orbit plane and rates are those of inertial motion, writt
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
-from math import cos, sin, sqrt
+from math import radians, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,16 @@ from numpy.typing import NDArray
 from emulator import scenario
 from emulator.world.earth import ROTATION_RPS
 from emulator.world.orbit import CraftState
+from emulator.world.rotations import dcm_321, quaternion_of_dcm, rate_321
 
 Array = NDArray[np.float64]
 
-# A turn relative to the orbital frame at t: (angles (3,) roll pitch yaw [rad], their rates (3,) [rad/s]).
-Turning = Callable[[int], tuple[Array, Array]]
+Triple = tuple[float, float, float]
+
+# A turn relative to the orbital frame at t: angles roll, pitch, yaw [rad], and their rates [rad/s].
+Turning = Callable[[int], tuple[Triple, Triple]]
+
+_STILL = (0.0, 0.0, 0.0)
 
 
 def lvlh(state: CraftState) -> tuple[Array, Array]:
@@ -48,63 +54,6 @@ def lvlh(state: CraftState) -> tuple[Array, Array]:
     )
     acc_normal = -(ax * yx + ay * yy + az * yz)
     return dcm, np.array((0.0, -h / (r * r), -acc_normal * r / h))
-
-
-def dcm_321(roll: float, pitch: float, yaw: float) -> Array:
-    """(3, 3) matrix of the turn yaw about z, then pitch about y, then roll about x [rad]."""
-    cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
-    return np.array(
-        (
-            (cp * cy, cp * sy, -sp),
-            (sr * sp * cy - cr * sy, sr * sp * sy + cr * cy, sr * cp),
-            (cr * sp * cy + sr * sy, cr * sp * sy - sr * cy, cr * cp),
-        )
-    )
-
-
-def rate_321(roll: float, pitch: float, roll_rate: float, pitch_rate: float, yaw_rate: float) -> Array:
-    """(3,) body rate [rad/s] of 3-2-1 angles [rad] and their rates.
-
-    Source: Wertz (ed.), Spacecraft Attitude Determination and Control, appendix E, 3-2-1 sequence
-    """
-    cr, sr, cp, sp = cos(roll), sin(roll), cos(pitch), sin(pitch)
-    return np.array(
-        (
-            roll_rate - yaw_rate * sp,
-            pitch_rate * cr + yaw_rate * sr * cp,
-            yaw_rate * cr * cp - pitch_rate * sr,
-        )
-    )
-
-
-def quaternion_of_dcm(dcm: Array) -> Array:
-    """(4,) unit quaternion, scalar first and not negative, of a passive rotation matrix.
-
-    Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1, 1978
-    """
-    (a, b, c), (d, e, f), (g, h, i) = dcm.tolist()
-    squares = (1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i)
-    largest = squares.index(max(squares))
-    rows = (
-        (squares[0], f - h, g - c, b - d),
-        (f - h, squares[1], b + d, g + c),
-        (g - c, b + d, squares[2], f + h),
-        (b - d, g + c, f + h, squares[3]),
-    )
-    quaternion = np.array(rows[largest]) / (2 * sqrt(squares[largest]))
-    return -quaternion if quaternion[0] < 0 else quaternion
-
-
-def dcm_of_quaternion(quaternion: Array) -> Array:
-    """(3, 3) passive rotation matrix C(q) of a unit quaternion (4,), scalar first."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
-        (
-            (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-            (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
-            (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
-        )
-    )
 
 
 class OrbitalAttitude:
@@ -145,42 +94,42 @@ def quintic(x: float) -> tuple[float, float]:
     return x * x * x * (10 + x * (6 * x - 15)), 30 * x * x * (1 - x) * (1 - x)
 
 
-def steady(angles: Array) -> Turning:
-    still = np.zeros(3)
-    return lambda t_ns: (angles, still)
+def steady(angles: Triple) -> Turning:
+    return lambda t_ns: (angles, _STILL)
 
 
 def profile(turns: list[scenario.Turn], start_ns: int) -> Turning:
     """Angles held before the first turn and after the last, joined by quintics between."""
-    times_s = np.array([turn.t_s for turn in turns])
-    angles = np.deg2rad([(turn.roll_deg, turn.pitch_deg, turn.yaw_deg) for turn in turns])
-    still = np.zeros(3)
+    times_s = [turn.t_s for turn in turns]
+    angles = [_angles(turn) for turn in turns]
 
     def turning(t_ns):
         t_s = (t_ns - start_ns) / 1e9
-        after = int(np.searchsorted(times_s, t_s, side="right"))
+        after = bisect_right(times_s, t_s)
         if after in (0, len(times_s)):
-            return angles[min(after, len(times_s) - 1)], still
+            return angles[min(after, len(times_s) - 1)], _STILL
         span_s = times_s[after] - times_s[after - 1]
         part, slope = quintic((t_s - times_s[after - 1]) / span_s)
-        change = angles[after] - angles[after - 1]
-        return angles[after - 1] + part * change, slope / span_s * change
+        before = angles[after - 1]
+        change = [end - start for start, end in zip(before, angles[after], strict=True)]
+        now = tuple(start + part * by for start, by in zip(before, change, strict=True))
+        return now, tuple(slope / span_s * by for by in change)
 
     return turning
 
 
-def _offset(attitude: scenario.Attitude) -> Array:
-    return np.deg2rad([attitude.roll_deg, attitude.pitch_deg, attitude.yaw_deg])
+def _angles(turn: scenario.Turn | scenario.Attitude) -> Triple:
+    return radians(turn.roll_deg), radians(turn.pitch_deg), radians(turn.yaw_deg)
 
 
 def _inertial(attitude: scenario.Attitude, start_ns: int, state: CraftState) -> Attitude:
-    return InertialAttitude(start_ns, dcm_321(*_offset(attitude)) @ lvlh(state)[0])
+    return InertialAttitude(start_ns, dcm_321(*_angles(attitude)) @ lvlh(state)[0])
 
 
 # Mode -> maker from the scenario's table, start and the craft's state at the start.
 MODES: dict[str, Callable[[scenario.Attitude, int, CraftState], Attitude]] = {
-    "lvlh": lambda attitude, start_ns, state: OrbitalAttitude(steady(np.zeros(3))),
-    "offset": lambda attitude, start_ns, state: OrbitalAttitude(steady(_offset(attitude))),
+    "lvlh": lambda attitude, start_ns, state: OrbitalAttitude(steady(_STILL)),
+    "offset": lambda attitude, start_ns, state: OrbitalAttitude(steady(_angles(attitude))),
     "inertial": _inertial,
     "slew": lambda attitude, start_ns, state: OrbitalAttitude(profile(attitude.profile, start_ns)),
 }

@@ -24,8 +24,8 @@ ROTATION_PZ90_RPS = 7.292115e-5
 VALID_NS = (15 * 60 + 30) * gpstime.NS_PER_S
 """An ephemeris serves 15 minutes either side of tb (ICD 5.1, A.3.1.2) and the minute begun then."""
 
-_LONGEST_STEP_S = 30.0
-"""Step of the fourth-order Runge-Kutta integration: 15 minutes to 20 um."""
+_LONGEST_STEP_S = 20.0
+"""Step of the fourth-order Runge-Kutta integration: 15 minutes to 2 um."""
 
 URA = 3
 """Accuracy index of records that carry none: 4.85 to 6.85 m, what their orbits show against precise ones."""

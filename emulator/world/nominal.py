@@ -36,23 +36,8 @@ _GPS_AXIS_M = 26_559_700.0
 _GPS_INCLINATION_DEG = 55.0
 """GPS SPS Performance Standard, 4th edition, table 3.2-2."""
 
-_GPS_NODE_RPS = -7.8e-9
-"""Precession of the node in inertial space under J2 (-1.5 n J2 (R/a)^2 cos i = -7.83e-9 rad/s)."""
-
-_GLONASS_EPOCH_UTC = datetime(1982, 12, 31, 21)
-"""1983-01-01 00:00 Moscow time. This and the next five: GLONASS ICD 5.1 (2008), 5.1 and appendix."""
-_GLONASS_NODE_DEG = 251 + 15 / 60
-_GLONASS_LATITUDE_DEG = 145 + 26 / 60 + 37 / 3600
-_GLONASS_INCLINATION_DEG = 64.8
-_GLONASS_PERIOD_S = 11 * 3600 + 15 * 60 + 44
-_GLONASS_NODE_RPS = -0.00059251 / 86400
-
-GLONASS_FREQUENCY = (1, -4, 5, 6, 1, -4, 5, 6, -2, -7, 0, -1, -2, -7, 0, -1, 4, -3, 3, 2, 4, -3, 3, 2)
-"""Frequency numbers of slots 1 to 24 as flown; antipodal satellites share one (GLONASS ICD 5.1, 3.3.1.1)."""
-
-_CLOCK_OFFSET_S = 1e-4
-_CLOCK_RATE = 5e-12
-"""Largest clock offset and rate of a nominal satellite: the size of the real ones (modelled)."""
+_GPS_NODE_RPS = -2.6e-9 * np.pi
+"""Precession of the node in inertial space: the reference rate of IS-GPS-200, table 30-I."""
 
 _GOLDEN = (5**0.5 - 1) / 2
 
