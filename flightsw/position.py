@@ -1,0 +1,254 @@
+"""Block 3 of RU 2706636 C1, steps 4 and 10: position from all tracked signals of all antennas.
+
+Iterated weighted least squares of one epoch. Unknowns: the centre of mass, one clock for each clock domain
+that measures, and the GLONASS system offset where some domain hears both systems (else a clock contains it).
+Velocity and clock rates follow from the range rates of the same channels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc.satellites import GLONASS, NUMBERS
+from flightsw import ranging
+from flightsw.adjust import Solution, least_squares
+from flightsw.earth import LIGHT_MPS
+from flightsw.intake import Measurements
+from flightsw.sigma import range_variance_m2, rate_variance_m2ps2
+
+GLONASS_OFFSET = 8
+"""NAV_CLOCK item of the system offset; items 0..7 are clock domains."""
+
+MAX_ITERATIONS = 12
+CONVERGED_M = 10.0
+"""A step this short ends the iteration: what Gauss-Newton leaves is step^2 / (2 range), 5 um at 1e7 m, and
+the Earth's turn during the flight, a millionth of the step."""
+
+MAX_PDOP = 655.35
+"""The contract cannot state more; a geometry this poor is called singular."""
+
+FARTHEST_M, LATEST_M = 68_000_000.0, 137_000_000.0
+"""What NAV_X..NAV_Z and NAV_CLOCK can carry; an estimate beyond is no fix."""
+
+EXCLUSIONS = 1
+"""Measurements that one epoch may lose to the consistency check."""
+
+_FALSE_ALARM_SIGMA = 4.265
+"""Normal quantile of a false alarm rate of 1e-5 of the consistency check."""
+
+
+class NoFix(IntEnum):
+    """As in the contract's value table."""
+
+    FIX = 0
+    TOO_FEW_SATELLITES = 1
+    SINGULAR_GEOMETRY = 2
+    NO_CONVERGENCE = 3
+    NO_TIME_MARK = 4
+    NO_ATTITUDE = 5
+    INCONSISTENT_RANGES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """A solution for the centre of mass, ECEF WGS-84, at the time mark.
+
+    items        (c,) which clock each bias and drift is: domain 0..7 or GLONASS_OFFSET
+    clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
+    covariance_m2        (3, 3) of the position
+    pdop         over the measurements used
+    used         (n,) bool, which of the measurements offered are in the fix
+    satellites   distinct ones among them
+    residual_m   (n,) measured minus predicted pseudorange, nan where not used
+    iterations   Gauss-Newton steps taken
+    """
+
+    position_m: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+    items: tuple[int, ...]
+    clock_m: NDArray[np.float64]
+    drift_mps: NDArray[np.float64]
+    covariance_m2: NDArray[np.float64]
+    pdop: float
+    used: NDArray[np.bool_]
+    satellites: int
+    residual_m: NDArray[np.float64]
+    iterations: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Spheres:
+    """Converged intersection: geometry at the solution, and what is left."""
+
+    position_m: NDArray[np.float64]
+    clock_m: NDArray[np.float64]
+    solution: Solution
+    design: NDArray[np.float64]
+    angle_rad: NDArray[np.float64]
+    residual_m: NDArray[np.float64]
+    iterations: int
+
+
+def clock_columns(
+    domain: NDArray[np.int64], glonass: NDArray[np.bool_]
+) -> tuple[tuple[int, ...], NDArray[np.float64]]:
+    """Items (c,) and design columns (n, c) of the clocks that these measurements can tell apart.
+
+    The system offset is one of them only if a domain hears both systems: else each clock absorbs it, and the
+    design would be singular.
+    """
+    heard = set(zip(domain.tolist(), glonass.tolist(), strict=True))
+    domains = sorted({d for d, _ in heard})
+    items = tuple(domains)
+    columns = domain[:, None] == np.array(domains)
+    if any((d, True) in heard and (d, False) in heard for d in domains):
+        items += (GLONASS_OFFSET,)
+        columns = np.column_stack((columns, glonass))
+    return items, columns.astype(float)
+
+
+def _intersect(
+    m: Measurements,
+    lever_m: NDArray[np.float64],
+    clocks: NDArray[np.float64],
+    variance_m2: NDArray[np.float64],
+    start_m: NDArray[np.float64],
+) -> _Spheres | NoFix:
+    """Steps 4 and 10: the point on all spheres; lever_m (3, n) from the centre of mass to each antenna."""
+    measured = m.pseudorange_m + m.clock_m
+    weight = 1 / variance_m2
+    position = start_m
+    design = np.empty((len(m), 3 + clocks.shape[1]))
+    design[:, 3:] = clocks
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        predicted, los, angle = ranging.ranges(m.pos_sv_m, lever_m + position[:, None])
+        design[:, :3] = -los.T
+        misfit = measured - predicted
+        solution = least_squares(design, misfit, weight)
+        if solution is None:
+            return NoFix.SINGULAR_GEOMETRY
+        step = solution.x[:3]
+        position = position + step
+        length = np.sqrt(step @ step)
+        if length < CONVERGED_M:
+            residual = misfit - design @ solution.x
+            return _Spheres(position, solution.x[3:], solution, design, angle, residual, iteration)
+        if not length < 1e9:
+            break
+    return NoFix.NO_CONVERGENCE
+
+
+def _chi2_limit(freedom: int) -> float:
+    """Quantile of chi-square at the false alarm rate. Source: Wilson & Hilferty, PNAS 17 (1931) 684"""
+    spread = 2 / (9 * freedom)
+    return freedom * (1 - spread + _FALSE_ALARM_SIGMA * np.sqrt(spread)) ** 3
+
+
+def _outlier(s: _Spheres, variance_m2: NDArray[np.float64]) -> int | None:
+    """Row of the measurement that the others contradict most, None if all agree.
+
+    Global test of the weighted residuals, then the largest normalised residual.
+    Source: Baarda, A testing procedure for use in geodetic networks, 1968
+    """
+    freedom = len(variance_m2) - s.design.shape[1]
+    if freedom < 1 or (s.residual_m**2 / variance_m2).sum() <= _chi2_limit(freedom):
+        return None
+    explained = np.einsum("ni,ij,nj->n", s.design, s.solution.covariance, s.design)
+    left = np.maximum(variance_m2 - explained, 1e-6 * variance_m2)
+    return int(np.argmax(s.residual_m**2 / left))
+
+
+def _consistent(
+    m: Measurements,
+    lever_m: NDArray[np.float64],
+    domain: NDArray[np.int64],
+    start_m: NDArray[np.float64],
+) -> tuple[_Spheres, NDArray[np.intp], tuple[int, ...]] | NoFix:
+    """Intersection after at most EXCLUSIONS outliers: geometry, rows used, clock items."""
+    rows = np.arange(len(m))
+    variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat)
+    for excluded in range(EXCLUSIONS + 1):
+        part = m if not excluded else m[rows]
+        items, clocks = clock_columns(domain[rows], part.sat // NUMBERS == GLONASS)
+        if len(set(part.sat.tolist())) < 4 or len(rows) < 3 + len(items):
+            return NoFix.TOO_FEW_SATELLITES if not excluded else NoFix.INCONSISTENT_RANGES
+        spheres = _intersect(part, lever_m[:, rows], clocks, variance[rows], start_m)
+        if isinstance(spheres, NoFix):
+            return spheres if not excluded else NoFix.INCONSISTENT_RANGES
+        worst = _outlier(spheres, variance[rows])
+        if worst is None:
+            return spheres, rows, items
+        rows = np.delete(rows, worst)
+    return NoFix.INCONSISTENT_RANGES
+
+
+def _rates(
+    m: Measurements, s: _Spheres, lever_rate_mps: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Velocity (3,) of the centre of mass and clock rates (c,) from range rates.
+
+    dP/dt = clock rate + rho' - satellite clock rate (1 - rho' / c), all by GPS time.
+    """
+    los = -s.design[:, :3].T
+    static, gain = ranging.rate_terms(m.pos_sv_m, m.vel_sv_mps, los, s.angle_rad)
+    stretch = 1 + m.clock_drift_mps / LIGHT_MPS
+    lever = np.einsum("in,in->n", los, lever_rate_mps)
+    design = s.design.copy()
+    design[:, :3] *= (gain * stretch)[:, None]
+    y = m.range_rate_mps + m.clock_drift_mps - stretch * (static - gain * lever)
+    solution = least_squares(design, y, 1 / rate_variance_m2ps2(m.cn0_dbhz))
+    return None if solution is None else (solution.x[:3], solution.x[3:])
+
+
+def solve(
+    m: Measurements,
+    lever_m: NDArray[np.float64],
+    lever_rate_mps: NDArray[np.float64],
+    domain: NDArray[np.int64],
+    start_m: NDArray[np.float64] | None = None,
+) -> Fix | NoFix:
+    """The fix of an epoch, or why there is none.
+
+    m                         measurements offered, n rows
+    lever_m, lever_rate_mps   (3, n) antenna relative to the centre of mass, Greenwich frame, and its rate
+    domain                    (n,) clock domain
+    start_m                   (3,) where to start; without it, or if it leads nowhere, the Earth's centre
+    """
+    starts = [np.zeros(3)] if start_m is None else [start_m, np.zeros(3)]
+    for start in starts:
+        found = _consistent(m, lever_m, domain, start)
+        if not isinstance(found, NoFix) or found == NoFix.TOO_FEW_SATELLITES:
+            break
+    if isinstance(found, NoFix):
+        return found
+    spheres, rows, items = found
+    pdop = float(np.sqrt(np.trace(spheres.solution.cofactor[:3, :3])))
+    if pdop > MAX_PDOP:
+        return NoFix.SINGULAR_GEOMETRY
+    if np.abs(spheres.position_m).max() > FARTHEST_M or np.abs(spheres.clock_m).max() > LATEST_M:
+        return NoFix.NO_CONVERGENCE
+    every = len(rows) == len(m)
+    rates = _rates(m if every else m[rows], spheres, lever_rate_mps if every else lever_rate_mps[:, rows])
+    if rates is None:
+        return NoFix.SINGULAR_GEOMETRY
+    used = np.zeros(len(m), bool)
+    used[rows] = True
+    residual = np.full(len(m), np.nan)
+    residual[rows] = spheres.residual_m
+    return Fix(
+        spheres.position_m,
+        rates[0],
+        items,
+        spheres.clock_m,
+        rates[1],
+        spheres.solution.covariance[:3, :3],
+        pdop,
+        used,
+        len(set(m.sat[rows].tolist())),
+        residual,
+        spheres.iterations,
+    )

@@ -1,0 +1,243 @@
+"""One epoch of the flight software: a pure function from state and frames to state and frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from dbc import e2e
+from dbc.codec import Codec, codec
+from dbc.frames import FrameBatch
+from dbc.satellites import GLONASS, NUMBERS, SATELLITES
+from dbc.vehicle import Vehicle, faults
+from flightsw import almanac, angles, commander, intake, publish
+from flightsw.assign import Options, Policy, policy
+from flightsw.attitude import Attitude, attitude_now, levers_ecef
+from flightsw.boresight import boresights_ecef
+from flightsw.coast import propagate
+from flightsw.commander import Commander, Commands
+from flightsw.earth import EQUATOR_M
+from flightsw.intake import Epoch, Mark, Measurements
+from flightsw.position import Fix, NoFix, solve
+from flightsw.sigma import NO_URA
+
+FULL_LOCK = 5
+"""Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
+
+MAX_COAST_S = 3600.0
+"""After so long the position is forgotten and the next fix starts cold."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightConfig:
+    vehicle: Vehicle
+    codec: Codec
+    policy: Policy
+    options: Options
+    boot_count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Navigation:
+    """Where the craft is, by the last fix or carried on from it; epochs since that fix."""
+
+    t_ns: int
+    position_m: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+    age: int
+
+
+@dataclass(frozen=True, slots=True)
+class FlightState:
+    """All that one epoch hands to the next.
+
+    mark       the last time mark, None before the first
+    rejected   (REASONS, identifiers) frames not used; `flightsw.intake.rejection_table` explains
+    without_fix   epochs since the last fix, or since the start
+    """
+
+    mark: Mark | None
+    received: NDArray[np.int8]
+    sent: NDArray[np.int8]
+    rejected: NDArray[np.int64]
+    lost: int
+    attitude: Attitude | None
+    navigation: Navigation | None
+    predictions: almanac.Predictions
+    commander: Commander
+    without_fix: int
+    fix: Fix | NoFix
+
+
+def configure(
+    vehicle: Vehicle, policy_name: str, options: Mapping[str, object] | None = None, boot_count: int = 0
+) -> FlightConfig:
+    """What stays the same for a run. ValueError says what is wrong with the policy or its options."""
+    row = policy(policy_name)
+    try:
+        values = row.options.model_validate(dict(options or {}))
+    except ValidationError as error:
+        raise ValueError("\n".join(faults(error, f"policy '{row.name}'"))) from None
+    return FlightConfig(vehicle, codec(max(4, vehicle.antennas)), row, values, boot_count % 256)
+
+
+def heartbeat(config: FlightConfig) -> FrameBatch:
+    """The heartbeat before the first epoch: counter 0, always the same."""
+    frames = publish.heartbeat(config.codec, publish.NodeState.READY, config.boot_count, 0)
+    return e2e.protect(config.codec, frames, e2e.fresh_counters(), 0)[0]
+
+
+def initial_state(config: FlightConfig) -> FlightState:
+    """Nothing known; the heartbeat of the start barrier has been sent."""
+    first = publish.heartbeat(config.codec, publish.NodeState.READY, config.boot_count, 0)
+    _, sent = e2e.protect(config.codec, first, e2e.fresh_counters(), 0)
+    return FlightState(
+        None,
+        e2e.fresh_counters(),
+        sent,
+        intake.no_rejections(),
+        0,
+        None,
+        None,
+        almanac.no_predictions(),
+        commander.fresh(config.vehicle.channels, len(intake.nothing().boots)),
+        0,
+        NoFix.NO_TIME_MARK,
+    )
+
+
+def flight_step(
+    config: FlightConfig, state: FlightState, inbox: FrameBatch
+) -> tuple[FlightState, FrameBatch]:
+    """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
+    session = intake.session_of(config.codec, inbox)
+    if session is not None and state.mark is not None and session != state.mark.session:
+        state = initial_state(config)
+    epoch, received, rejected = intake.intake(config.codec, inbox, state.received, state.rejected)
+    state = replace(state, received=received, rejected=rejected, lost=state.lost + epoch.lost)
+    if epoch.mark is None:
+        return _answer(config, replace(state, fix=NoFix.NO_TIME_MARK), epoch.measurements, None, state.mark)
+    state, offered = _navigate(config, state, epoch)
+    state, commands = _command(config, state, epoch)
+    return _answer(config, state, offered, commands, epoch.mark)
+
+
+def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[FlightState, Measurements]:
+    """Blocks 3 and 4: the fix of this epoch, and the measurements offered to it."""
+    t_ns, options = epoch.mark.t_ns, config.options
+    attitude = attitude_now(epoch.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
+    commanding = commander.contradicted(
+        commander.acknowledged(state.commander, epoch.acks, epoch.mark.epoch, options),
+        epoch.measurements,
+        epoch.boots,
+    )
+    m = epoch.measurements
+    sound = _sound(m)
+    predictions = almanac.updated(state.predictions, epoch.almanac, m[sound], t_ns)
+    offered = m[sound & (m.health == 0) & commander.usable(commanding, m)]
+    navigation = _carried(state.navigation, t_ns)
+    fix = _fix(config, attitude, offered, navigation)
+    if isinstance(fix, Fix):
+        navigation = Navigation(t_ns, fix.position_m, fix.velocity_mps, 0)
+        if commander.taken_over(commanding):
+            used = fix.used
+            commanding = commander.used(
+                commanding, offered.receiver[used], offered.sat[used], epoch.mark.epoch
+            )
+    state = replace(
+        state,
+        mark=epoch.mark,
+        attitude=attitude,
+        navigation=navigation,
+        predictions=predictions,
+        commander=commanding,
+        without_fix=0 if isinstance(fix, Fix) else state.without_fix + 1,
+        fix=fix,
+    )
+    return state, offered
+
+
+def _sound(m: Measurements) -> NDArray[np.bool_]:
+    """(n,) of a known system, with an unambiguous range and a satellite where satellites can be."""
+    outside = np.einsum("in,in->n", m.pos_sv_m, m.pos_sv_m) > EQUATOR_M**2
+    return (
+        (m.sat < (GLONASS + 1) * NUMBERS)
+        & (m.sat % NUMBERS > 0)
+        & (m.lock == FULL_LOCK)
+        & (m.ura < NO_URA)
+        & outside
+    )
+
+
+def _carried(navigation: Navigation | None, t_ns: int) -> Navigation | None:
+    """The last position carried on to now."""
+    if navigation is None:
+        return None
+    dt_s = (t_ns - navigation.t_ns) * 1e-9
+    if not 0 <= dt_s <= MAX_COAST_S:
+        return None
+    position, velocity = propagate(navigation.position_m, navigation.velocity_mps, dt_s)
+    return Navigation(t_ns, position, velocity, navigation.age + 1)
+
+
+def _fix(
+    config: FlightConfig, attitude: Attitude | None, m: Measurements, navigation: Navigation | None
+) -> Fix | NoFix:
+    """Step 10: all measurements of all antennas, reduced to the centre of mass."""
+    if attitude is None:
+        return NoFix.NO_ATTITUDE
+    lever, lever_rate = levers_ecef(attitude, config.vehicle.lever_arm_body_m)
+    return solve(
+        m,
+        lever.T[:, m.receiver],
+        lever_rate.T[:, m.receiver],
+        config.vehicle.clock_domain[m.receiver],
+        None if navigation is None else navigation.position_m,
+    )
+
+
+def _command(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[FlightState, Commands | None]:
+    """Blocks 5 to 9: permissions from the position (fixed or carried on) and attitude of this epoch.
+
+    Without either the permissions stand as they are; commands under way are still repeated.
+    """
+    if config.policy.assign is None:
+        return state, None
+    commanding = state.commander
+    if state.without_fix >= config.options.autonomy_after_epochs:
+        if commander.taken_over(commanding):
+            commanding = commander.surrendered(commanding)
+    elif state.navigation is not None and state.attitude is not None:
+        commanding = commander.planned(commanding, _permissions(config, state), epoch.measurements)
+    commanding, commands = commander.due(commanding, epoch.mark.epoch, config.options)
+    return replace(state, commander=commanding), commands
+
+
+def _permissions(config: FlightConfig, state: FlightState) -> NDArray[np.int64]:
+    """Steps 6 to 9: (SATELLITES,) antenna each satellite is permitted on, -1 none."""
+    vehicle, position = config.vehicle, state.navigation.position_m
+    sat, pos_sv = almanac.predicted(state.predictions, state.mark.t_ns)
+    los, distance = angles.directions(pos_sv, position)
+    theta = angles.angles_rad(los, boresights_ecef(state.attitude, vehicle.boresight_body))
+    visible = angles.clear_of_earth(los, distance, position, config.options.ray_height_km * 1e3)
+    visible &= state.predictions.healthy[sat] & (state.commander.blocked_until[sat] <= state.mark.epoch)
+    permitted = np.full(SATELLITES, -1, np.int64)
+    permitted[sat] = config.policy.assign(
+        theta, visible, vehicle.mask_rad, vehicle.channels, state.commander.permitted[sat], config.options
+    )
+    return permitted
+
+
+def _answer(
+    config: FlightConfig, state: FlightState, m: Measurements, commands: Commands | None, mark: Mark | None
+) -> tuple[FlightState, FrameBatch]:
+    t_ns, number = (mark.t_ns, mark.epoch) if mark is not None else (0, 0)
+    frames = publish.block(
+        config.codec, config.vehicle.antennas, config.boot_count, m, state.fix, commands, t_ns
+    )
+    frames, sent = e2e.protect(config.codec, frames, state.sent, number)
+    return replace(state, sent=sent), frames
