@@ -53,7 +53,7 @@ class Tally:
 
 @dataclass(frozen=True, slots=True)
 class Commander:
-    """State of all channels, (m, C) arrays, C the channels of the largest antenna; `real` marks those that are.
+    """State of all channels: (m, C) arrays, C channels of the largest antenna; `real` marks which exist.
 
     target, held   satellite index, IDLE or AUTO
     asked          what the last command asked for

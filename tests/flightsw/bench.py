@@ -86,6 +86,7 @@ class FakeBus:
         self.counters = e2e.fresh_counters()
         self.heard = e2e.fresh_counters()
         self.answers = []
+        self.measured = []
         self.boots = [1] * antennas
         self.commands = []  # (epoch, receiver, channel, action, sat)
 
@@ -103,7 +104,7 @@ class FakeBus:
             sat = int(64 * v["sat_system"][i] + v["sat_number"][i])
             doing = {0: IDLE, 1: sat, 2: AUTO}[action]
             self.commands.append((epoch, receiver, channel, action, sat))
-            if self.doing[receiver - 1, channel] != doing:
+            if (receiver, channel, doing) not in self.measured:
                 self.since[receiver - 1, channel] = epoch
             self.doing[receiver - 1, channel] = doing
             echo = {k: v[k][i] for k in ("channel", "sat_system", "sat_number", "transaction")}
@@ -129,7 +130,7 @@ class FakeBus:
         self.obey(inbox, epoch)
         parts = [*mark_frames(epoch, s.T0_NS + round(t * 1e9), self.session), *self.answers]
         parts += attitude_frames(self.craft, t)
-        rows = self.tracking(t, epoch)
+        rows = self.measured = self.tracking(t, epoch)
         o = s.observe(self.craft, [(r - 1, sat) for r, _, sat in rows], self.sky, t)
         for k, (receiver, channel, _) in enumerate(rows):
             parts += channel_frames(receiver, channel, o, k)

@@ -7,7 +7,7 @@ import pytest
 
 from flightsw.attitude import attitude_now, levers_ecef
 from flightsw.intake import AttitudeReport, Measurements
-from flightsw.position import GLONASS_OFFSET, Fix, NoFix, solve
+from flightsw.position import GLONASS_OFFSET, Fix, solve
 from tests.flightsw import synthetic as s
 
 LEVERS = np.array([[2.4, 0, -1.1], [1.2, 1.0, -1.1], [-1.8, 0, -1.1], [1.2, -1.0, -1.1]])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import emulator
-from dbc import e2e, vehicle
-from flightsw.step import configure, flight_step, heartbeat, initial_state
+from dbc import vehicle
+from flightsw.step import configure, flight_step, initial_state
 from tests.flightsw import synthetic as s
-from tests.flightsw.bench import CODEC, FakeBus, decoded, position_of
+from tests.flightsw.bench import FakeBus, decoded, position_of
 from tests.flightsw.test_position import craft
 
 SOYUZ = vehicle.load(Path(emulator.__file__).parent / "vehicles" / "soyuz-ms.toml")
