@@ -19,8 +19,8 @@ from dbc.codec import Codec
 from dbc.contract import CHANNELS, MEASUREMENT_KINDS, VALUES
 from dbc.frames import SFF_MASK, FrameBatch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
-from tools.commands import CommandLedger
 from tools.geometry import distinct_pdop, distinct_satellites
+from tools.ledger import CommandLedger
 
 Columns = Mapping[str, NDArray]
 
@@ -65,7 +65,6 @@ class Traffic:
 class Digest:
     """Decodes one bus.
 
-    interval_ns   length of an epoch, for epochs whose time frames are missing
     on_channels   is handed the channel table piece by piece (it is large)
     """
 
@@ -82,7 +81,7 @@ class Digest:
         self._rejected: Counter[str] = Counter()
         self._lost = 0
         self._received = 0
-        self._bits: list[NDArray] = []
+        self._bits: list[tuple[int, NDArray]] = []
         self._fixes: list[Columns] = []
         self.commands = CommandLedger()
 
@@ -103,21 +102,22 @@ class Digest:
         marks = np.flatnonzero(is_mark)
         self._mark_nibbles = np.r_[self._mark_nibbles[-_HELD_BACK:], frames.data[marks, 1] >> 4]
         self._opened += len(marks)
-        self._bits.append(
-            np.bincount(np.maximum(ordinal, 0), frame_bits(frames), self._opened).astype(np.int64)
-        )
+        first = max(int(ordinal[0]), 0)
+        bits = np.bincount(np.maximum(ordinal, 0) - first, frame_bits(frames))
+        self._bits.append((first, bits.astype(np.int64)))
         self._hold(screened.frames, ordinal[good])
         self._consume(self._opened - _HELD_BACK)
 
     def _hold(self, frames: FrameBatch, ordinal: NDArray) -> None:
         """Keep accepted frames with the epoch they belong to: the one they are in or the one before."""
         begun = ordinal >= 0
+        self._rejected["BEFORE_FIRST_MARK"] += int((~begun).sum())
+        frames, ordinal = frames[begun], ordinal[begun]
         nibble_of = self._mark_nibbles[ordinal - (self._opened - len(self._mark_nibbles))]
         late = (nibble_of - (frames.data[:, 1] >> 4)) % 16
         late[~self._codec.protected_of[frames.can_id]] = 0
-        keep = begun & (late < _HELD_BACK)
-        self._rejected["MIXED_EPOCH"] += int((begun & ~keep).sum())
-        self._rejected["BEFORE_FIRST_MARK"] += int((~begun).sum())
+        keep = late < _HELD_BACK
+        self._rejected["MIXED_EPOCH"] += int((~keep).sum())
         held, epochs = self._carry
         self._carry = concat([held, frames[keep]]), np.r_[epochs, (ordinal - late)[keep]]
 
@@ -165,11 +165,15 @@ class Digest:
         return {name: np.concatenate([f[name] for f in self._fixes]) for name in self._fixes[0]}
 
     @property
+    def epochs(self) -> int:
+        """Time marks heard."""
+        return self._opened
+
+    @property
     def traffic(self) -> Traffic:
-        size = max((len(b) for b in self._bits), default=0)
-        total = np.zeros(size, np.int64)
-        for bits in self._bits:
-            total[: len(bits)] += bits
+        total = np.zeros(max((first + len(bits) for first, bits in self._bits), default=0), np.int64)
+        for first, bits in self._bits:
+            total[first : first + len(bits)] += bits
         rejected = {reason: n for reason, n in sorted(self._rejected.items()) if n}
         return Traffic(self._received, self._lost, rejected, total)
 

@@ -1,0 +1,111 @@
+"""Arguments that several commands share, checked as they are read: one line says what is allowed."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+DEFAULT_SCENARIO = "soyuz"
+RULES = ("elevation", "boresight", "prn")
+
+
+def seconds(text: str) -> float:
+    """A positive duration. '600', '600s', '10m', '24h', '1d'."""
+    units = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+    number, unit = (text[:-1], units[text[-1]]) if text[-1:] in units else (text, 1.0)
+    try:
+        value = float(number) * unit
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a duration; seconds, or a number with s, m, h or d (600, 10m, 1d)"
+        ) from None
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text} s; must be greater than 0")
+    return value
+
+
+def pace(text: str) -> str:
+    from dbc.link.conductor import parse_pace
+
+    try:
+        parse_pace(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def bus(text: str) -> str:
+    """'embedded', 'inline', or INTERFACE:CHANNEL."""
+    interface, colon, channel = text.partition(":")
+    alone = ("embedded", "inline", "python-can")
+    if (interface in alone and not colon) or (interface and channel and interface != "inline"):
+        return text
+    raise argparse.ArgumentTypeError(
+        f"'{text}': not one of {', '.join(alone)}, socketcan:IFACE, INTERFACE:CHANNEL"
+    )
+
+
+def seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) >= 2**63:
+        raise argparse.ArgumentTypeError(f"'{text}': a whole number from 0 to 2^63 - 1")
+    return int(text)
+
+
+def option(text: str) -> tuple[str, float | str | bool]:
+    """'hysteresis_deg=2', 'overflow=next', 'flag=true'."""
+    key, equals, value = text.partition("=")
+    if not (key and equals and value):
+        raise argparse.ArgumentTypeError(f"'{text}': not of the form KEY=VALUE")
+    if value in ("true", "false"):
+        return key, value == "true"
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenario", nargs="?", default=DEFAULT_SCENARIO, metavar="SCENARIO",
+        help=f"shipped scenario or a .toml file (default {DEFAULT_SCENARIO}; see gnss-hil scenarios)",
+    )  # fmt: skip
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """What a command line may change of a scenario."""
+    from emulator.factors.registry import FACTORS
+    from flightsw.assign import POLICIES
+
+    add = parser.add_argument
+    add("--duration", type=seconds, metavar="S", help="simulated time: seconds, or 10m, 24h, 1d")
+    add("--interval", type=seconds, metavar="S", help="time between epochs")
+    add("--seed", type=seed, metavar="N", help="seed of all random draws")
+    add(
+        "--nav", action="append", type=Path, metavar="FILE",
+        help="broadcast navigation file (RINEX 2 or 3, .gz accepted), repeatable; together they are the sky",
+    )  # fmt: skip
+    add("--vehicle", type=Path, metavar="FILE", help="vehicle file instead of the scenario's")
+    add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
+    add(
+        "--option", action="append", type=option, default=[], metavar="K=V",
+        help="option of the policy; repeatable",
+    )  # fmt: skip
+    add(
+        "--autonomous",
+        choices=RULES,
+        metavar="RULE",
+        help=f"receivers left alone search by: {', '.join(RULES)}",
+    )
+    add(
+        "--off", action="append", default=[], choices=[*FACTORS, "all"], metavar="FACTOR",
+        help=f"switch an error factor off; repeatable: {', '.join([*FACTORS, 'all'])}",
+    )  # fmt: skip
+
+
+def unchanged(scenario: str) -> argparse.Namespace:
+    """The arguments of a command that changes nothing of a scenario."""
+    parser = argparse.ArgumentParser()
+    add_scenario(parser)
+    add_changes(parser)
+    return parser.parse_args([scenario])

@@ -1,0 +1,169 @@
+"""The command line, `gnss-hil`: one table of commands, one place where mistakes become a line and a status.
+
+Start-up counts: nothing heavy is imported before a command is known, and then only that command's modules.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+
+from tools.errors import Mistake
+
+PROGRAM = "gnss-hil"
+INTERRUPTED = 130
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command; `module` has `add_arguments(parser)` and `run(arguments) -> exit status`."""
+
+    name: str
+    module: str
+    help: str
+    examples: tuple[str, ...]
+
+
+COMMANDS = {
+    c.name: c
+    for c in (
+        Command(
+            "run", "tools.command_run", "play a scenario: emulator, bus, flight software, recorder, summary",
+            (
+                "run",
+                "run soyuz-roll --bus inline",
+                "run soyuz --nav brdc3050.12n --nav brdc3050.12g --duration 86400 --bus inline --no-log",
+                "run soyuz --policy prototype --autonomous elevation --out runs/prototype",
+            ),
+        ),
+        Command(
+            "emulate", "tools.command_emulate", "the emulator alone, on a bus of yours",
+            ("emulate soyuz --bus socketcan:vcan0 --pace realtime",),
+        ),
+        Command(
+            "fly", "tools.command_fly", "the flight software alone, on a bus of yours",
+            ("fly --vehicle soyuz-ms.toml --bus socketcan:vcan0",),
+        ),
+        Command(
+            "report", "tools.command_report", "rebuild a run's tables and summary from bus.log and truth",
+            ("report runs/soyuz-20121031-001500",),
+        ),
+        Command("scenarios", "tools.command_scenarios", "what ships with the bench", ("scenarios",)),
+        Command(
+            "vcan", "tools.command_vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",
+            ("vcan up", "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0"),
+        ),
+        Command(
+            "icd", "tools.command_icd", "the bus contract: DBC, hash, frame budget",
+            ("icd dbc --receivers 2 > two.dbc", "icd hash", "icd budget soyuz"),
+        ),
+    )
+}  # fmt: skip
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse whose errors are one line."""
+
+    def error(self, message: str):
+        raise Mistake(f"{message} (see {self.prog} --help)")
+
+
+def overview() -> str:
+    """The text of `gnss-hil --help`."""
+    width = max(map(len, COMMANDS))
+    lines = [
+        f"usage: {PROGRAM} COMMAND [...]      {PROGRAM} COMMAND --help      {PROGRAM} --version",
+        "",
+        "A bench for spacecraft satellite navigation on CAN: an emulator plays the receivers, the flight",
+        "software commands them and publishes fixes, everything between them is frames.",
+        "",
+        *(f"  {c.name:<{width}}  {c.help}" for c in COMMANDS.values()),
+        "",
+        "examples:",
+        *(f"  {PROGRAM} {example}" for c in COMMANDS.values() for example in c.examples[:2]),
+        "",
+        "exit status: 0 done; 1 run failed or an expectation missed; 2 bad usage, scenario or input;",
+        "             3 the environment lacks something; 130 interrupted",
+    ]
+    return "\n".join(lines)
+
+
+def parser_of(command: Command) -> Parser:
+    """The argument parser of one command."""
+    parser = Parser(
+        prog=f"{PROGRAM} {command.name}",
+        description=command.help[0].upper() + command.help[1:] + ".",
+        epilog="examples:\n" + "\n".join(f"  {PROGRAM} {example}" for example in command.examples),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    import_module(command.module).add_arguments(parser)
+    parser.add_argument("--debug", action="store_true", help="show where in the program a failure arose")
+    return parser
+
+
+def _dispatch(argv: Sequence[str]) -> int:
+    if not argv or argv[0] in ("-h", "--help", "help"):
+        print(overview())
+        return 0
+    if argv[0] == "--version":
+        from importlib.metadata import version
+
+        print(f"{PROGRAM} {version(PROGRAM)}")
+        return 0
+    if argv[0] not in COMMANDS:
+        near = difflib.get_close_matches(argv[0], COMMANDS, 1)
+        hint = f"did you mean '{near[0]}'?" if near else f"commands are {', '.join(COMMANDS)}"
+        raise Mistake(f"unknown command '{argv[0]}'; {hint}")
+    command = COMMANDS[argv[0]]
+    arguments = parser_of(command).parse_args(argv[1:])
+    return import_module(command.module).run(arguments)
+
+
+def _told(error: BaseException) -> tuple[int, str] | None:
+    """Exit status and text of an error that people can understand; None if it is a fault of the program.
+
+    The classes are looked up among loaded modules: what is not loaded cannot have been raised.
+    """
+    if isinstance(error, Mistake):
+        return error.status, str(error)
+    for module, name, status in (
+        ("emulator.scenario", "ScenarioError", 2),
+        ("dbc.vehicle", "VehicleError", 2),
+        ("dbc.link.base", "LinkError", 3),
+        ("tools.candump", "LogError", 2),
+        ("tools.truth", "TruthError", 2),
+    ):
+        if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):
+            return status, str(error)
+    return None
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; the exit status."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _dispatch(argv)
+    except SystemExit as request:  # argparse's --help
+        return int(request.code or 0)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has left
+        sys.stderr.close()
+        return 0
+    except Exception as error:
+        told = _told(error)
+        if "--debug" in argv:
+            raise
+        status, text = told or (1, f"internal error: {type(error).__name__}: {error} (--debug shows where)")
+        for line in text.splitlines() or [type(error).__name__]:
+            print(f"{PROGRAM}: {line}", file=sys.stderr)
+        return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""`gnss-hil report`: tables and summary of a run again, from bus.log and truth alone."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from tools.errors import Mistake
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("run", type=Path, metavar="RUN", help="run folder")
+
+
+def run(arguments: Namespace) -> int:
+    from tools import report
+    from tools.cli import PROGRAM
+    from tools.folder import LOG, SCENARIO
+    from tools.text import missed, render
+
+    folder = arguments.run
+    if not folder.is_dir():
+        raise Mistake(f"{folder}: no such run folder")
+    for name in (SCENARIO, LOG):
+        if not (folder / name).is_file():
+            reason = "; a run without a log cannot be reported again" if name == LOG else ""
+            raise Mistake(f"{folder}: has no {name}{reason}")
+    scenario, codecs = report.read_scenario(folder)
+    craft = [c.name for c in scenario.craft]
+    digests = report.from_log(folder, craft, codecs)
+    facts = report.read_facts(folder) or report.guessed_facts(scenario, digests)
+    summary = report.write(folder, facts, digests)
+    print(render(summary))
+    lines = missed(summary)
+    for line in lines:
+        print(f"{PROGRAM}: {line}", file=sys.stderr)
+    return 1 if lines else 0

@@ -1,0 +1,183 @@
+"""`gnss-hil run`: a scenario played from end to end, into a run folder."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from tools.arguments import add_changes, add_scenario, bus, pace
+from tools.errors import Mistake
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_scenario(parser)
+    add_changes(parser)
+    add = parser.add_argument
+    add("--pace", type=pace, default="lockstep", metavar="P", help="lockstep (default), realtime, or xN")
+    add(
+        "--bus", type=bus, default="embedded", metavar="B",
+        help="embedded (default): two processes on a bus of our own; inline: one process, fastest; "
+        "socketcan:vcan0; or any python-can INTERFACE:CHANNEL",
+    )  # fmt: skip
+    add("--out", type=Path, metavar="DIR", help="run folder (default runs/<scenario>-<date>-<time>)")
+    add("--no-log", action="store_true", help="no bus.log and no channels.parquet: for very long runs")
+    add("--quiet", action="store_true", help="no progress")
+
+
+def run(arguments: Namespace) -> int:
+    check_combination(arguments)
+    from tools import plan as plans
+    from tools.folder import RunFolder, default_path
+
+    plan = plans.make(arguments)
+    if len(plan.names) > 1 and arguments.bus != "inline":
+        raise Mistake(f"--bus {arguments.bus}: {len(plan.names)} craft have a bus each; use --bus inline")
+    if arguments.bus not in ("inline", "embedded"):
+        from tools.supervisor import check_bus
+
+        check_bus(arguments.bus)
+    folder = RunFolder(arguments.out or default_path(plan.scenario.name))
+    try:
+        folder.describe(plan)
+        outcome, digests = _play(plan, arguments, folder)
+    except BaseException:
+        folder.discard()
+        raise
+    return _finish(plan, arguments, folder, outcome, digests)
+
+
+def check_combination(arguments: Namespace) -> None:
+    """Options that contradict each other."""
+    if arguments.bus == "inline" and arguments.pace != "lockstep":
+        raise Mistake(
+            f"--pace {arguments.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
+            "use --bus embedded"
+        )
+
+
+@contextmanager
+def interruptible() -> Iterator[Any]:
+    """A function that tells whether Ctrl-C or SIGTERM came; a second Ctrl-C ends at once."""
+    came: list[int] = []
+
+    def note(number, frame):
+        came.append(number)
+        if len(came) > 1:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _play(plan, arguments: Namespace, folder):
+    """The run itself: outcome, and live digests where no log is kept."""
+    from tools.digest import Digest
+    from tools.folder import LOG
+    from tools.progress import Progress
+    from tools.recorder import Recorder
+    from tools.report import bus_names
+
+    digests = {}
+    time = plan.scenario.time
+    progress = Progress(plan.scenario.name, time.duration_s, quiet=arguments.quiet)
+    with ExitStack() as stack:
+        stop = stack.enter_context(interruptible())
+        stack.callback(progress.close)
+        log = None if arguments.no_log else stack.enter_context((folder / LOG).open("wb"))
+        if arguments.no_log:
+            digests = {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
+        recorders = {
+            name: Recorder(
+                channel, time.start_ns, time.interval_ns, log, digests[name].feed if name in digests else None
+            )
+            for name, channel in zip(plan.names, bus_names(plan.names), strict=True)
+        }
+        outcome = _player(arguments)(plan, arguments, folder, recorders, progress, stop)
+        for recorder in recorders.values():
+            recorder.flush()
+    for digest in digests.values():
+        digest.finish()
+    return outcome, digests
+
+
+def _player(arguments: Namespace):
+    return _play_inline if arguments.bus == "inline" else _play_processes
+
+
+def _play_inline(plan, arguments, folder, recorders, progress, stop):
+    from tools import inline
+    from tools.folder import TRUTH
+    from tools.truth import header
+
+    with (folder / TRUTH).open("wb") as truth:
+        truth.write(header(plan.names))
+        return inline.play(plan, recorders, truth, progress, stop)
+
+
+def _play_processes(plan, arguments, folder, recorders, progress, stop):
+    from tools import supervisor
+
+    return supervisor.play(plan, arguments, folder, recorders[plan.names[0]], progress, stop)
+
+
+def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
+    """Tables and summary; what it showed on stdout; the exit status."""
+    from tools import report
+    from tools.cli import INTERRUPTED, PROGRAM
+    from tools.text import missed, render
+
+    if not outcome.epochs:
+        folder.discard()
+        if outcome.interrupted:
+            return INTERRUPTED
+    digests = digests or report.from_log(folder.path, plan.names, plan.codecs)
+    summary = report.write(folder.path, facts_of(plan, arguments, outcome), digests)
+    print(render(summary))
+    print(f"\nrun folder: {folder.path}")
+    lines = [outcome.failure] if outcome.failure else []
+    lines += [] if outcome.interrupted else missed(summary)
+    for line in lines:
+        print(f"{PROGRAM}: {line}", file=sys.stderr)
+    return INTERRUPTED if outcome.interrupted else 1 if lines else 0
+
+
+def facts_of(plan, arguments: Namespace, outcome) -> dict[str, Any]:
+    """What the run alone knows; the first part of summary.json."""
+    scenario = plan.scenario
+    interface, _, channel = arguments.bus.partition(":")
+    simulated_s = outcome.epochs * scenario.time.epoch_interval_s
+    clean = not outcome.unanswered and not outcome.interrupted and not outcome.failure
+
+    def milliseconds(value):
+        return None if value is None else float(f"{value * 1e3:.4g}")
+
+    return {
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "policy": scenario.craft[0].flight.policy,
+        "pace": arguments.pace,
+        "bus": {"interface": interface, "channel": channel},
+        "reproducible": arguments.pace == "lockstep" and clean,
+        "interrupted": outcome.interrupted,
+        "duration_s": simulated_s,
+        "epoch_interval_s": scenario.time.epoch_interval_s,
+        "epochs": outcome.epochs,
+        "epochs_unanswered": outcome.unanswered,
+        "real_time_factor": float(f"{simulated_s / outcome.wall_s:.4g}") if outcome.wall_s > 0 else None,
+        "epoch_latency_ms": {
+            "p50": milliseconds(outcome.latency_p50_s),
+            "p99": milliseconds(outcome.latency_p99_s),
+        },
+        "frames_sent": outcome.frames_sent,
+        "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
+    }

@@ -1,0 +1,51 @@
+"""Emulator and flight software in one process, batch to batch: the same frames, no bus in between."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import BinaryIO
+
+from dbc.frames import EMPTY, concat
+from dbc.link.latency import Latency
+from emulator import step as emulator
+from flightsw import step as flight
+from tools.outcome import Outcome
+from tools.plan import Plan
+from tools.progress import Progress
+from tools.recorder import Recorder
+from tools.watch import standing
+
+
+def play(
+    plan: Plan,
+    recorders: Mapping[str, Recorder],
+    truth: BinaryIO,
+    progress: Progress,
+    stop: Callable[[], bool],
+) -> Outcome:
+    """All epochs of a plan, as fast as they go; `stop` ends them early."""
+    world = plan.world
+    emulated = emulator.initial_state(world)
+    configs = dict(zip(plan.names, plan.flights, strict=True))
+    flown = {name: flight.initial_state(config) for name, config in configs.items()}
+    answers = dict.fromkeys(plan.names, EMPTY)
+    epochs, interval_s = plan.scenario.time.epochs, plan.scenario.time.epoch_interval_s
+    latency, sent, epoch = Latency(), 0, 0
+    begun = time.perf_counter()
+    while epoch < epochs and not stop():
+        emulated, blocks, rows = emulator.emulate_step(world, emulated, answers, epoch)
+        for name, config in configs.items():
+            heard = time.perf_counter()
+            flown[name], answers[name] = flight.flight_step(config, flown[name], blocks[name])
+            latency.add(time.perf_counter() - heard)
+            frames = concat((blocks[name], answers[name]))
+            sent += len(frames)
+            recorders[name].add(epoch, frames)
+        truth.write(rows.tobytes())
+        epoch += 1
+        if progress.due():
+            first = plan.names[0]
+            progress.show(standing(configs[first].codec, answers[first], epoch * interval_s, rows[0]))
+    wall_s = time.perf_counter() - begun
+    return Outcome(epoch, 0, wall_s, latency.percentile_s(50), latency.percentile_s(99), sent, epoch < epochs)

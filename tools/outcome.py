@@ -1,0 +1,26 @@
+"""What only the run itself knows of how it went."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """epochs      played
+    unanswered     epochs whose wall-clock limit passed
+    wall_s         from the first epoch to the last
+    latency_*_s    last measurement out to fix in, percentiles; None if there was no epoch
+    frames_sent    by the senders' own count; None if nobody counted
+    interrupted    ended before its time
+    failure        why it broke off; "" if it did not
+    """
+
+    epochs: int
+    unanswered: int
+    wall_s: float
+    latency_p50_s: float | None
+    latency_p99_s: float | None
+    frames_sent: int | None
+    interrupted: bool = False
+    failure: str = ""

@@ -1,0 +1,177 @@
+"""What a run will be: scenario, command line and files made into one plan, every mistake found first."""
+
+from __future__ import annotations
+
+import zlib
+from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dbc import vehicle as vehicles
+from dbc.codec import Codec
+from dbc.vehicle import Vehicle
+from emulator import scenario as scenarios
+from emulator.build import build_world
+from emulator.factors.registry import FACTORS
+from emulator.scenario import Scenario, ScenarioError
+from emulator.step import World
+from emulator.world import rinex
+from flightsw.step import FlightConfig, configure
+from tools.budget import Budget, budget
+from tools.errors import Mistake
+from tools.summary import metric_names
+
+_LETTERS = {"gps": "G", "glonass": "R"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A run whose parts fit together.
+
+    scenario       resolved: file names absolute, vehicles named as in the run folder
+    vehicle_texts  the vehicle files, one for each craft
+    flights        what the flight software of each craft is configured with
+    session        run identifier on the bus, from the seed: the same run has the same frames
+    """
+
+    scenario: Scenario
+    vehicles: tuple[Vehicle, ...]
+    vehicle_texts: tuple[str, ...]
+    flights: tuple[FlightConfig, ...]
+    world: World
+    budgets: tuple[Budget, ...]
+    session: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(craft.name for craft in self.scenario.craft)
+
+    @property
+    def codecs(self) -> tuple[Codec, ...]:
+        return tuple(craft.codec for craft in self.world.craft)
+
+
+def session_of(seed: int) -> int:
+    """16 bits that differ between seeds; never 0."""
+    return zlib.crc32(seed.to_bytes(8, "little")) % 0xFFFF + 1
+
+
+def vehicle_name(craft: Sequence[str], i: int) -> str:
+    """Name of a craft's vehicle file in a run folder."""
+    return "vehicle.toml" if len(craft) == 1 else f"vehicle-{craft[i]}.toml"
+
+
+def make(arguments: Namespace, refuse_overload: bool = True) -> Plan:
+    """The plan of a command line; Mistake, ScenarioError or VehicleError say what is wrong."""
+    path = scenarios.find(arguments.scenario)
+    document = scenarios.read(path)
+    _anchor(document, path.parent)
+    _change(document, arguments)
+    scenario = scenarios.parse(document, str(path))
+    if arguments.vehicle and len(scenario.craft) > 1:
+        raise Mistake(
+            f"--vehicle: {path} has {len(scenario.craft)} craft; name their vehicles in the scenario"
+        )
+    files = [arguments.vehicle or scenarios.vehicle_path(craft, path) for craft in scenario.craft]
+    loaded = tuple(vehicles.load(file) for file in files)
+    texts = tuple(Path(file).read_text("utf-8") for file in files)
+    flights = tuple(map(_flight, scenario.craft, loaded))
+    _check_expectations(scenario, flights, str(path))
+    session = session_of(scenario.seed)
+    world = build_world(scenario, loaded, session)
+    almanac = len(world.sky.index)
+    budgets = tuple(
+        budget(v, scenario.time.epoch_interval_s, almanac, craft.receivers.almanac_cycle_s)
+        for craft, v in zip(scenario.craft, loaded, strict=True)
+    )
+    refusals = [b.refusal(craft.name) for craft, b in zip(scenario.craft, budgets, strict=True)]
+    if refuse_overload and any(refusals):
+        raise Mistake("\n".join(filter(None, refusals)))
+    names = [craft.name for craft in scenario.craft]
+    craft = [c.model_copy(update={"vehicle": vehicle_name(names, i)}) for i, c in enumerate(scenario.craft)]
+    return Plan(scenario.model_copy(update={"craft": craft}), loaded, texts, flights, world, budgets, session)
+
+
+def _anchor(document: dict[str, Any], folder: Path) -> None:
+    """Navigation files named in a scenario are beside it."""
+    sky = document.get("sky")
+    if not isinstance(sky, dict):
+        return
+    for system in _LETTERS:
+        source = sky.get(system)
+        if isinstance(source, str) and source not in ("nominal", "none"):
+            sky[system] = str((folder / source).resolve())
+        elif isinstance(source, list) and all(isinstance(name, str) for name in source):
+            sky[system] = [str((folder / name).resolve()) for name in source]
+
+
+def _change(document: dict[str, Any], a: Namespace) -> None:
+    """Put what the command line says into the document, before it is checked as a whole."""
+    time = document.setdefault("time", {})
+    for key, value in (("duration_s", a.duration), ("epoch_interval_s", a.interval)):
+        if value is not None:
+            time[key] = value
+    if a.seed is not None:
+        document["seed"] = a.seed
+    if a.nav:
+        document["sky"] = {**document.get("sky", {}), **sky_of_files(a.nav)}
+    off = list(FACTORS) if "all" in a.off else a.off
+    for craft in document.get("craft", []):
+        if not isinstance(craft, dict):
+            continue
+        if a.policy is not None:
+            craft.setdefault("flight", {})["policy"] = a.policy
+            craft["flight"].pop("options", None)  # they belong to the policy that was replaced
+        if a.option:
+            options = craft.setdefault("flight", {}).setdefault("options", {})
+            options.update(_once(a.option))
+        if a.autonomous is not None:
+            craft.setdefault("receivers", {})["autonomous"] = a.autonomous
+        if off:
+            craft["factors"] = {**craft.get("factors", {}), **dict.fromkeys(off, False)}
+
+
+def _once(options: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    for key, _ in options:
+        values = [str(v) for k, v in options if k == key]
+        if len(values) > 1:
+            raise Mistake(f"--option {key}: given {len(values)} times ({', '.join(values)})")
+    return dict(options)
+
+
+def sky_of_files(paths: Sequence[Path]) -> dict[str, Any]:
+    """[sky] of navigation files: each system has the files that hold its records, or is "none"."""
+    try:
+        held = {path: set(rinex.read(path).records) for path in paths}
+    except rinex.RinexError as error:
+        raise ScenarioError(f"--nav: {error}") from None
+    idle = [str(path) for path, letters in held.items() if not letters & set(_LETTERS.values())]
+    if idle:
+        raise ScenarioError(f"--nav: {', '.join(idle)}: neither a GPS nor a GLONASS record")
+    return {
+        system: [str(path.resolve()) for path in paths if letter in held[path]] or "none"
+        for system, letter in _LETTERS.items()
+    }
+
+
+def _flight(craft: scenarios.Craft, vehicle: Vehicle) -> FlightConfig:
+    try:
+        return configure(vehicle, craft.flight.policy, craft.flight.options)
+    except ValueError as error:
+        raise Mistake("\n".join(f"craft {craft.name}: {line}" for line in str(error).splitlines())) from None
+
+
+def _check_expectations(scenario: Scenario, flights: Sequence[FlightConfig], origin: str) -> None:
+    if not scenario.expect:
+        return
+    known = metric_names([craft.name for craft in scenario.craft], flights[0].codec)
+    unknown = [name for name in scenario.expect if name not in known]
+    if unknown:
+        raise Mistake(
+            "\n".join(
+                f"{origin}: expect.{name}: no such figure; allowed are {', '.join(sorted(known))}"
+                for name in unknown
+            )
+        )

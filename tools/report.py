@@ -1,0 +1,82 @@
+"""From what a run left behind to its tables and summary; the same code after a run and long after it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from dbc import vehicle
+from dbc.codec import Codec, codec
+from emulator import scenario as scenarios
+from emulator.scenario import Scenario
+from tools import tables, truth
+from tools.digest import Digest
+from tools.folder import FACTS, LOG, SCENARIO, SUMMARY, TRUTH, write_json
+from tools.summary import build
+
+
+def bus_names(craft: Sequence[str]) -> list[str]:
+    """Names of the buses in bus.log: can0 is the first craft's."""
+    return [f"can{i}" for i in range(len(craft))]
+
+
+def from_log(folder: Path, craft: Sequence[str], codecs: Sequence[Codec]) -> dict[str, Digest]:
+    """Digests by craft from bus.log; writes channels.parquet on the way."""
+    table = tables.ParquetTable(folder / "channels.parquet")
+
+    def taker(name: str):
+        return lambda cells: table.add(tables.channel_columns(name, cells))
+
+    buses = bus_names(craft)
+    takers = {bus: taker(name) for bus, name in zip(buses, craft, strict=True)}
+    digests = tables.digest_log(folder / LOG, buses, codecs, takers)
+    table.close()
+    return {name: digests[bus] for bus, name in zip(buses, craft, strict=True)}
+
+
+def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> dict[str, Any]:
+    """Tables, run.json and summary.json of a folder; the summary."""
+    known = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
+    tables.write_fixes_and_truth(folder, digests, known)
+    summary = build(facts, digests, known)
+    write_json(folder / FACTS, facts)
+    write_json(folder / SUMMARY, summary)
+    return summary
+
+
+def read_facts(folder: Path) -> dict[str, Any] | None:
+    """What the run noted of itself; None if it died before."""
+    path = folder / FACTS
+    return json.loads(path.read_text("utf-8")) if path.exists() else None
+
+
+def read_scenario(folder: Path) -> tuple[Scenario, list[Codec]]:
+    """The scenario of a run folder and the codec of each craft's bus."""
+    path = folder / SCENARIO
+    scenario = scenarios.parse(scenarios.read(path), str(path))
+    found = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
+    return scenario, [codec(v.antennas) for v in found]
+
+
+def guessed_facts(scenario: Scenario, digests: Mapping[str, Digest]) -> dict[str, Any]:
+    """Facts of a run that died: what the scenario and the log tell; the rest is unknown, null."""
+    epochs = max(d.epochs for d in digests.values())
+    return {
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "policy": scenario.craft[0].flight.policy,
+        "pace": None,
+        "bus": {"interface": None, "channel": None},
+        "reproducible": False,
+        "interrupted": True,
+        "duration_s": epochs * scenario.time.epoch_interval_s,
+        "epoch_interval_s": scenario.time.epoch_interval_s,
+        "epochs": epochs,
+        "epochs_unanswered": None,
+        "real_time_factor": None,
+        "epoch_latency_ms": {"p50": None, "p99": None},
+        "frames_sent": None,
+        "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
+    }

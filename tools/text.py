@@ -1,0 +1,108 @@
+"""The summary as a person reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from tools.progress import clock
+
+
+def _figure(value, digits: int = 2) -> str:
+    if value is None:
+        return "-"
+    return (
+        f"{value:,.{digits}f}".replace(",", " ")
+        if isinstance(value, float)
+        else f"{value:,}".replace(",", " ")
+    )
+
+
+def _small(value) -> str:
+    """Metres or metres per second to three significant digits, never with an exponent."""
+    if value is None:
+        return "-"
+    return f"{value:.3f}" if abs(value) < 1 else f"{value:.2f}" if abs(value) < 10 else f"{value:.1f}"
+
+
+def _spread(s: Mapping[str, Any]) -> str:
+    if s["mean"] is None:
+        return "-"
+    return f"{s['mean']:6.1f} mean   {s['min']:g} to {s['max']:g}"
+
+
+def _errors(s: Mapping[str, Any], unit: str) -> str:
+    return "   ".join(f"{_small(s[k]):>7} {k}" for k in ("median", "rms", "p95", "max")) + f"   [{unit}]"
+
+
+def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, str]]:
+    share = f" ({100 * c['fixes'] / epochs:.1f} %)" if epochs else ""
+    a = c["assignment"]
+    yield name, ""
+    yield "  fixes", f"{_figure(c['fixes'])} of {_figure(epochs)} epochs{share}"
+    yield "  satellites in view", _spread(c["satellites_visible"])
+    yield "  satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
+    yield "  measurements in the fix", _spread(c["measurements"])
+    yield "  PDOP", f"{_small(c['pdop']['median']):>7} median   {_small(c['pdop']['p95'])} p95"
+    yield (
+        "  PDOP, each satellite once",
+        f"{_small(c['pdop_distinct']['median']):>7} median   {_small(c['pdop_distinct']['p95'])} p95",
+    )
+    yield "  position error, 3-D", _errors(c["position_error_m"], "m")
+    yield "  velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
+    yield (
+        "  assignment",
+        f"{_figure(a['commands'])} commands ({_figure(a['repeats'])} repeated), "
+        f"{_figure(a['handovers'])} handovers, {_figure(a['rejected'])} rejected",
+    )
+
+
+def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    frames, load, latency = s["frames"], s["bus_load_percent"], s["epoch_latency_ms"]
+    rejected = sum(frames["rejected"].values())
+    reasons = ", ".join(f"{count} {reason}" for reason, count in frames["rejected"].items())
+    channel = f":{s['bus']['channel']}" if s["bus"]["channel"] else ""
+    yield "bus", f"{s['bus']['interface']}{channel}, {s['pace']}"
+    yield (
+        "  frames",
+        f"{_figure(frames['received'])} heard of {_figure(frames['sent'])} sent, "
+        f"{_figure(frames['lost'])} lost, {_figure(rejected)} rejected{f' ({reasons})' if reasons else ''}",
+    )
+    yield "  load", f"{_small(load['mean']):>7} % mean   {_small(load['max'])} % at most"
+    yield "  epoch latency", f"{_small(latency['p50']):>7} ms p50   {_small(latency['p99'])} ms p99"
+    if s["epochs_unanswered"]:
+        yield "  epochs unanswered", f"{_figure(s['epochs_unanswered'])}: the run is not reproducible"
+
+
+def render(s: Mapping[str, Any]) -> str:
+    """Aligned lines with units."""
+    factor = s["real_time_factor"]
+    speed = f", {factor:.0f} times real time" if factor else ""
+    ended = {True: " (interrupted)", False: ""}[bool(s.get("interrupted"))]
+    rows = [
+        ("scenario", f"{s['scenario']}, policy {s['policy']}, seed {s['seed']}"),
+        ("simulated", f"{clock(s['duration_s'])} in {_figure(s['epochs'])} epochs{ended}{speed}"),
+        *_bus(s),
+    ]
+    for name, figures in s["craft"].items():
+        rows += _craft(name, figures, s["epochs"])
+    for row in s["expectations"]:
+        limits = " and ".join(f"{word} {row[key]:g}" for key, word in _LIMITS.items() if key in row)
+        found = "no figure" if row["found"] is None else f"found {row['found']:g}"
+        rows.append(("expected" if row["met"] else "MISSED", f"{row['name']} {limits}: {found}"))
+    width = max(len(left) for left, _ in rows) + 2
+    return "\n".join(f"{left:<{width}}{right}".rstrip() for left, right in rows)
+
+
+_LIMITS = {"min": "at least", "max": "at most"}
+
+
+def missed(s: Mapping[str, Any]) -> list[str]:
+    """One line for each expectation that was not met."""
+    lines = []
+    for row in s["expectations"]:
+        if not row["met"]:
+            limits = " and ".join(f"{word} {row[key]:g}" for key, word in _LIMITS.items() if key in row)
+            found = "no figure" if row["found"] is None else f"found {row['found']:g}"
+            lines.append(f"expectation missed: {row['name']}: {found}, expected {limits}")
+    return lines

@@ -1,0 +1,54 @@
+"""The truth stream of a run: one JSON line that describes the rows, then rows as raw bytes.
+
+Written as it happens; whatever dies, the whole rows up to then can be read.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+class TruthError(ValueError):
+    """A truth file that cannot be read; the message is for people."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """craft names, and rows of `emulator.truth.TRUTH` in the order of epochs."""
+
+    craft: tuple[str, ...]
+    rows: np.ndarray
+
+    def of(self, name: str) -> np.ndarray:
+        """Rows of one craft, by time."""
+        return self.rows[self.rows["craft"] == self.craft.index(name)]
+
+
+def read(path: Path) -> Truth:
+    """The truth of a run; a last row cut short (a crash) is left out."""
+    try:
+        with Path(path).open("rb") as stream:
+            header = json.loads(stream.readline())
+            kind = np.dtype(
+                [tuple(tuple(p) if isinstance(p, list) else p for p in f) for f in header["dtype"]]
+            )
+            body = stream.read()
+    except OSError as error:
+        raise TruthError(f"{path}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
+        raise TruthError(f"{path}: not a truth file (its first line describes the rows)") from None
+    return Truth(
+        tuple(header["craft"]), np.frombuffer(body[: len(body) // kind.itemsize * kind.itemsize], kind)
+    )
+
+
+def header(craft: Sequence[str]) -> bytes:
+    """The first line of a truth file."""
+    from emulator.truth import TRUTH
+
+    return json.dumps({"craft": list(craft), "dtype": TRUTH.descr}).encode() + b"\n"
