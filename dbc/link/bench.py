@@ -6,6 +6,7 @@ They bear no protection and no simulated time: they belong to the bench, not to 
 from __future__ import annotations
 
 import struct
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,3 +52,8 @@ def rows(frames: FrameBatch) -> list[int]:
 
 def _is_bench(can_id: NDArray[np.uint32]) -> NDArray[np.bool_]:
     return can_id - np.uint32(BENCH_FIRST) <= np.uint32(BENCH_LAST - BENCH_FIRST)  # below wraps to the top
+
+
+def session_of(seed: int) -> int:
+    """Run identifier of a seed, so that the same run has the same frames: 16 bits, never 0."""
+    return zlib.crc32(seed.to_bytes(8, "little")) % 0xFFFF + 1

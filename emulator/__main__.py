@@ -1,0 +1,254 @@
+"""`python -m emulator`: the emulator as a process on a bus, time master of the run."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+# One BLAS thread, before NumPy is loaded: the same sums in the same order, and no spinning helpers.
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
+
+import argparse
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+EXAMPLES = """\
+examples:
+  python -m emulator soyuz --bus socketcan:vcan0 --pace realtime
+  python -m emulator my-scenario.toml --bus embedded:/run/bench/bus.sock --truth truth --status fd:3
+
+BUS is embedded:/path.sock, socketcan:vcan0 (socketcan:can0,paced spreads bursts over bit time), or any
+python-can INTERFACE:CHANNEL. Exit status: 0 done; 1 the run failed; 2 bad usage or scenario;
+3 the environment lacks something; 130 interrupted."""
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message: str):
+        self.exit(2, f"{self.prog}: {message} (see --help)\n")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments, also for `gnss-hil emulate`."""
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="a shipped scenario's name or a .toml file")
+    add("--bus", metavar="[CRAFT=]BUS", action="append", required=True, help="one for each craft")
+    add("--pace", metavar="PACE", default="lockstep", help="lockstep (default), realtime, or xN")
+    add("--session", metavar="N", type=int, help="run identifier, 16 bit (default: from the seed)")
+    add("--duration", metavar="S", type=float, help="simulated seconds instead of the scenario's")
+    add("--seed", metavar="N", type=int, help="seed instead of the scenario's")
+    add("--truth", metavar="FILE", type=Path, help="write the truth here as it happens")
+    add("--status", metavar="FILE|fd:N", help="write progress here as JSON lines")
+    add("--require", metavar="NODES", default="FLIGHT", help="nodes to wait for, comma-separated, or 'none'")
+    add("--wait", metavar="S", type=float, help="give up waiting for them after S seconds (default: never)")
+    add(
+        "--limit",
+        metavar="S",
+        type=float,
+        default=10,
+        help="lockstep: S of silence leave an epoch unanswered",
+    )
+    add("--quiet", action="store_true", help="nothing on stderr but mistakes")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = Parser(
+        prog="python -m emulator",
+        description="Plays a scenario on a bus: receivers, attitude unit and time mark.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_arguments(parser)
+    return run(parser.parse_args(argv))
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plays what the arguments say; the exit status. Mistakes become lines on stderr."""
+    from dbc.link.base import LinkClosed, LinkError
+    from dbc.link.conductor import MissingNodes
+    from dbc.vehicle import VehicleError
+    from emulator.scenario import ScenarioError
+
+    try:
+        return _play(arguments)
+    except LinkError as error:
+        return _failed(3, error)
+    except (LinkClosed, MissingNodes) as error:
+        return _failed(1, error)
+    except (ScenarioError, VehicleError, UsageError) as error:
+        return _failed(2, error)
+
+
+class UsageError(Exception):
+    """Arguments that do not fit; one line for people."""
+
+
+def _failed(status: int, error: Exception) -> int:
+    for line in str(error).splitlines():
+        print(f"emulator: {line}", file=sys.stderr)
+    return status
+
+
+def _play(arguments: argparse.Namespace) -> int:
+    from dbc.contract import node_names
+    from dbc.link.bench import session_of
+    from dbc.link.conductor import Bus, Conductor, parse_pace
+    from dbc.link.stopping import INTERRUPTED, Stop
+    from emulator.build import build_world
+    from emulator.journal import StatusLog, TruthLog
+    from emulator.truth import TRUTH
+
+    try:
+        pace = parse_pace(arguments.pace)
+    except ValueError as error:
+        raise UsageError(f"--{error}") from None
+    scenario, vehicles, folder = _scenario(arguments)
+    session = session_of(scenario.seed) if arguments.session is None else arguments.session
+    world = build_world(scenario, vehicles, session, lambda name: folder / name)
+    specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
+    say = _silent if arguments.quiet else _say
+    with ExitStack() as stack:
+        stop = stack.enter_context(Stop())
+        truth = stack.enter_context(
+            _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)
+        )
+        status = stack.enter_context(_opened(lambda: StatusLog(arguments.status), arguments.status))
+        buses = {}
+        for craft in world.craft:
+            link = _join(specs[craft.name], craft.codec)
+            stack.callback(link.close)
+            buses[craft.name] = Bus(link, craft.codec)
+        conductor = Conductor(
+            buses, session, pace, scenario.time.epoch_interval_s, limit_s=arguments.limit, stop=stop
+        )
+        required = _required(arguments.require, node_names(max(len(c.vehicle.names) for c in world.craft)))
+        status.tell("waiting", for_nodes=arguments.require)
+        say(f"waiting for {arguments.require} on {', '.join(specs.values())}")
+        conductor.assemble(required, arguments.wait)
+        epochs = _epochs(world, scenario.time.epochs, conductor, truth, status, stop, say)
+    completed = epochs == scenario.time.epochs
+    return 0 if completed else INTERRUPTED
+
+
+def _scenario(arguments: argparse.Namespace):
+    """Scenario with the command line's changes, its vehicles, and the folder its file names start from."""
+    from dbc import vehicle
+    from emulator import scenario as scenarios
+
+    path = scenarios.find(arguments.scenario)
+    document = scenarios.read(path)
+    if arguments.duration is not None:
+        document.setdefault("time", {})["duration_s"] = arguments.duration
+    if arguments.seed is not None:
+        document["seed"] = arguments.seed
+    scenario = scenarios.parse(document, str(path))
+    vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
+    return scenario, vehicles, path.parent
+
+
+def _bus_specs(given: Sequence[str], craft: Sequence[str]) -> dict[str, str]:
+    """Bus by craft: CRAFT=BUS, or the bus alone where there is one craft."""
+    specs = {}
+    for text in given:
+        name, equals, spec = text.partition("=")
+        if not (equals and name in craft):
+            name, spec = craft[0] if len(craft) == 1 else "", text
+        if not name or name in specs:
+            raise UsageError(f"--bus {text}: give one CRAFT=BUS for each craft: {', '.join(craft)}")
+        specs[name] = spec
+    missing = [name for name in craft if name not in specs]
+    if missing:
+        raise UsageError(f"--bus: none given for craft {', '.join(missing)}")
+    return {name: specs[name] for name in craft}
+
+
+def _required(text: str, nodes: dict[str, int]) -> tuple[int, ...]:
+    names = [] if text == "none" else text.split(",")
+    unknown = [name for name in names if name not in nodes]
+    if unknown:
+        raise UsageError(f"--require: no node '{unknown[0]}'; allowed are {', '.join(nodes)}, or none")
+    return tuple(nodes[name] for name in names)
+
+
+def _opened(make: Callable, target):
+    try:
+        return make()
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{target}: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _join(spec: str, codec):
+    """A link on a bus where nobody plays the spacecraft yet."""
+    from dbc.link.base import LinkError, is_shared, open_link
+    from dbc.link.occupied import occupied
+
+    link = open_link(spec)
+    if is_shared(spec):
+        others = occupied(link, codec, set(codec.sender_of) - {"", "FLIGHT"})
+        if others:
+            link.close()
+            raise LinkError(f"bus '{spec}': {', '.join(sorted(others))} of another bench can be heard there")
+    return link
+
+
+def _epochs(world, epochs: int, conductor, truth, status, stop, say) -> int:
+    """All epochs from first to last or to the interruption; how many were played."""
+    from dbc.frames import EMPTY
+    from emulator.build import initial_state
+    from emulator.step import emulate_step
+
+    state = initial_state(world)
+    inbox = {craft.name: EMPTY for craft in world.craft}
+    begun_s = time.monotonic()
+    played, reason = 0, "FAILED"
+    status.tell("begun", epochs=epochs)
+    try:
+        while played < epochs and not stop():
+            state, blocks, rows = emulate_step(world, state, inbox, played)
+            now_s = time.monotonic()
+            truth.add(rows, now_s)
+            inbox = conductor.play(played, blocks)
+            played += 1
+            if status.due(now_s):
+                status.tell("progress", **_standing(world, played, conductor, now_s - begun_s))
+        reason = "COMPLETED" if played == epochs else "INTERRUPTED"
+        conductor.end(played, reason)
+    finally:
+        standing = _standing(world, played, conductor, time.monotonic() - begun_s)
+        status.tell("ended", reason=reason, **standing, **_tallied(conductor))
+        say(f"{reason.lower()} after {played} epochs, {standing['epochs_unanswered']} unanswered")
+    return played
+
+
+def _standing(world, played: int, conductor, wall_s: float) -> dict:
+    simulated_s = played * world.interval_ns / 1e9
+    return {
+        "epoch": played,
+        "t_gps_ns": world.start_ns + max(played - 1, 0) * world.interval_ns,
+        "wall_s": round(wall_s, 3),
+        "real_time_factor": round(simulated_s / wall_s, 3) if wall_s > 0 else None,
+        "epochs_unanswered": conductor.tally.unanswered,
+        "frames_lost": conductor.lost,
+    }
+
+
+def _tallied(conductor) -> dict:
+    tally = conductor.tally
+    percentiles = {f"p{p}": tally.latency.percentile_s(p) for p in (50, 99)}
+    return {
+        "frames": {"sent": tally.sent, "received": tally.received, "lost": conductor.lost},
+        "epoch_latency_ms": {k: None if v is None else round(v * 1e3, 4) for k, v in percentiles.items()},
+    }
+
+
+def _say(text: str) -> None:
+    print(f"emulator: {text}", file=sys.stderr, flush=True)
+
+
+def _silent(text: str) -> None:
+    pass
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+"""What the emulator writes beside the bus: the truth, and where the run stands."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+FLUSH_S = 1.0
+STATUS_S = 0.2
+
+
+class TruthLog:
+    """Truth as it happens: one JSON line {"dtype": ..., "craft": [names]}, then raw rows of that dtype.
+
+    Rows reach the file at least once a second of wall time, which the caller tells.
+    """
+
+    def __init__(self, path: Path | None, dtype: np.dtype, craft: Sequence[str]):
+        self._file = open(os.devnull if path is None else path, "wb")  # noqa: SIM115
+        header = {"dtype": np.lib.format.dtype_to_descr(dtype), "craft": list(craft)}
+        self._file.write(json.dumps(header).encode() + b"\n")
+        self._flushed_s = -FLUSH_S
+
+    def __enter__(self) -> TruthLog:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._file.close()
+
+    def add(self, rows: np.ndarray, now_s: float) -> None:
+        self._file.write(rows.tobytes())
+        if now_s - self._flushed_s >= FLUSH_S:
+            self._file.flush()
+            self._flushed_s = now_s
+
+
+class StatusLog:
+    """JSON lines for whoever supervises; "fd:N" or a file's path, None for nobody."""
+
+    def __init__(self, target: str | None):
+        where = os.devnull if target is None else target
+        self._stream = open(int(where[3:]) if where.startswith("fd:") else where, "w")  # noqa: SIM115
+        self._next_s = 0.0
+
+    def __enter__(self) -> StatusLog:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self._stream.close()
+
+    def due(self, now_s: float) -> bool:
+        """True at most five times a second."""
+        if now_s < self._next_s:
+            return False
+        self._next_s = now_s + STATUS_S
+        return True
+
+    def tell(self, event: str, **values: Any) -> None:
+        self._stream.write(json.dumps({"event": event, **values}) + "\n")
+        self._stream.flush()
