@@ -27,7 +27,7 @@ EQUATORIAL_RADIUS_M = 6_378_137.0
 _SEGMENT_NS = 60 * NS_PER_S
 _DEGREE = 12
 _PER_CHUNK = 30
-_CONVERGED_M = 1e-8
+_CONVERGED_ULP = 8
 _MOST_ITERATIONS = 40
 _LOWEST_PERIGEE_KM = 100.0
 
@@ -130,12 +130,13 @@ def solve_segment(
     drift_m = pos_m + np.outer((lobatto_nodes(_DEGREE) + 1) * h_s, vel_mps)
     # Velocities at the nodes serve velocity-dependent forces only; they converge with the positions.
     positions, velocities = drift_m, np.broadcast_to(vel_mps, drift_m.shape)
+    converged_m = _CONVERGED_ULP * np.spacing(np.linalg.norm(pos_m))
     for _ in range(_MOST_ITERATIONS):
         acc = acceleration(times_ns, positions, velocities)
         before = positions
         positions = drift_m + h_s * h_s * (_TWICE @ acc)
         velocities = vel_mps + h_s * (_ONCE @ acc)
-        if np.abs(positions - before).max() < _CONVERGED_M:
+        if np.abs(positions - before).max() < converged_m:
             return positions, (positions[-1], velocities[-1])
     raise OrbitError(f"no solution near {gpstime.iso(int(times_ns[0]))}: the orbit meets the Earth's centre")
 

@@ -42,14 +42,24 @@ _MAY_BE_BLANK = {"codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h"
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How a system's record is written; lines: how many a record may have."""
+    """How a system's record is written.
+
+    lines   how many a record may have
+    bytes   fields that some receivers write as unsigned bytes: 253 is -3
+    ranges  field -> least and greatest value with which an orbit or a frequency can be computed at all
+    """
 
     name: str
     fields: tuple[str, ...]
     lines: tuple[int, ...]
+    bytes: tuple[str, ...]
+    ranges: dict[str, tuple[float, float]]
 
 
-LAYOUTS = {"G": Layout("GPS", GPS_FIELDS, (8,)), "R": Layout("GLONASS", GLONASS_FIELDS, (4, 5))}
+LAYOUTS = {
+    "G": Layout("GPS", GPS_FIELDS, (8,), (), {"e": (0, 0.5), "sqrt_a": (2600, 9000)}),
+    "R": Layout("GLONASS", GLONASS_FIELDS, (4, 5), ("frequency",), {"frequency": (-7, 13)}),
+}
 """By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""
 
 _VERSION_2_TYPES = {"N": "G", "G": "R"}
@@ -206,7 +216,17 @@ def _record(
     texts = [head[c : c + 19] for c in (clock, clock + 19, clock + 38)]
     for line in lines[first + 1 : end]:
         texts += [line[c : c + 19] for c in (data, data + 19, data + 38, data + 57)]
-    return number, epoch, _values(texts, layout, first, origin)
+    values = _values(texts, layout, first, origin)
+    for name in layout.bytes:
+        position = layout.fields.index(name)
+        values[position] -= 256 * (128 <= values[position] <= 255)
+    for name, (least, greatest) in layout.ranges.items():
+        position = layout.fields.index(name)
+        if not least <= values[position] <= greatest:
+            line = _line_of(first, position)
+            allowed = f"allowed is {least} to {greatest}"
+            raise RinexError(f"{origin}: line {line}: {name} is {values[position]:g}; {allowed}")
+    return number, epoch, values
 
 
 def _epoch(text: str) -> datetime:
@@ -228,9 +248,14 @@ def _values(texts: list[str], layout: Layout, first: int, origin: str) -> list[f
         pass
     padded = texts + [""] * (len(names) - len(texts))
     return [
-        _number(text, name, first + 1 + (k + 1) // 4, origin)
+        _number(text, name, _line_of(first, k), origin)
         for k, (name, text) in enumerate(zip(names, padded, strict=False))
     ]
+
+
+def _line_of(first: int, position: int) -> int:
+    """Line, 1-based, of a record's field: three on the first line, then four a line."""
+    return first + 1 + (position + 1) // 4
 
 
 def _number(text: str, name: str, line: int, origin: str) -> float:
