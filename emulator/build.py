@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -125,13 +126,13 @@ def _wander(craft: scenario.Craft, seed: int, key: int, domains: Numbers) -> clo
 def _check_turns(craft: scenario.Craft) -> None:
     """Refuse slews faster than the bus can tell."""
     turns = craft.attitude.profile
-    for before, after in zip(turns, turns[1:], strict=False):
+    for before, after in pairwise(turns):
         change = sum(
             abs(getattr(after, a) - getattr(before, a)) for a in ("roll_deg", "pitch_deg", "yaw_deg")
         )
         rate = _QUINTIC_PEAK * np.deg2rad(change) / (after.t_s - before.t_s)
         if rate > FASTEST_TURN_RPS:
             raise ScenarioError(
-                f"craft.{craft.name}.attitude.profile: the turn from {before.t_s:g} s to {after.t_s:g} s reaches "
-                f"{np.rad2deg(rate):.1f} deg/s; allowed {np.rad2deg(FASTEST_TURN_RPS):.1f}"
+                f"craft.{craft.name}.attitude.profile: the turn from {before.t_s:g} s to {after.t_s:g} s "
+                f"reaches {np.rad2deg(rate):.1f} deg/s; allowed {np.rad2deg(FASTEST_TURN_RPS):.1f}"
             )

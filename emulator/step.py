@@ -154,7 +154,8 @@ def _scene(world: World, craft: CraftWorld, sky: SkyState, motion: geometry.Moti
     offset_s, drift = clock.offset_s(craft.wander, (t_ns - world.start_ns) / NS_PER_S)
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(
-        t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, by_receiver, offset_s
+        t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, by_receiver,
+        offset_s,
     )  # fmt: skip
 
 

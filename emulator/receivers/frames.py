@@ -109,7 +109,8 @@ def _part(paper: Form, can_id: NDArray[np.uint32], n: int, values: dict) -> Part
 def time_part(paper: Stationery, session: int, epoch: int, t_ns: int, leap_s: int) -> Part:
     week, second, nanosecond = gpstime.week_second_ns(t_ns)
     values = {
-        "session": session, "epoch": epoch, "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s,
+        "session": session, "epoch": epoch,
+        "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s,
     }  # fmt: skip
     return _part(paper.time, paper.time_id, 1, values)
 

@@ -35,8 +35,8 @@ def words(seed: int, craft_key: int, stream: int, epoch: int, count: int) -> NDA
 
 
 def uniform(raw: NDArray[np.uint64]) -> NDArray[np.float64]:
-    """Words to numbers in (0, 1), both ends excluded: the middles of 2^53 equal cells."""
-    return ((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    """Words to numbers in (0, 1), both ends excluded: the middles of 2^52 equal cells."""
+    return ((raw >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52
 
 
 def grid(seed: int, craft_key: int, epoch: int, systems: int) -> NDArray[np.uint64]:
