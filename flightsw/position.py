@@ -174,7 +174,8 @@ def _consistent(
     for excluded in range(EXCLUSIONS + 1):
         part = m if not excluded else m[rows]
         items, clocks = clock_columns(domain[rows], part.sat // NUMBERS == GLONASS)
-        if len(set(part.sat.tolist())) < 4 or len(rows) < 3 + len(items):
+        needed = 4 + (GLONASS_OFFSET in items)
+        if len(set(part.sat.tolist())) < needed or len(rows) < 3 + len(items):
             return NoFix.TOO_FEW_SATELLITES if not excluded else NoFix.INCONSISTENT_RANGES
         spheres = _intersect(part, lever_m[:, rows], clocks, variance[rows], start_m)
         if isinstance(spheres, NoFix):

@@ -52,17 +52,18 @@ class Circle:
         return (self.at(t - 2 * h) - 8 * self.at(t - h) + 8 * self.at(t + h) - self.at(t + 2 * h)) / (12 * h)
 
 
-def constellation(gps=24, glonass=24, radius_gps=26_560e3, radius_glonass=25_510e3):
-    """Satellite index -> orbit: planes evenly filled."""
+def constellation(gps=24, glonass=24):
+    """Satellite index -> orbit: six GPS and three GLONASS planes, evenly filled."""
     found = {}
-    for k in range(gps):
-        found[1 + k] = Circle(
-            radius_gps, np.radians(55), k % 6 * np.pi / 3, k // 6 * np.pi / 2 + k % 6 * 0.6 + 0.1
-        )
-    for k in range(glonass):
-        found[65 + k] = Circle(
-            radius_glonass, np.radians(64.8), k // 8 * 2 * np.pi / 3, k % 8 * np.pi / 4 + k // 8 * 0.26
-        )
+    for first, count, planes, radius, inclination in (
+        (1, gps, 6, 26_560e3, 55),
+        (65, glonass, 3, 25_510e3, 64.8),
+    ):
+        in_plane = -(-count // planes)
+        for k in range(count):
+            plane, slot = k % planes, k // planes
+            phase = 2 * np.pi * (slot / in_plane + plane / (planes * in_plane)) + 0.1 * first
+            found[first + k] = Circle(radius, np.radians(inclination), 2 * np.pi * plane / planes, phase)
     return found
 
 
