@@ -23,8 +23,9 @@ from emulator.receivers.observe import observe
 from emulator.scenario import Receivers
 from emulator.signals import clock, draws, geometry, link, view
 from emulator.truth import TRUTH, in_view_bits
-from emulator.world.attitude import Attitude, dcm_of_quaternion
+from emulator.world.attitude import Attitude
 from emulator.world.orbit import CraftState, Orbit
+from emulator.world.rotations import dcm_of_quaternion
 from emulator.world.sky import Sky, SkyState
 
 
