@@ -1,0 +1,211 @@
+"""Virtual CAN: on a kernel that has it, or inside a Linux kernel that runs as an ordinary program.
+
+`shell` boots Debian's user-mode Linux on the host's own files, with vcan0 and vcan1 up, and runs a command
+there. It needs neither root nor kernel modules of the host.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import termios
+from collections.abc import Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+INTERFACES = ("vcan0", "vcan1")
+MISSING, INTERRUPTED, TIMED_OUT = 3, 130, 124
+
+MODULES = (
+    "net/can/can",
+    "net/can/can-raw",
+    "drivers/net/can/dev/can-dev",
+    "drivers/net/can/vcan",
+    "net/can/can-gw",
+)
+_MODULE_ROOT = Path("/usr/lib/uml/modules")
+_SYSTEM_PATH = "/usr/local/sbin:/usr/sbin:/sbin"
+_PACKAGES = {
+    "linux.uml": "user-mode-linux",
+    "insmod": "kmod",
+    "ip": "iproute2",
+    "setsid": "util-linux",
+    "stty": "coreutils",
+}
+"""Programs that the guest needs, and the Debian packages they come in."""
+
+_INIT = """\
+#!/bin/sh
+PATH={path}:/usr/bin:/bin; export PATH
+# The console keeps the kernel's messages; the command's output goes to the host's stdout and stderr.
+mount -t proc proc /proc
+mount -t sysfs sysfs /sys
+mkdir -p /dev/shm /dev/pts
+mount -t tmpfs tmpfs /dev/shm
+mount -t devpts devpts /dev/pts
+mount -t tmpfs tmpfs /run
+exec >{folder}/boot 2>&1
+stty -F /dev/tty0 {terminal}
+stty -F /dev/tty1 {terminal}
+{modules}
+{interfaces}
+ip link set lo up
+hostname vcan 2>/dev/null
+setsid -c -w {folder}/command </dev/tty0 >/dev/tty0 2>/dev/tty1
+echo $? >{folder}/status
+stty -F /dev/tty0 sane  # returns once all output has left
+stty -F /dev/tty1 sane
+sync
+echo o >/proc/sysrq-trigger
+sleep 10
+"""
+
+_COMMAND = """\
+#!/bin/sh
+{environment}
+cd {directory} || exit 126
+exec {command}
+"""
+
+
+def up(argv: Sequence[str] = ()) -> int:
+    """Creates vcan interfaces on this kernel (vcan0 if none is named); the exit status."""
+    for interface in argv or INTERFACES[:1]:
+        fault = _raise_interface(interface)
+        if fault:
+            print(f"gnss-hil vcan up: {interface}: {fault}", file=sys.stderr)
+            return MISSING
+        print(f"{interface} is up")
+    return 0
+
+
+def _raise_interface(interface: str) -> str:
+    """'' or why it cannot be."""
+    if _run("ip", "link", "show", interface):
+        _run("modprobe", "vcan")  # built into some kernels: only the next line tells
+        fault = _run("ip", "link", "add", interface, "type", "vcan")
+        if fault:
+            return f"this kernel gives no virtual CAN ({fault}); try `gnss-hil vcan shell -- COMMAND`"
+    return _run("ip", "link", "set", interface, "up")
+
+
+def _run(*command: str) -> str:
+    """'' if the command succeeded, else the first line of its complaint."""
+    program = _which(command[0])
+    if program is None:
+        return f"{command[0]}: not installed"
+    done = subprocess.run([program, *command[1:]], capture_output=True, text=True)
+    if done.returncode == 0:
+        return ""
+    return (done.stderr.strip() or f"{command[0]} ended with status {done.returncode}").splitlines()[0]
+
+
+def shell(command: Sequence[str], timeout_s: float | None = None) -> int:
+    """Runs a command in a user-mode Linux with vcan0 and vcan1; its exit status.
+
+    Working folder, environment and the host's files are the command's. Its stdin is the terminal if there
+    is one, else empty. 3: the kernel is missing or did not boot; 124: `timeout_s` passed; 130: interrupted.
+    """
+    fault = _lacking()
+    if fault:
+        print(f"gnss-hil vcan shell: {fault}", file=sys.stderr)
+        return MISSING
+    with tempfile.TemporaryDirectory(prefix="gnss-hil-vcan-") as name:
+        folder = Path(name)
+        terminal = sys.stdin is not None and sys.stdin.isatty()
+        _write(folder, command, os.environ, terminal)
+        try:
+            with _kept_terminal(terminal):
+                _boot(folder, terminal, timeout_s)
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        except subprocess.TimeoutExpired:
+            print(f"gnss-hil vcan shell: stopped after {timeout_s:g} s", file=sys.stderr)
+            return TIMED_OUT
+        return _status(folder)
+
+
+def _lacking() -> str:
+    """'' or what user-mode Linux needs and this machine has not."""
+    missing = sorted({package for name, package in _PACKAGES.items() if _which(name) is None})
+    if missing:
+        return f"needs the Debian packages {' '.join(missing)} (apt install {' '.join(missing)})"
+    if not _modules().is_dir():
+        return f"no modules for this user-mode-linux in {_MODULE_ROOT} (reinstall the package)"
+    return ""
+
+
+def _which(program: str) -> str | None:
+    return shutil.which(program, path=f"{os.environ.get('PATH', os.defpath)}:{_SYSTEM_PATH}")
+
+
+def _modules() -> Path:
+    done = subprocess.run([_which("linux.uml"), "--version"], capture_output=True, text=True)
+    return _MODULE_ROOT / done.stdout.strip() / "kernel"
+
+
+def _write(folder: Path, command: Sequence[str], environment: Mapping[str, str], terminal: bool) -> None:
+    """The guest's init script and the command's."""
+    modules = _modules()
+    init = _INIT.format(
+        folder=folder,
+        path=_SYSTEM_PATH,
+        # A host's terminal is raw meanwhile: the guest ends lines and echoes. In a pipe it must not.
+        terminal="sane" if terminal else "-opost -echo",
+        modules="\n".join(f"insmod {modules / name}.ko" for name in MODULES),
+        interfaces="\n".join(f"ip link add {i} type vcan; ip link set {i} mtu 72 up" for i in INTERFACES),
+    )
+    exports = [f"export {k}={shlex.quote(v)}" for k, v in environment.items() if k.isidentifier()]
+    run = _COMMAND.format(
+        environment="\n".join(exports), directory=shlex.quote(os.getcwd()), command=shlex.join(command)
+    )
+    for name, text in (("init", init), ("command", run)):
+        (folder / name).write_text(text, "utf-8", "surrogateescape")
+        (folder / name).chmod(0o700)
+
+
+def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
+    """Runs the kernel to its end, or kills it."""
+    kernel = subprocess.Popen(
+        [
+            _which("linux.uml"),
+            "mem=2G", "rootfstype=hostfs", "rootflags=/", "rw", f"init={folder}/init",
+            "con=null", f"con0={'fd:0' if terminal else 'null'},fd:1", "con1=null,fd:2",
+            "console=tty9", "quiet", f"uml_dir={folder}/",
+        ],
+        stdin=None if terminal else subprocess.DEVNULL,
+        start_new_session=not terminal,
+    )  # fmt: skip
+    # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times more.
+    allowed = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(kernel.pid, {allowed[kernel.pid % len(allowed)]})
+    try:
+        kernel.wait(timeout_s)
+    finally:
+        if kernel.poll() is None:
+            kernel.kill()
+            kernel.wait()
+
+
+@contextmanager
+def _kept_terminal(terminal: bool):
+    """The kernel makes the terminal raw; afterwards it is as before."""
+    before = termios.tcgetattr(sys.stdin) if terminal else None
+    try:
+        yield
+    finally:
+        if before is not None:
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+
+
+def _status(folder: Path) -> int:
+    with suppress(OSError, ValueError):
+        return int((folder / "status").read_text())
+    boot = folder / "boot"
+    said = boot.read_text(errors="replace").strip().splitlines() if boot.exists() else []
+    print(f"gnss-hil vcan shell: the kernel did not boot{': ' + said[-1] if said else ''}", file=sys.stderr)
+    return MISSING
