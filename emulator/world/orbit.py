@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from dbc import gpstime
 from emulator import scenario
 from emulator.world import forces
-from emulator.world.earth import MU_M3PS2, eci_to_ecef, rotation_angle_rad
+from emulator.world.earth import MU_M3PS2, ROTATION_RPS, eci_to_ecef, rotation_angle_rad
 from emulator.world.polynomials import NS_PER_S, Grid, Table, lobatto_nodes
 
 EQUATORIAL_RADIUS_M = 6_378_137.0
@@ -69,8 +69,11 @@ class Orbit:
 
     def _sample(self, chunk: int) -> Array:
         """Positions (per_chunk, nodes, 3), ecef [m], at the nodes of a chunk's segments."""
-        times_ns, positions, _ = self._solve(chunk, forward=True)
-        return eci_to_ecef(positions, rotation_angle_rad(times_ns, self.leap_s))
+        positions, _ = self._solve(chunk, forward=True)
+        grid = self._table.grid
+        # From the middles on, the angle runs in seconds: a node rounded to 1 ns would be 0.5 um off.
+        middles = rotation_angle_rad(grid.middles_ns(chunk), self.leap_s)
+        return eci_to_ecef(positions, middles[:, None] + ROTATION_RPS * grid.nodes_s)
 
     def _state_at_boundary(self, chunk: int) -> tuple[Array, Array]:
         """Position and velocity, eci, where a chunk begins."""
@@ -79,27 +82,25 @@ class Orbit:
         while known not in self._boundary:
             known -= step
         while known != chunk:
-            _, _, end = self._solve(known if step > 0 else known - 1, forward=step > 0)
+            _, end = self._solve(known if step > 0 else known - 1, forward=step > 0)
             known += step
             self._boundary[known] = end
         return self._boundary[chunk]
 
-    def _solve(self, chunk: int, forward: bool) -> tuple[NDArray[np.int64], Array, tuple[Array, Array]]:
+    def _solve(self, chunk: int, forward: bool) -> tuple[Array, tuple[Array, Array]]:
         """Solve a chunk from its beginning (or, backward, from its end).
 
-        returns  node times (s, k) [ns] and positions (s, k, 3) eci [m] in solving order,
-                 and the state where the solution ends
+        returns  positions (s, k, 3) eci [m] at the nodes in solving order, and the state at the end
         """
         h_s = (1 if forward else -1) * _SEGMENT_NS / NS_PER_S / 2
         state = self._state_at_boundary(chunk if forward else chunk + 1)
         boundary_ns = self.start_ns + (chunk if forward else chunk + 1) * _PER_CHUNK * _SEGMENT_NS
-        times_ns = np.empty((_PER_CHUNK, _DEGREE + 1), np.int64)
         positions = np.empty((_PER_CHUNK, _DEGREE + 1, 3))
         nodes_ns = np.rint((lobatto_nodes(_DEGREE) + 1) * h_s * NS_PER_S).astype(np.int64)
         for row in range(_PER_CHUNK):
-            times_ns[row] = boundary_ns + row * round(2 * h_s * NS_PER_S) + nodes_ns
-            positions[row], state = solve_segment(times_ns[row], *state, h_s, self.acceleration)
-        return times_ns, positions, state
+            times_ns = boundary_ns + row * round(2 * h_s * NS_PER_S) + nodes_ns
+            positions[row], state = solve_segment(times_ns, *state, h_s, self.acceleration)
+        return positions, state
 
 
 def _integration_matrices(degree: int) -> tuple[Array, Array]:
