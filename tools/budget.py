@@ -99,8 +99,9 @@ class Budget:
             "",
             f"Epoch of {self.interval_s:g} s at 1 Mbit/s: {self.load_percent(typical, False):.2f} % typical, "
             f"{self.load_percent(WORST_BITS, False):.2f} % at most in steady state, "
-            f"{self.worst_percent:.2f} % with every event at once; above {LIMIT_PERCENT:.0f} % a run is refused. A frame of eight "
-            f"bytes has 111 bits without stuffing, {typical:.1f} on average with random contents, {WORST_BITS} at most.",
+            f"{self.worst_percent:.2f} % with every event at once; above {LIMIT_PERCENT:.0f} % a run is "
+            f"refused. A frame of eight bytes has 111 bits without stuffing, {typical:.1f} on average with "
+            f"random contents, {WORST_BITS} at most.",
         ]
         return "\n".join(lines)
 

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 
-from tools.errors import Mistake
+from tools.errors import INTERRUPTED, PROGRAM, Mistake
 
-PROGRAM = "gnss-hil"
-INTERRUPTED = 130
+# One BLAS thread, before NumPy is loaded: the same sums in the same order, and no spinning helpers.
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +136,7 @@ def _told(error: BaseException) -> tuple[int, str] | None:
         ("emulator.scenario", "ScenarioError", 2),
         ("dbc.vehicle", "VehicleError", 2),
         ("dbc.link.base", "LinkError", 3),
+        ("emulator.world.orbit", "OrbitError", 2),
         ("tools.candump", "LogError", 2),
         ("tools.truth", "TruthError", 2),
     ):

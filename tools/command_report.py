@@ -7,7 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tools.errors import Mistake
+from tools.errors import PROGRAM, Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,7 +16,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     from tools import report
-    from tools.cli import PROGRAM
     from tools.folder import LOG, SCENARIO
     from tools.text import missed, render
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tools.arguments import add_changes, add_scenario, bus, pace
-from tools.errors import Mistake
+from tools.errors import INTERRUPTED, PROGRAM, Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,19 +36,28 @@ def run(arguments: Namespace) -> int:
     from tools.folder import RunFolder, default_path
 
     plan = plans.make(arguments)
-    if len(plan.names) > 1 and arguments.bus != "inline":
-        raise Mistake(f"--bus {arguments.bus}: {len(plan.names)} craft have a bus each; use --bus inline")
     if arguments.bus not in ("inline", "embedded"):
-        from tools.supervisor import check_bus
+        from tools.taps import check_bus
 
+        if len(plan.names) > 1:
+            raise Mistake(
+                f"--bus {arguments.bus}: each of {len(plan.names)} craft has its own bus; use embedded"
+            )
         check_bus(arguments.bus)
     folder = RunFolder(arguments.out or default_path(plan.scenario.name))
+    recorders = {}
     try:
         folder.describe(plan)
-        outcome, digests = _play(plan, arguments, folder)
+        outcome, digests = _play(plan, arguments, folder, recorders)
     except BaseException:
-        folder.discard()
+        if any(recorder.frames for recorder in recorders.values()):
+            print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
+        else:
+            folder.discard()
         raise
+    if not outcome.epochs:  # interrupted before it began
+        folder.discard()
+        return INTERRUPTED
     return _finish(plan, arguments, folder, outcome, digests)
 
 
@@ -79,8 +88,8 @@ def interruptible() -> Iterator[Any]:
             signal.signal(number, handler)
 
 
-def _play(plan, arguments: Namespace, folder):
-    """The run itself: outcome, and live digests where no log is kept."""
+def _play(plan, arguments: Namespace, folder, recorders: dict):
+    """The run itself: outcome, and live digests where no log is kept. Fills in the recorders by craft."""
     from tools.digest import Digest
     from tools.folder import LOG
     from tools.progress import Progress
@@ -95,51 +104,39 @@ def _play(plan, arguments: Namespace, folder):
         stack.callback(progress.close)
         log = None if arguments.no_log else stack.enter_context((folder / LOG).open("wb"))
         if arguments.no_log:
-            digests = {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
-        recorders = {
-            name: Recorder(
-                channel, time.start_ns, time.interval_ns, log, digests[name].feed if name in digests else None
-            )
-            for name, channel in zip(plan.names, bus_names(plan.names), strict=True)
-        }
-        outcome = _player(arguments)(plan, arguments, folder, recorders, progress, stop)
-        for recorder in recorders.values():
-            recorder.flush()
+            digests |= {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
+        for name, channel in zip(plan.names, bus_names(plan.names), strict=True):
+            live = digests[name].feed if name in digests else None
+            recorders[name] = Recorder(channel, time.start_ns, time.interval_ns, log, live)
+            stack.callback(recorders[name].flush)
+        play = _play_inline if arguments.bus == "inline" else _play_processes
+        outcome = play(plan, arguments, folder, recorders, progress, stop)
     for digest in digests.values():
         digest.finish()
     return outcome, digests
 
 
-def _player(arguments: Namespace):
-    return _play_inline if arguments.bus == "inline" else _play_processes
-
-
 def _play_inline(plan, arguments, folder, recorders, progress, stop):
+    from emulator.journal import TruthLog
+    from emulator.truth import TRUTH as ROW
     from tools import inline
     from tools.folder import TRUTH
-    from tools.truth import header
 
-    with (folder / TRUTH).open("wb") as truth:
-        truth.write(header(plan.names))
+    with TruthLog(folder / TRUTH, ROW, plan.names) as truth:
         return inline.play(plan, recorders, truth, progress, stop)
 
 
 def _play_processes(plan, arguments, folder, recorders, progress, stop):
     from tools import supervisor
 
-    return supervisor.play(plan, arguments, folder, recorders[plan.names[0]], progress, stop)
+    return supervisor.play(plan, arguments, folder, recorders, progress, stop)
 
 
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
     from tools import report
-    from tools.cli import INTERRUPTED, PROGRAM
     from tools.text import missed, render
 
-    if not outcome.epochs:
-        folder.discard()
-        if outcome.interrupted:
-            return INTERRUPTED
     digests = digests or report.from_log(folder.path, plan.names, plan.codecs)
     summary = report.write(folder.path, facts_of(plan, arguments, outcome), digests)
     print(render(summary))

@@ -11,7 +11,7 @@ from tools.errors import Mistake
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "what", choices=("up", "shell"), metavar="WHAT",
-        help="up: vcan0 on this kernel (needs root); shell: run a COMMAND in a Linux of its own that has vcan0, vcan1",
+        help="up: vcan0 on this kernel (needs root); shell: run COMMAND in a Linux of its own that has vcan0",
     )  # fmt: skip
     parser.add_argument(
         "command", nargs=argparse.REMAINDER, metavar="-- COMMAND", help="what to run in the shell"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+PROGRAM = "gnss-hil"
+INTERRUPTED = 130
+
 
 class Mistake(Exception):
     """Bad usage, scenario or input. The text is one line a fault: what, what was found, what is allowed."""

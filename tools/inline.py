@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import BinaryIO
 
 from dbc.frames import EMPTY, concat
 from dbc.link.latency import Latency
-from emulator import step as emulator
+from emulator import build
+from emulator.journal import TruthLog
+from emulator.step import emulate_step
 from flightsw import step as flight
 from tools.outcome import Outcome
 from tools.plan import Plan
@@ -20,13 +21,13 @@ from tools.watch import standing
 def play(
     plan: Plan,
     recorders: Mapping[str, Recorder],
-    truth: BinaryIO,
+    truth: TruthLog,
     progress: Progress,
     stop: Callable[[], bool],
 ) -> Outcome:
     """All epochs of a plan, as fast as they go; `stop` ends them early."""
     world = plan.world
-    emulated = emulator.initial_state(world)
+    emulated = build.initial_state(world)
     configs = dict(zip(plan.names, plan.flights, strict=True))
     flown = {name: flight.initial_state(config) for name, config in configs.items()}
     answers = dict.fromkeys(plan.names, EMPTY)
@@ -34,7 +35,7 @@ def play(
     latency, sent, epoch = Latency(), 0, 0
     begun = time.perf_counter()
     while epoch < epochs and not stop():
-        emulated, blocks, rows = emulator.emulate_step(world, emulated, answers, epoch)
+        emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
         for name, config in configs.items():
             heard = time.perf_counter()
             flown[name], answers[name] = flight.flight_step(config, flown[name], blocks[name])
@@ -42,7 +43,7 @@ def play(
             frames = concat((blocks[name], answers[name]))
             sent += len(frames)
             recorders[name].add(epoch, frames)
-        truth.write(rows.tobytes())
+        truth.add(rows, heard)
         epoch += 1
         if progress.due():
             first = plan.names[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any
 
 from dbc import vehicle as vehicles
 from dbc.codec import Codec
+from dbc.link.bench import session_of
 from dbc.vehicle import Vehicle
 from emulator import scenario as scenarios
 from emulator.build import build_world
@@ -51,11 +51,6 @@ class Plan:
     @property
     def codecs(self) -> tuple[Codec, ...]:
         return tuple(craft.codec for craft in self.world.craft)
-
-
-def session_of(seed: int) -> int:
-    """16 bits that differ between seeds; never 0."""
-    return zlib.crc32(seed.to_bytes(8, "little")) % 0xFFFF + 1
 
 
 def vehicle_name(craft: Sequence[str], i: int) -> str:

@@ -6,7 +6,6 @@ Written as it happens; whatever dies, the whole rows up to then can be read.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,10 +44,3 @@ def read(path: Path) -> Truth:
     return Truth(
         tuple(header["craft"]), np.frombuffer(body[: len(body) // kind.itemsize * kind.itemsize], kind)
     )
-
-
-def header(craft: Sequence[str]) -> bytes:
-    """The first line of a truth file."""
-    from emulator.truth import TRUTH
-
-    return json.dumps({"craft": list(craft), "dtype": TRUTH.descr}).encode() + b"\n"

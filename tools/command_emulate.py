@@ -1,0 +1,7 @@
+"""`gnss-hil emulate`: the emulator alone, the same as `python -m emulator`."""
+
+from __future__ import annotations
+
+from emulator.__main__ import add_arguments, run
+
+__all__ = ["add_arguments", "run"]

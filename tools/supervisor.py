@@ -1,0 +1,180 @@
+"""Emulator and flight software as processes on buses, and whoever watches over them.
+
+The supervisor owns the embedded buses' hubs (or listens on a foreign bus), feeds the recorders with what it
+hears, tells who died, and ends everybody when asked to.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from argparse import Namespace
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+from dbc.codec import Codec
+from dbc.link.hub import PrivateFolder
+from tools.children import LEAVE_S, Child, StatusReader, emulator_command, flight_command, start
+from tools.folder import RunFolder
+from tools.outcome import Outcome
+from tools.plan import Plan
+from tools.progress import Progress
+from tools.recorder import Recorder
+from tools.sequence import Epoch, Sequencer
+from tools.taps import Ear, embedded_bus, foreign_bus
+from tools.watch import standing
+
+TURN_S = 0.03
+"""Rhythm of the supervisor: how long frames may wait to be recorded."""
+
+FAREWELL_S = 1.0
+"""At the end of a run the flight software may be gone this much before the emulator."""
+
+
+def play(
+    plan: Plan,
+    arguments: Namespace,
+    folder: RunFolder,
+    recorders: Mapping[str, Recorder],
+    progress: Progress,
+    stop: Callable[[], bool],
+) -> Outcome:
+    """A run of processes; an error if it could not begin."""
+    lockstep = arguments.pace == "lockstep"
+    buses = [
+        _Bus(codec, Ear(), Sequencer(codec, lockstep), recorders[name])
+        for name, codec in zip(plan.names, plan.codecs, strict=True)
+    ]
+    with ExitStack() as stack:
+        private = stack.enter_context(PrivateFolder())
+        specs = {}
+        for i, (name, bus) in enumerate(zip(plan.names, buses, strict=True)):
+            way = (
+                embedded_bus(private / f"can{i}", bus.ear)
+                if arguments.bus == "embedded"
+                else foreign_bus(arguments.bus, bus.ear)
+            )
+            specs[name] = stack.enter_context(way)
+        reading, writing = os.pipe()
+        stack.callback(os.close, reading)
+        command = emulator_command(plan, arguments, folder, specs, writing)
+        emulator = start("emulator", command, private / "emulator", (writing,))
+        os.close(writing)
+        stack.callback(emulator.leave)
+        flights = []
+        for i, name in enumerate(plan.names):
+            command = flight_command(plan, folder, i, specs[name])
+            flights.append(start(f"flight software of {name}", command, private / f"flight-{i}"))
+            stack.callback(flights[-1].leave)
+        watch = _Watch(plan, buses, progress, StatusReader(reading))
+        failure = watch.until_over(emulator, flights, stop)
+        return watch.outcome(failure, interrupted=stop())
+
+
+@dataclass(slots=True, eq=False)
+class _Bus:
+    """One bus on its way into the record."""
+
+    codec: Codec
+    ear: Ear
+    sequencer: Sequencer
+    recorder: Recorder
+    last: Epoch | None = None
+
+    def take(self) -> None:
+        """Record the epochs that what was heard completes."""
+        frames = self.ear.take()
+        if len(frames):
+            self._record(self.sequencer.hear(frames))
+
+    def finish(self) -> None:
+        self.take()
+        self._record(self.sequencer.finish())
+
+    def _record(self, closed: list[Epoch]) -> None:
+        for epoch in closed:
+            self.recorder.add(epoch.number, epoch.frames)
+            self.last = epoch
+
+
+@dataclass(slots=True, eq=False)
+class _Watch:
+    """The supervisor's rounds."""
+
+    plan: Plan
+    buses: list[_Bus]
+    progress: Progress
+    status: StatusReader
+    begun: float = field(default_factory=time.perf_counter)
+
+    def until_over(self, emulator: Child, flights: list[Child], stop: Callable[[], bool]) -> str:
+        """Rounds until all have left; why the run broke off, "" if it did not.
+
+        A run that never began is an error: of the one who refused, in his words.
+        """
+        failure = ""
+        while emulator.running:
+            self._round()
+            failure = failure or self._trouble(emulator, flights)
+            if failure or stop():
+                emulator.leave()
+        if not failure and not stop() and emulator.process.returncode:
+            failure = emulator.obituary()
+        for flight in flights:
+            if not failure and not stop() and flight.wait(LEAVE_S) and flight.process.returncode:
+                failure = flight.obituary()
+            flight.leave()
+        for bus in self.buses:
+            bus.finish()
+        self.status.poll()
+        if failure and not self._epochs:
+            refused = next(
+                (child for child in (emulator, *flights) if child.process.returncode in (2, 3)), None
+            )
+            raise (refused or next(c for c in (*flights, emulator) if c.process.returncode)).refusal()
+        return failure
+
+    def _trouble(self, emulator: Child, flights: list[Child]) -> str:
+        """Who broke off while the emulator goes on."""
+        for bus in self.buses:
+            if bus.ear.failure:
+                return bus.ear.failure
+        for flight in flights:
+            if not flight.running and not (emulator.wait(FAREWELL_S) and emulator.process.returncode == 0):
+                return flight.obituary()
+        return ""
+
+    def _round(self) -> None:
+        time.sleep(TURN_S)
+        for bus in self.buses:
+            bus.take()
+        self.status.poll()
+        first = self.buses[0]
+        if first.last is not None and self.progress.due():
+            simulated_s = (first.last.number + 1) * self.plan.scenario.time.epoch_interval_s
+            self.progress.show(standing(first.codec, first.last.frames, simulated_s))
+
+    @property
+    def _epochs(self) -> int:
+        """Epochs on record."""
+        last = self.buses[0].last
+        return 0 if last is None else last.number + 1
+
+    def outcome(self, failure: str, interrupted: bool) -> Outcome:
+        said = self.status.last
+        latency = said.get("epoch_latency_ms", {})
+
+        def seconds(name: str) -> float | None:
+            return None if latency.get(name) is None else latency[name] / 1e3
+
+        return Outcome(
+            self._epochs,
+            said.get("epochs_unanswered", 0),
+            said.get("wall_s") or time.perf_counter() - self.begun,
+            seconds("p50"),
+            seconds("p99"),
+            sum(bus.sequencer.declared for bus in self.buses) or None,
+            interrupted,
+            failure,
+        )

@@ -1,0 +1,89 @@
+"""What the recorder hears: a tap on a bus of our own, or a listener on somebody else's."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from dbc.frames import EMPTY, FrameBatch, concat
+from dbc.link.base import LinkClosed, frames_from_wire, open_link
+from dbc.link.hub import Hub
+from tools.errors import Failed
+
+QUEUE_PIECES = 4096
+"""Pieces of the bus that may wait for the recorder; then the bus waits."""
+
+
+def check_bus(spec: str) -> None:
+    """LinkError if a bus cannot be joined; asked before a run folder is made."""
+    open_link(spec).close()
+
+
+class Ear:
+    """What the bus says, from another thread to the supervisor's."""
+
+    def __init__(self):
+        self._pieces: queue.Queue[FrameBatch | bytes] = queue.Queue(QUEUE_PIECES)
+        self.closing = False
+        self.failure = ""
+
+    def hear(self, piece: FrameBatch | bytes) -> None:
+        """Hand over a piece; waits while the recorder is behind."""
+        while not self.closing:
+            try:
+                return self._pieces.put(piece, timeout=0.1)
+            except queue.Full:
+                continue
+
+    def take(self) -> FrameBatch:
+        """All that is here, in bus order."""
+        pieces = []
+        while True:
+            try:
+                piece = self._pieces.get_nowait()
+            except queue.Empty:
+                break
+            pieces.append(piece if isinstance(piece, FrameBatch) else frames_from_wire(piece)[0])
+        return concat(pieces) if pieces else EMPTY
+
+
+@contextmanager
+def embedded_bus(path: Path, ear: Ear) -> Iterator[str]:
+    """A hub of our own with the recorder inside; its specification."""
+    hub = Hub(path, taps=(lambda sender, wire: ear.hear(wire),))
+    try:
+        yield f"embedded:{path}"
+    finally:
+        ear.closing = True
+        hub.close()
+        if hub.failure is not None:
+            raise Failed(f"the bus failed: {hub.failure}")
+
+
+@contextmanager
+def foreign_bus(spec: str, ear: Ear) -> Iterator[str]:
+    """A bus that others own: the recorder is a listener of its own on it."""
+    link = open_link(spec)
+    ended = threading.Event()
+
+    def listen():
+        try:
+            while not ended.is_set():
+                frames = link.receive(0.1)
+                if len(frames):
+                    ear.hear(frames)
+        except LinkClosed as error:
+            ear.failure = f"bus {spec}: {error or 'gone'}"
+
+    thread = threading.Thread(target=listen, name="recorder", daemon=True)
+    thread.start()
+    try:
+        yield spec
+    finally:
+        ended.set()
+        ear.closing = True
+        thread.join()
+        link.close()
