@@ -140,17 +140,19 @@ class Hub:
         return True
 
     def _accept(self) -> None:
-        try:
-            sock, _ = self._listener.accept()
-        except OSError:  # the client gave up between connect and accept
-            return
-        sock.setblocking(False)
-        self._joined += 1
-        peer = _Peer(self._joined, sock)
-        self._selector.register(sock, peer.interest, peer)
-        self._peers[peer.number] = peer
-        self._apply_interest()
-        self._watch(peer.number, True)
+        """Takes in everybody who is connecting."""
+        while True:
+            try:
+                sock, _ = self._listener.accept()
+            except OSError:  # nobody (any more)
+                return
+            sock.setblocking(False)
+            self._joined += 1
+            peer = _Peer(self._joined, sock)
+            self._selector.register(sock, peer.interest, peer)
+            self._peers[peer.number] = peer
+            self._apply_interest()
+            self._watch(peer.number, True)
 
     def _read(self, peer: _Peer) -> None:
         try:
@@ -162,6 +164,7 @@ class Hub:
         if not wire:
             self._drop(peer)
             return
+        self._accept()  # whoever connected before these bytes were sent must hear them
         if peer.tail:
             wire = peer.tail + wire
         whole = len(wire) // FRAME * FRAME
