@@ -1,0 +1,243 @@
+"""Commands over the bus: what they do, how they are answered, how long receivers take."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dbc import frames, satellites
+from emulator.receivers.channels import LOCK
+from emulator.receivers.commands import RESULT
+from emulator.signals import geometry
+from emulator.step import _scene
+from tests.emulator import bench
+from tests.emulator.bench import AUTONOMOUS, RELEASE, TRACK, command, sealed
+
+ACCEPTED = RESULT["ACCEPTED"]
+QUICK = {"hot_s": 0, "warm_s": 0, "cold_s": 0, "ephemeris_s": 0}
+
+
+def soyuz(**receivers):
+    return bench.craft(factors=bench.QUIET, receivers={**QUICK, **receivers})
+
+
+def free_satellites(the_world, epoch, receiver):
+    """Names of satellites with a signal at a receiver that it does not track by itself, best C/N0 first."""
+    t_ns = the_world.start_ns + epoch * the_world.interval_ns
+    sky = the_world.sky.at(t_ns)
+    scene = _scene(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
+    taken = bench.tracked(bench.run(the_world, 1)[1][0], receiver).values()
+    order = np.argsort(-scene.cn0_dbhz[receiver - 1])
+    names = [satellites.name(sky.index[j]) for j in order if scene.signal[receiver - 1, j]]
+    return [name for name in names if name not in taken]
+
+
+def hidden_satellite(the_world):
+    sky = the_world.sky.at(the_world.start_ns)
+    scene = _scene(the_world, the_world.craft[0], sky, geometry.inertial(sky), the_world.start_ns)
+    return satellites.name(sky.index[np.argmin(scene.view.ray_height_m)])
+
+
+def test_track_takes_effect_in_the_next_block_with_its_answer():
+    the_world = bench.world(soyuz())
+    name = free_satellites(the_world, 0, 1)[0]
+    _, blocks, _ = bench.run(the_world, 3, {1: sealed(command(1, 2, TRACK, name, transaction=77))})
+    assert bench.answers(blocks[0]) == []
+    assert bench.answers(blocks[1]) == [(1, 2, ACCEPTED, 77)]
+    assert bench.tracked(blocks[1], 1)[2] == name
+    assert bench.answers(blocks[2]) == []
+
+
+def test_release_idles_a_channel_until_it_is_given_back():
+    the_world = bench.world(soyuz())
+    orders = bench.orders({1: [command(3, 4, RELEASE)], 4: [command(3, 4, AUTONOMOUS)]})
+    _, blocks, _ = bench.run(the_world, 5, orders)
+    assert 4 in bench.tracked(blocks[0], 3)
+    assert all(4 not in bench.tracked(blocks[k], 3) for k in (1, 2, 3))
+    assert 4 in bench.tracked(blocks[4], 3)
+    states = [bench.decode(b, "STATUS")["state"].tolist() for b in blocks]
+    assert states[0] == [2, 2, 2, 2]
+    assert states[1] == [2, 2, 3, 2]
+    assert states[4] == [2, 2, 2, 2]
+
+
+@pytest.mark.parametrize(
+    ("order", "result"),
+    [
+        (lambda w: command(1, 6, TRACK, "G01"), "NO_SUCH_CHANNEL"),
+        (lambda w: command(1, 31, RELEASE), "NO_SUCH_CHANNEL"),
+        (lambda w: command(1, 0, 3, "G01"), "BAD_ACTION"),
+        (lambda w: command(1, 0, TRACK, "G33"), "NO_SUCH_SATELLITE"),
+        (lambda w: command(1, 0, TRACK, "R25"), "NO_SUCH_SATELLITE"),
+        (lambda w: command(1, 0, TRACK, "E01", signal=7), "NO_SUCH_SATELLITE"),
+        (lambda w: command(1, 0, TRACK), "NO_SUCH_SATELLITE"),
+        (lambda w: command(1, 0, TRACK, "G30"), "NOT_IN_ALMANAC"),
+        (lambda w: command(1, 0, TRACK, hidden_satellite(w)), "BEHIND_EARTH"),
+        (lambda w: command(1, 0, TRACK, "G01", signal=1), "NO_SUCH_SIGNAL"),
+        (lambda w: command(1, 0, TRACK, "R01", signal=0), "NO_SUCH_SIGNAL"),
+    ],
+)
+def test_the_impossible_is_refused_and_changes_nothing(order, result):
+    the_world = bench.world(soyuz())
+    _, blocks, _ = bench.run(the_world, 2, {1: sealed(order(the_world))})
+    assert [a[2] for a in bench.answers(blocks[1])] == [RESULT[result]]
+    assert bench.tracked(blocks[1], 1) == bench.tracked(blocks[0], 1)
+
+
+def test_unhealthy_satellites_are_refused_and_left_alone():
+    the_world = bench.world(soyuz())
+    sick = next(iter(bench.tracked(bench.run(the_world, 1)[1][0], 1).values()))
+
+    class Sky:
+        """The world's sky, one satellite of it broadcasting that it is unhealthy."""
+
+        index = the_world.sky.index
+
+        @staticmethod
+        def at(t_ns):
+            state = the_world.sky.at(t_ns)
+            return replace(state, healthy=state.healthy & (state.index != satellites.parse(sick)))
+
+    changed = replace(the_world, sky=Sky)
+    _, blocks, _ = bench.run(changed, 2, {1: sealed(command(1, 0, TRACK, sick))})
+    assert [a[2] for a in bench.answers(blocks[1])] == [RESULT["UNHEALTHY"]]
+    assert all(sick not in bench.tracked(blocks[1], r).values() for r in (1, 2, 3, 4))
+    # Already under command when it falls ill, it is measured on, and the bus says so.
+    _, before, _ = states = bench.run(the_world, 2, {1: sealed(command(1, 0, TRACK, sick))})
+    _, after, _ = bench.run(changed, 1, state=states[0][1], first=2)
+    assert bench.tracked(before[1], 1)[0] == bench.tracked(after[0], 1)[0] == sick
+    seen = bench.channels(after[0])
+    assert set(seen["health"][seen["sat"] == satellites.parse(sick)]) == {1}
+
+
+def test_one_satellite_once_in_a_receiver_but_on_several_antennas():
+    the_world = bench.world(soyuz())
+    name = free_satellites(the_world, 0, 1)[0]
+    orders = sealed(command(1, 0, TRACK, name), command(1, 1, TRACK, name), command(2, 0, TRACK, name))
+    _, blocks, _ = bench.run(the_world, 2, {1: orders})
+    results = [a[2] for a in bench.answers(blocks[1])]
+    assert results == [ACCEPTED, RESULT["ALREADY_TRACKED_HERE"], ACCEPTED]
+
+
+def test_a_command_goes_before_a_channel_that_searches_by_itself():
+    the_world = bench.world(soyuz())
+    _, before, _ = bench.run(the_world, 1)
+    own = bench.tracked(before[0], 1)
+    _, blocks, _ = bench.run(the_world, 2, {1: sealed(command(1, 0, TRACK, own[3]))})
+    assert bench.answers(blocks[1])[0][2] == ACCEPTED
+    after = bench.tracked(blocks[1], 1)
+    assert after[0] == own[3]
+    assert after.get(3) != own[3]
+
+
+def test_releases_go_before_tracks():
+    """Moving a satellite to another channel in one block: the order of the two frames does not matter."""
+    the_world = bench.world(soyuz())
+    name = free_satellites(the_world, 0, 1)[0]
+    for moves in (
+        [command(1, 5, TRACK, name), command(1, 0, RELEASE)],
+        [command(1, 0, RELEASE), command(1, 5, TRACK, name)],
+    ):
+        _, blocks, _ = bench.run(the_world, 3, bench.orders({1: [command(1, 0, TRACK, name)], 2: moves}))
+        assert [a[2] for a in bench.answers(blocks[2])] == [ACCEPTED, ACCEPTED]
+        assert [a[1] for a in bench.answers(blocks[2])] == [int(m.data[0, 2] & 31) for m in moves]
+        assert bench.tracked(blocks[2], 1)[5] == name
+        assert 0 not in bench.tracked(blocks[2], 1)
+
+
+def test_a_repeated_command_gets_the_same_answer_and_keeps_the_lock():
+    the_world = bench.world(soyuz(hot_s=5, warm_s=5))
+    _, blocks, _ = bench.run(the_world, 8)
+    held = bench.tracked(blocks[-1], 1)
+    states, _, _ = bench.run(the_world, 8)
+    both = [command(1, 0, RELEASE, transaction=1), command(1, 0, TRACK, held[0], transaction=2)]
+    _, blocks, _ = bench.run(the_world, 3, bench.orders({8: both, 9: both}), states[-1], 8)
+    assert bench.answers(blocks[0]) == bench.answers(blocks[1]) == [(1, 0, 0, 1), (1, 0, 0, 2)]
+    slips = []
+    for block in blocks:
+        seen = bench.channels(block)
+        row = (seen["receiver"] == 1) & (seen["channel"] == 0)
+        assert row.sum() == 1
+        slips.append(int(seen["slips"][row][0]))
+    assert slips == [1, 1, 1]
+
+
+def test_a_corrupted_or_repeated_frame_is_counted_and_not_answered():
+    the_world = bench.world(soyuz())
+    good = sealed(command(1, 2, RELEASE))
+    bad = frames.FrameBatch(good.t_ns, good.can_id, good.length, good.data ^ np.uint8(4))
+    states, blocks, _ = bench.run(the_world, 4, {1: bad, 2: good, 3: good})
+    assert bench.answers(blocks[1]) == []
+    assert len(bench.answers(blocks[2])) == 1
+    assert bench.answers(blocks[3]) == []
+    refused = states[-1].units[0].refused
+    assert refused.sum() == 2
+    assert refused[4] == 1  # CORRUPTED
+    assert refused[2] == 1  # REPEATED
+
+
+def test_a_satellite_that_cannot_be_seen_is_waited_for_and_a_return_is_a_slip():
+    """Commanded out of one antenna's field and seen again: the channel searches all the while."""
+    the_world = bench.world(soyuz(hot_s=2))
+    name = free_satellites(the_world, 0, 1)[0]
+    row = the_world.row_of[satellites.parse(name)]
+    states, blocks, _ = bench.run(the_world, 3, {1: sealed(command(1, 0, TRACK, name))})
+    assert bench.tracked(blocks[2], 1)[0] == name
+    before = bench.channels(blocks[2])
+    blind = blinded(the_world)
+    states, blocks, _ = bench.run(blind, 3, state=states[-1], first=3)
+    unit = states[-1].units[0].channels
+    assert unit.lock[0, 0] == LOCK["SEARCH"]
+    assert unit.target[0, 0] == row
+    assert all(0 not in bench.tracked(b, 1) for b in blocks)
+    _, blocks, _ = bench.run(the_world, 4, state=states[-1], first=6)
+    since = [0 in bench.tracked(b, 1) for b in blocks]
+    # Last without signal at epoch 5; two seconds of search end at epoch 7.
+    assert since == [False, True, True, True]
+    after = bench.channels(blocks[1])
+
+    def mine(seen):
+        return {k: v[(seen["receiver"] == 1) & (seen["channel"] == 0)][0] for k, v in seen.items()}
+
+    assert mine(after)["slips"] == mine(before)["slips"] + 1
+    assert 0 <= mine(after)["phase_cyc"] < 1
+
+
+def blinded(the_world):
+    """The same world with antennas that see nothing."""
+    vehicle = replace(the_world.craft[0].vehicle, mask_rad=np.full(4, 1e-6))
+    return replace(the_world, craft=(replace(the_world.craft[0], vehicle=vehicle),))
+
+
+def test_acquisition_takes_the_time_of_the_state_of_knowledge():
+    """Cold 12 + 24 s; then a satellite nobody has collected 3 + 24 s, one that is known 1 s."""
+    the_world = bench.world(bench.craft(factors=bench.QUIET, receivers={"autonomous": "boresight"}))
+    states, blocks, _ = bench.run(the_world, 40)
+    tracking = [len(bench.channels(b)["sat"]) for b in blocks]
+    assert tracking[35] == 0
+    assert tracking[36] >= 20
+    assert bench.decode(blocks[35], "STATUS")["state"].tolist() == [1] * 4
+    assert bench.decode(blocks[36], "STATUS")["state"].tolist() == [2] * 4
+    assert set(bench.channels(blocks[36])["lock"].tolist()) == {LOCK["FULL"]}
+    measured = set(bench.channels(blocks[39])["sat"].tolist())
+    unknown = next(n for n in free_satellites(the_world, 40, 1) if satellites.parse(n) not in measured)
+    known_here = bench.tracked(blocks[39], 1).values()
+    known = next(n for r in (2, 3, 4) for n in bench.tracked(blocks[39], r).values() if n not in known_here)
+    orders = {40: sealed(command(1, 0, TRACK, unknown), command(1, 1, TRACK, known))}
+    _, blocks, _ = bench.run(the_world, 30, orders, states[-1], 40)
+    delivered = [bench.tracked(b, 1) for b in blocks]
+    assert [0 in d for d in delivered].index(True) == 27
+    assert [1 in d for d in delivered].index(True) == 1
+
+
+def test_phase_restarts_before_its_signal_overflows():
+    """A phase driven to the end of its range by its ambiguity: it starts anew, and says so by a slip."""
+    the_world = bench.world(soyuz())
+    states, blocks, _ = bench.run(the_world, 2)
+    unit = states[-1].units[0]
+    far = unit.channels.ambiguity - 1.4e8
+    state = replace(states[-1], units=(replace(unit, channels=replace(unit.channels, ambiguity=far)),))
+    before = bench.channels(blocks[1])
+    after = bench.channels(bench.run(the_world, 1, state=state, first=2)[1][0])
+    assert (after["slips"] == before["slips"] + 1).all()
+    assert (np.abs(after["phase_cyc"]) < 1).all()
