@@ -13,6 +13,10 @@ an unknown's column once the columns before it are taken out, as a share of the 
 and a dilution P it is of the order 1 / (n P^2), so this is beyond any dilution worth publishing."""
 
 
+_TINY = np.finfo(float).tiny
+_EYE = np.eye(16)
+
+
 @dataclass(frozen=True, slots=True)
 class Solution:
     """Estimate x (u,), its covariance (u, u) for the weights given, and the unweighted cofactor (u, u)."""
@@ -34,20 +38,32 @@ def least_squares(
     if len(y) < unknowns:
         return None
     weighted = design.T * weight
-    normal = np.empty((2, unknowns, unknowns))
-    normal[0] = weighted @ design
-    normal[1] = design.T @ design
-    diagonal = np.einsum("kii->ki", normal)
-    if not (diagonal > 0).all():
-        return None
-    scale = 1 / np.sqrt(diagonal)
+    normal = np.array((weighted @ design, design.T @ design))
+    scale = 1 / np.sqrt(np.maximum(_diagonals(normal), _TINY))
     try:
-        lower = np.linalg.cholesky(normal * (scale[:, :, None] * scale[:, None, :]))
+        lower = np.linalg.cholesky(normal * scale[:, :, None] * scale[:, None, :])
     except np.linalg.LinAlgError:
         return None
-    if (np.einsum("kii->ki", lower) ** 2).min() < LEAST_PIVOT:
+    if not _diagonals(lower).min() ** 2 >= LEAST_PIVOT:
         return None
     # L^-1 S: its Gram matrix is the covariance.
-    factor = np.linalg.solve(lower, scale[:, None, :] * np.eye(unknowns))
+    factor = np.linalg.solve(lower, scale[:, None, :] * _EYE[:unknowns, :unknowns])
     covariance, cofactor = factor.transpose(0, 2, 1) @ factor
     return Solution(covariance @ (weighted @ y), covariance, cofactor)
+
+
+def adjusted(
+    design: NDArray[np.float64], y: NDArray[np.float64], weight: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The x (u,) alone, by QR, for unknowns already known to be observable."""
+    unknowns = design.shape[1]
+    rows = np.empty((len(y), unknowns + 1))
+    rows[:, :unknowns], rows[:, unknowns] = design, y
+    rows *= np.sqrt(weight)[:, None]
+    upper = np.linalg.qr(rows, mode="r")
+    return np.linalg.solve(upper[:unknowns, :unknowns], upper[:unknowns, unknowns])
+
+
+def _diagonals(square: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, u) view of the diagonals of (k, u, u)."""
+    return square.reshape(len(square), -1)[:, :: square.shape[-1] + 1]

@@ -25,7 +25,7 @@ from dbc.contract import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
 from dbc.e2e import Verdict
 from dbc.frames import SFF_MASK, FrameBatch
 from dbc.satellites import NUMBERS, SATELLITES
-from flightsw.wire import Sheet, sheet
+from flightsw.wire import Reader, payload, reader
 
 
 class Reason(IntEnum):
@@ -100,6 +100,10 @@ class Measurements:
     def __getitem__(self, rows) -> Measurements:
         return Measurements(*(getattr(self, name)[..., rows] for name in self.__slots__))
 
+    def where(self, which: NDArray[np.bool_]) -> Measurements:
+        """The rows that `which` (n,) marks."""
+        return self if which.all() else self[which]
+
 
 @dataclass(frozen=True, slots=True)
 class AlmanacRows:
@@ -141,25 +145,30 @@ class Epoch:
     lost: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """A sheet's place in the slot table: `keys` groups of len(kinds) frames from `base` on."""
+    """Frames that say one thing together: `width` of them for each of `keys` keys, at `base` in the slot table,
+    where all first frames stand in the order of keys, then all second ones, and so on.
 
-    sheet: Sheet
+    where   signal name -> (frame of the group, column of the reader)
+    """
+
     base: int
     keys: int
+    width: int
+    where: dict[str, tuple[int, int]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """Where each identifier's frames go. A frame's slot is base + key * step, key = (word >> 16) & mask:
-    the channel, or the 9 bits of satellite system and number; every kind that needs a key begins with it."""
+    """Where each identifier's frames go. A frame's slot is base + key, key = (word >> 16) & mask: the channel,
+    or the 9 bits of satellite system and number; every kind that has a key begins with it."""
 
+    reader: Reader
     groups: dict[str, Group]
     slots: int
     base_of: NDArray[np.int64]
-    step_of: NDArray[np.int64]
-    mask_of: NDArray[np.uint64]
+    mask_of: NDArray[np.int64]
 
 
 _GROUPS: dict[str, tuple[tuple[str, ...], int]] = {
@@ -177,24 +186,23 @@ _GROUPS: dict[str, tuple[tuple[str, ...], int]] = {
 @cache
 def plan(codec: Codec) -> Plan:
     base_of = np.full(IDENTIFIERS, -1, np.int64)
-    step_of = np.zeros(IDENTIFIERS, np.int64)
-    mask_of = np.zeros(IDENTIFIERS, np.uint64)
+    mask_of = np.zeros(IDENTIFIERS, np.int64)
     groups, base = {}, 0
     for name, (kinds, keys) in _GROUPS.items():
-        numbers = sorted({number for kind, number in codec.can_id_of if kind == kinds[0]})
+        numbers = [n for kind, n in codec.can_id_of if kind == kinds[0] and n <= MAX_RECEIVERS]
+        count = keys * max(1, *numbers)
+        where = {}
         for position, kind in enumerate(kinds):
+            layout = codec.kinds[kind]
+            where |= {layout.signals[i]: (position, k) for k, i in enumerate(payload(layout))}
             for number in numbers:
-                if name == "heartbeat" and number > MAX_RECEIVERS:
-                    continue
                 can_id = codec.can_id_of[kind, number]
-                base_of[can_id] = base + max(number - 1, 0) * keys * len(kinds) + position
-                step_of[can_id] = len(kinds)
+                base_of[can_id] = base + position * count + max(number - 1, 0) * keys
                 mask_of[can_id] = keys - 1
-        count = keys * (MAX_RECEIVERS if numbers != [0] else 1)
-        drop = () if name == "ack" else ("channel",)
-        groups[name] = Group(sheet(codec, kinds, drop), base, count)
+        groups[name] = Group(base, count, len(kinds), where)
         base += count * len(kinds)
-    return Plan(groups, base, base_of, step_of, mask_of)
+    kinds = [kind for kinds, _ in _GROUPS.values() for kind in kinds]
+    return Plan(reader(codec, kinds), groups, base, base_of, mask_of)
 
 
 def intake(
@@ -209,38 +217,38 @@ def intake(
     screened = e2e.screen(codec, frames, counters)
     tally = _Tally(rejected)
     tally.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
-    good = screened.frames
+    where, good = plan(codec), screened.frames
+    base = where.base_of[good.can_id]
+    if not (base >= 0).all():
+        good = good[base >= 0]
+        base = base[base >= 0]
     can_id = good.can_id
-    where = plan(codec)
-    base = where.base_of[can_id]
-    words = np.ascontiguousarray(good.data).view("<u8")[:, 0]
+    words = np.ascontiguousarray(good.data).view("<u8")[:, 0].view(np.int64)
     nibble = good.data[:, 1] >> 4
 
-    mark, mark_nibble = _mark(codec, where, words, nibble, can_id)
+    values = where.reader.read(can_id, words.view(np.uint64))
+    mark, mark_nibble = _mark(codec, where, can_id, nibble, values)
     if mark is None:
-        tally.add(Reason.NO_TIME_MARK, can_id, base >= 0)
+        tally.add(Reason.NO_TIME_MARK, can_id, np.ones(len(good), bool))
         return nothing(screened.lost), screened.counters, tally.counts
-    ours = (base >= 0) & (nibble == mark_nibble)
-    if not ours.all():
-        tally.add(Verdict.MIXED_EPOCH, can_id, (base >= 0) & ~ours)
+    rows = np.flatnonzero(nibble == mark_nibble)
+    if len(rows) < len(good):
+        tally.add(Verdict.MIXED_EPOCH, can_id, nibble != mark_nibble)
 
     # Written backwards, so that of two frames with one slot the first stands.
-    slot = base + ((words >> np.uint64(16)) & where.mask_of[can_id]).astype(np.int64) * where.step_of[can_id]
-    rows = np.flatnonzero(ours)[::-1]
+    slot = base + ((words >> 16) & where.mask_of[can_id])
     table = np.full(where.slots, -1, np.int32)
-    table[slot[rows]] = rows
-    used = np.zeros(len(good), bool)
+    backwards = rows[::-1]
+    table[slot[backwards]] = backwards
+    complete = {name: _complete(table, group) for name, group in where.groups.items()}
+    if sum(group.size for _, group in complete.values()) < len(rows):
+        _count_left(tally, can_id, rows, slot, table, complete)
 
-    def read(name: str):
-        group = where.groups[name]
-        width = len(group.sheet.kinds)
-        rows = table[group.base : group.base + group.keys * width].reshape(group.keys, width)
-        keys = np.flatnonzero((rows >= 0).all(axis=1))
-        rows = rows[keys]
-        used[rows] = True
-        return keys, group.sheet.read(words[rows])
+    def read(name: str) -> tuple[NDArray[np.intp], dict[str, NDArray[np.float64]]]:
+        keys, group = complete[name]
+        found = values[group]
+        return keys, {signal: found[k, :, c] for signal, (k, c) in where.groups[name].where.items()}
 
-    read("mark")
     epoch = Epoch(
         mark,
         _attitude(*read("attitude")),
@@ -251,12 +259,29 @@ def intake(
         _by_receiver(*read("tag"), "clock_domain"),
         screened.lost,
     )
-    left = ours & ~used
-    if left.any():
-        surplus = table[slot] != np.arange(len(good))
-        tally.add(Reason.SURPLUS, can_id, left & surplus)
-        tally.add(Reason.INCOMPLETE, can_id, left & ~surplus)
     return epoch, screened.counters, tally.counts
+
+
+def _complete(table: NDArray[np.int32], group: Group) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
+    """Keys (n,) of a group all of whose frames are there, and their rows (width, n)."""
+    rows = table[group.base : group.base + group.keys * group.width].reshape(group.width, group.keys)
+    keys = np.flatnonzero(rows[-1] >= 0)
+    rows = rows[:, keys]
+    if group.width > 1 and len(keys) and rows.min() < 0:
+        whole = rows.min(axis=0) >= 0
+        keys, rows = keys[whole], rows[:, whole]
+    return keys, rows
+
+
+def _count_left(tally: _Tally, can_id, rows, slot, table, complete) -> None:
+    """Count frames of this epoch that no complete group holds."""
+    left = np.zeros(len(can_id), bool)
+    left[rows] = True
+    for _, group in complete.values():
+        left[group] = False
+    first = table[slot] == np.arange(len(can_id))
+    tally.add(Reason.SURPLUS, can_id, left & ~first)
+    tally.add(Reason.INCOMPLETE, can_id, left & first)
 
 
 class _Tally:
@@ -292,35 +317,39 @@ def rejection_table(codec: Codec, rejected: NDArray[np.int64]) -> list[tuple[str
     ]
 
 
-def session_of(codec: Codec, frames: FrameBatch) -> int | None:
-    """Session of the last intact TIME_MARK, whatever its counter: after a restart of the sender counters
-    start anew, and the old ones must not keep the new session out."""
+def restarted(codec: Codec, frames: FrameBatch, session: int) -> bool:
+    """Whether the block holds an intact TIME_MARK of another session, whatever its counter: after a restart
+    of the sender counters start anew, and the old ones must not keep the new session out."""
     mark_id = codec.can_id_of["TIME_MARK", 0]
-    rows = np.flatnonzero((frames.can_id == mark_id) & (frames.length == 8))
-    for row in rows[::-1]:
+    for row in np.flatnonzero(frames.can_id == mark_id).tolist():
         data = frames.data[row : row + 1]
-        if e2e.crc(frames.can_id[row : row + 1], data)[0] == data[0, 0]:
-            return int(plan(codec).groups["mark"].sheet.read(np.repeat(data.view("<u8"), 3, 1))["session"][0])
-    return None
+        layout = codec.kinds["TIME_MARK"]
+        i = layout.signals.index("session")
+        if int(data.view("<u8")[0, 0]) >> int(layout.shift[i]) & int(layout.mask[i]) == session:
+            continue
+        if frames.length[row] == 8 and e2e.crc(frames.can_id[row : row + 1], data)[0] == data[0, 0]:
+            return True
+    return False
 
 
-def _mark(codec, where, words, nibble, can_id) -> tuple[Mark | None, int]:
-    """The last complete time mark of the block and its epoch nibble."""
-    group = where.groups["mark"]
-    last = [np.flatnonzero(can_id == codec.can_id_of[kind, 0]) for kind in group.sheet.kinds]
-    if not len(last[0]):
+def _mark(codec: Codec, where: Plan, can_id, nibble, values) -> tuple[Mark | None, int]:
+    """The last time mark of the block, if its three frames are there, and its epoch nibble."""
+    opens = np.flatnonzero(can_id == codec.can_id_of["TIME_MARK", 0])
+    if not len(opens):
         return None, -1
-    epoch_nibble = nibble[last[0][-1]]
-    last = [rows[nibble[rows] == epoch_nibble] for rows in last]
-    if not all(len(rows) for rows in last):
+    epoch_nibble = int(nibble[opens[-1]])
+    found = {}
+    for kind in _GROUPS["mark"][0]:
+        rows = np.flatnonzero(can_id == codec.can_id_of[kind, 0])
+        rows = rows[nibble[rows] == epoch_nibble]
+        if not len(rows):
+            return None, -1
+        for i, name in enumerate(codec.kinds[kind].signals[3:]):
+            found[name] = int(values[rows[0], i])
+    if found["epoch"] % 16 != epoch_nibble:
         return None, -1
-    v = group.sheet.read(words[np.array([[rows[0] for rows in last]])])
-    session, epoch, week, second, ns, leap = (
-        int(v[name][0]) for name in ("session", "epoch", "week", "second", "nanosecond", "leap")
-    )
-    if epoch % 16 != epoch_nibble:
-        return None, -1
-    return Mark(session, epoch, gpstime.from_week(week, second, ns), leap), int(epoch_nibble)
+    t_ns = gpstime.from_week(found["week"], found["second"], found["nanosecond"])
+    return Mark(found["session"], found["epoch"], t_ns, found["leap"]), epoch_nibble
 
 
 def _attitude(keys, v) -> AttitudeReport | None:

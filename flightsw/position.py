@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from dbc.satellites import GLONASS, NUMBERS
 from flightsw import ranging
-from flightsw.adjust import Solution, least_squares
+from flightsw.adjust import Solution, adjusted, least_squares
 from flightsw.earth import LIGHT_MPS
 from flightsw.intake import Measurements
 from flightsw.sigma import range_variance_m2, rate_variance_m2ps2
@@ -88,7 +88,7 @@ class _Spheres:
     clock_m: NDArray[np.float64]
     solution: Solution
     design: NDArray[np.float64]
-    angle_rad: NDArray[np.float64]
+    rays: ranging.Rays
     residual_m: NDArray[np.float64]
     iterations: int
 
@@ -125,9 +125,9 @@ def _intersect(
     design = np.empty((len(m), 3 + clocks.shape[1]))
     design[:, 3:] = clocks
     for iteration in range(1, MAX_ITERATIONS + 1):
-        predicted, los, angle = ranging.ranges(m.pos_sv_m, lever_m + position[:, None])
-        design[:, :3] = -los.T
-        misfit = measured - predicted
+        rays = ranging.rays(m.pos_sv_m, lever_m + position[:, None])
+        design[:, :3] = -rays.los.T
+        misfit = measured - rays.range_m
         solution = least_squares(design, misfit, weight)
         if solution is None:
             return NoFix.SINGULAR_GEOMETRY
@@ -136,7 +136,7 @@ def _intersect(
         length = np.sqrt(step @ step)
         if length < CONVERGED_M:
             residual = misfit - design @ solution.x
-            return _Spheres(position, solution.x[3:], solution, design, angle, residual, iteration)
+            return _Spheres(position, solution.x[3:], solution, design, rays, residual, iteration)
         if not length < 1e9:
             break
     return NoFix.NO_CONVERGENCE
@@ -172,37 +172,43 @@ def _consistent(
     rows = np.arange(len(m))
     variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat)
     for excluded in range(EXCLUSIONS + 1):
-        part = m if not excluded else m[rows]
-        items, clocks = clock_columns(domain[rows], part.sat // NUMBERS == GLONASS)
+        items, clocks = clock_columns(domain, m.sat >= GLONASS * NUMBERS)
         needed = 4 + (GLONASS_OFFSET in items)
-        if len(set(part.sat.tolist())) < needed or len(rows) < 3 + len(items):
+        if len(set(m.sat.tolist())) < needed or len(m) < 3 + len(items):
             return NoFix.TOO_FEW_SATELLITES if not excluded else NoFix.INCONSISTENT_RANGES
-        spheres = _intersect(part, lever_m[:, rows], clocks, variance[rows], start_m)
+        spheres = _intersect(m, lever_m, clocks, variance, start_m)
         if isinstance(spheres, NoFix):
             return spheres if not excluded else NoFix.INCONSISTENT_RANGES
-        worst = _outlier(spheres, variance[rows])
+        worst = _outlier(spheres, variance)
         if worst is None:
             return spheres, rows, items
-        rows = np.delete(rows, worst)
+        rest = np.delete(np.arange(len(m)), worst)
+        m, lever_m, domain, variance, rows = (
+            m[rest],
+            lever_m[:, rest],
+            domain[rest],
+            variance[rest],
+            rows[rest],
+        )
     return NoFix.INCONSISTENT_RANGES
 
 
 def _rates(
     m: Measurements, s: _Spheres, lever_rate_mps: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Velocity (3,) of the centre of mass and clock rates (c,) from range rates.
 
     dP/dt = clock rate + rho' - satellite clock rate (1 - rho' / c), all by GPS time.
     """
-    los = -s.design[:, :3].T
-    static, gain = ranging.rate_terms(m.pos_sv_m, m.vel_sv_mps, los, s.angle_rad)
+    static, gain = ranging.rate_terms(s.rays, m.vel_sv_mps)
     stretch = 1 + m.clock_drift_mps / LIGHT_MPS
-    lever = np.einsum("in,in->n", los, lever_rate_mps)
+    gain = gain * stretch
+    lever = np.einsum("in,in->n", s.rays.los, lever_rate_mps)
     design = s.design.copy()
-    design[:, :3] *= (gain * stretch)[:, None]
-    y = m.range_rate_mps + m.clock_drift_mps - stretch * (static - gain * lever)
-    solution = least_squares(design, y, 1 / rate_variance_m2ps2(m.cn0_dbhz))
-    return None if solution is None else (solution.x[:3], solution.x[3:])
+    design[:, :3] *= gain[:, None]
+    y = m.range_rate_mps + m.clock_drift_mps - stretch * static + gain * lever
+    x = adjusted(design, y, 1 / rate_variance_m2ps2(m.cn0_dbhz))
+    return x[:3], x[3:]
 
 
 def solve(
@@ -233,19 +239,19 @@ def solve(
     if np.abs(spheres.position_m).max() > FARTHEST_M or np.abs(spheres.clock_m).max() > LATEST_M:
         return NoFix.NO_CONVERGENCE
     every = len(rows) == len(m)
-    rates = _rates(m if every else m[rows], spheres, lever_rate_mps if every else lever_rate_mps[:, rows])
-    if rates is None:
-        return NoFix.SINGULAR_GEOMETRY
+    velocity, drift = _rates(
+        m if every else m[rows], spheres, lever_rate_mps if every else lever_rate_mps[:, rows]
+    )
     used = np.zeros(len(m), bool)
     used[rows] = True
     residual = np.full(len(m), np.nan)
     residual[rows] = spheres.residual_m
     return Fix(
         spheres.position_m,
-        rates[0],
+        velocity,
         items,
         spheres.clock_m,
-        rates[1],
+        drift,
         spheres.solution.covariance[:3, :3],
         pdop,
         used,

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dbc.codec import Codec
 from dbc.contract import FLIGHT_NODE
@@ -30,30 +28,24 @@ class NodeState(IntEnum):
     DEGRADED = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Page:
-    """A sheet to send, and the identifiers (k,) of its frames."""
-
-    sheet: Sheet
-    can_id: NDArray[np.uint32]
-
-    def frames(self, values: list[float], t_ns: int) -> FrameBatch:
-        return batch(self.can_id, self.sheet.write(values), t_ns=t_ns)
-
-
-def _page(codec: Codec, kinds: tuple[str, ...], number: int = 0) -> Page:
-    return Page(sheet(codec, kinds), np.array([codec.can_id_of[kind, number] for kind in kinds], np.uint32))
+def _frames(page: Sheet, values: list[float], t_ns: int) -> FrameBatch:
+    return FrameBatch(np.full(len(page.can_id), t_ns), page.can_id, page.length, page.write(values))
 
 
 @cache
-def _pages(codec: Codec, items: int, receivers: int) -> tuple[Page, Page]:
-    """The page of a fix with so many clock items, and the heartbeat's."""
-    axes = [f"NAV_{v}{axis}" for v in ("", "V") for axis in "XYZ"]
+def _heartbeat_sheet(codec: Codec) -> Sheet:
+    return sheet(codec, [("HEARTBEAT", FLIGHT_NODE)])
+
+
+@cache
+def _sheet(codec: Codec, items: int, receivers: int) -> Sheet:
+    """Navigation of a fix with so many clock items, none meaning no fix, and the heartbeat."""
     kinds = ["NAV_STATUS"]
     if items:
-        kinds += [*axes, *["NAV_CLOCK"] * items, *["NAV_DRIFT"] * items, "NAV_SIGMA", "NAV_CORR"]
+        kinds += [f"NAV_{v}{axis}" for v in ("", "V") for axis in "XYZ"]
+        kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * items + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
-    return _page(codec, tuple(kinds)), _page(codec, ("HEARTBEAT",), FLIGHT_NODE)
+    return sheet(codec, [(kind, 0) for kind in kinds] + [("HEARTBEAT", FLIGHT_NODE)])
 
 
 def _used(m: Measurements, fix: Fix, receivers: int) -> list[int]:
@@ -94,8 +86,7 @@ def _command_frames(codec: Codec, commands: Commands, t_ns: int) -> FrameBatch:
 
 
 def heartbeat(codec: Codec, state: NodeState, boot_count: int, t_ns: int) -> FrameBatch:
-    _, page = _pages(codec, 0, 0)
-    return page.frames([state, boot_count, codec.hash], t_ns)
+    return _frames(_heartbeat_sheet(codec), [state, boot_count, codec.hash], t_ns)
 
 
 def block(
@@ -109,14 +100,12 @@ def block(
 ) -> FrameBatch:
     """Navigation, commands, heartbeat; unprotected yet. `m` are the measurements offered to the fix."""
     if isinstance(fix, NoFix):
-        page, _ = _pages(codec, 0, 0)
-        navigation = page.frames([MODE_NONE, fix, 0, 0, 0.0], t_ns)
-        state = NodeState.DEGRADED
+        page = _sheet(codec, 0, 0)
+        values = [MODE_NONE, fix, 0, 0, 0.0, NodeState.DEGRADED]
     else:
-        page, _ = _pages(codec, len(fix.items), receivers)
-        navigation = page.frames(_fix_values(m, fix, receivers), t_ns)
-        state = NodeState.RUNNING
-    parts = [navigation]
-    if commands is not None and len(commands):
-        parts.append(_command_frames(codec, commands, t_ns))
-    return concat([*parts, heartbeat(codec, state, boot_count, t_ns)])
+        page = _sheet(codec, len(fix.items), receivers)
+        values = [*_fix_values(m, fix, receivers), NodeState.RUNNING]
+    frames = _frames(page, [*values, boot_count, codec.hash], t_ns)
+    if commands is None or not len(commands):
+        return frames
+    return concat([frames[:-1], _command_frames(codec, commands, t_ns), frames[-1:]])

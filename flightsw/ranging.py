@@ -6,6 +6,8 @@ Exact geometry at the antenna's phase centre, not the patent's first-order proje
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,20 +52,32 @@ def shapiro_m(pos_sv_m: NDArray, antenna_m: NDArray, range_m: NDArray) -> NDArra
     )
 
 
-def ranges(pos_sv_m: NDArray, antenna_m: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Ranges (n,) [m] with Shapiro delay, lines of sight (3, n), and the Earth's turn (n,) [rad].
+@dataclass(frozen=True, slots=True)
+class Rays:
+    """From satellites to antennas, in ECEF of the reception.
 
-    pos_sv_m (3, n) ECEF of the transmission instant; antenna_m (3, n) ECEF of the reception
+    range_m    (n,) with Shapiro delay
+    los        (3, n) unit vectors from antenna to satellite
+    pos_sv_m   (3, n) satellites at transmission
+    angle_rad  (n,) the Earth's turn during the flight
     """
+
+    range_m: NDArray[np.float64]
+    los: NDArray[np.float64]
+    pos_sv_m: NDArray[np.float64]
+    angle_rad: NDArray[np.float64]
+
+
+def rays(pos_sv_m: NDArray, antenna_m: NDArray) -> Rays:
+    """pos_sv_m (3, n) ECEF of the transmission instant; antenna_m (3, n) ECEF of the reception."""
     angle = flight_angle_rad(pos_sv_m, antenna_m)
-    away = _rotated(pos_sv_m, angle) - antenna_m
+    turned = _rotated(pos_sv_m, angle)
+    away = turned - antenna_m
     distance = _norm(away)
-    return distance + shapiro_m(pos_sv_m, antenna_m, distance), away / distance, angle
+    return Rays(distance + shapiro_m(turned, antenna_m, distance), away / distance, turned, angle)
 
 
-def rate_terms(
-    pos_sv_m: NDArray, vel_sv_mps: NDArray, los: NDArray, angle_rad: NDArray
-) -> tuple[NDArray, NDArray]:
+def rate_terms(ray: Rays, vel_sv_mps: NDArray) -> tuple[NDArray, NDArray]:
     """Range rate d(rho)/dt = static - gain (u . v_antenna): static (n,) [m/s] and gain (n,) [-].
 
     Differentiating rho(t) = |R(omega tau) s(t - tau) - a(t)| with tau = rho / c, where p = R s moves by
@@ -71,8 +85,7 @@ def rate_terms(
         rho' (1 + u . (R v_s + omega z x p) / c) = u . (R v_s - v_a)
     The rate of the Shapiro delay, 1e-5 m/s, is below the bus's 1e-4 and left out.
     """
-    x, y, _ = _rotated(pos_sv_m, angle_rad)
-    velocity = _rotated(vel_sv_mps, angle_rad)
-    along = np.einsum("in,in->n", los, velocity)
+    los, (x, y, _) = ray.los, ray.pos_sv_m
+    along = np.einsum("in,in->n", los, _rotated(vel_sv_mps, ray.angle_rad))
     gain = 1 / (1 + (along + ROTATION_RPS * (los[1] * x - los[0] * y)) / LIGHT_MPS)
     return along * gain, gain

@@ -114,8 +114,7 @@ def flight_step(
     config: FlightConfig, state: FlightState, inbox: FrameBatch
 ) -> tuple[FlightState, FrameBatch]:
     """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
-    session = intake.session_of(config.codec, inbox)
-    if session is not None and state.mark is not None and session != state.mark.session:
+    if state.mark is not None and intake.restarted(config.codec, inbox, state.mark.session):
         state = initial_state(config)
     epoch, received, rejected = intake.intake(config.codec, inbox, state.received, state.rejected)
     state = replace(state, received=received, rejected=rejected, lost=state.lost + epoch.lost)
@@ -137,8 +136,8 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     )
     m = epoch.measurements
     sound = _sound(m)
-    predictions = almanac.updated(state.predictions, epoch.almanac, m[sound], t_ns)
-    offered = m[sound & (m.health == 0) & commander.usable(commanding, m)]
+    predictions = almanac.updated(state.predictions, epoch.almanac, m.where(sound), t_ns)
+    offered = m.where(sound & (m.health == 0) & commander.usable(commanding, m))
     navigation = _carried(state.navigation, t_ns)
     fix = _fix(config, attitude, offered, navigation)
     if isinstance(fix, Fix):
