@@ -181,14 +181,17 @@ def _craft_step(
         craft.factors,
         words,
     )
-    turn, rows = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
+    mark, attitude = frames.head_parts(
+        paper, world.session, epoch, t_ns, world.leap_s, scene.quaternion, scene.rate_body_rps
+    )
     parts = (
-        frames.time_part(paper, world.session, epoch, t_ns, world.leap_s),
+        mark,
         *answers,
-        frames.attitude_part(paper, scene.quaternion, scene.rate_body_rps),
+        attitude,
         frames.receivers_part(paper, seen, sky, scene.clock_s[0], craft.vehicle.clock_domain, state),
-        frames.almanac_part(paper, turn, rows, sky),
+        frames.almanac_part(paper, rows, sender, sky),
         paper.heartbeats,
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, t_ns), unit.sent, epoch)

@@ -59,6 +59,10 @@ def _table(*rows: Row) -> dict[str, Row]:
 
 FACTORS = _table(
     Row("code_noise", CodeNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., DLL thermal noise"),
-    Row("carrier_noise", CarrierNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., PLL thermal noise"),
-    Row("doppler_noise", DopplerNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., FLL thermal noise"),
+    Row(
+        "carrier_noise", CarrierNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., PLL thermal noise"
+    ),
+    Row(
+        "doppler_noise", DopplerNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., FLL thermal noise"
+    ),
 )

@@ -92,6 +92,8 @@ def fresh_knowledge(satellites: int) -> Knowledge:
 
 def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -> Channels:
     """Channels set anew; one whose satellite stays keeps its lock."""
+    if np.array_equal(target, channels.target):
+        return replace(channels, commanded=commanded)
     moved = target != channels.target
     lock = np.where(moved, np.where(target < 0, IDLE, SEARCH), channels.lock).astype(np.int8)
     since_ns = np.where(moved, t_ns, channels.since_ns)
@@ -107,9 +109,12 @@ def advance(
     returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
     """
     target, lock, since_ns = channels.target, channels.lock, channels.since_ns
-    receives = np.take_along_axis(signal, target, axis=1) & (target >= 0)
+    tuned = target >= 0
+    receives = signal[np.arange(len(signal))[:, None], target] & tuned
+    lost = tuned & ~receives
+    if not lost.any() and ((lock == FULL) == tuned).all():
+        return channels, _collect(knowledge, target[tuned], t_ns), np.zeros_like(lost)
     known = (t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns)[target]
-    lost = (target >= 0) & ~receives
     since_ns = np.where(lost, t_ns, since_ns)
     lock = np.where(lost, SEARCH, lock)
     to_find_ns = np.where(known, pace.hot_ns, pace.warm_ns) if knowledge.warm else pace.cold_ns

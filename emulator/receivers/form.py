@@ -47,7 +47,7 @@ class Form:
         columns = np.empty((len(self.names), n))
         for i, name in enumerate(self.names):
             columns[i] = values[name]
-        raw = np.rint((columns[self.pick] - self.offset) / self.factor)
+        raw = np.rint((columns.take(self.pick, axis=0) - self.offset) / self.factor)
         fits = (raw >= self.raw_min) & (raw <= self.raw_max)
         if fits.all():
             whole = np.ones((n, len(self.kinds)), bool)

@@ -27,8 +27,8 @@ RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
 _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")
 
 CN0_TOP_DBHZ = 63.75
-_TIME = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
-_ATTITUDE = ("ATT_Q01", "ATT_Q23", "ATT_RATE")
+_HEAD = ("TIME_MARK", "TIME_GPS", "TIME_FINE", "ATT_Q01", "ATT_Q23", "ATT_RATE")
+_MARK_FRAMES = 3
 _CLOSING = ("TAG", "STATUS")
 _ALMANAC = ("ALM_XY", "ALM_Z", "ALM_V")
 
@@ -45,16 +45,14 @@ class Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stationery:
-    """Forms and identifiers of one craft; identifier tables are (k,) or, by receiver, (m, k)."""
+    """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the head's (1, k)."""
 
-    time: Form
-    attitude: Form
+    head: Form
     channel: Form
     closing: Form
     almanac: Form
     answer: Form
-    time_id: NDArray[np.uint32]
-    attitude_id: NDArray[np.uint32]
+    head_id: NDArray[np.uint32]
     channel_id: NDArray[np.uint32]
     closing_id: NDArray[np.uint32]
     almanac_id: NDArray[np.uint32]
@@ -66,21 +64,16 @@ def stationery(codec: Codec, receivers: int) -> Stationery:
     def identifiers(kinds: Sequence[str], number: int) -> list[int]:
         return [codec.can_id_of[kind, number] for kind in kinds]
 
-    def once(kinds):
-        return np.array(identifiers(kinds, 0), np.uint32)
-
     def by_receiver(kinds):
         return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
 
     return Stationery(
-        form(codec, _TIME),
-        form(codec, _ATTITUDE),
+        form(codec, _HEAD),
         form(codec, MEASUREMENT_KINDS),
         form(codec, _CLOSING),
         form(codec, _ALMANAC),
         form(codec, ("ACK",)),
-        once(_TIME),
-        once(_ATTITUDE),
+        np.array([identifiers(_HEAD, 0)], np.uint32),
         by_receiver(MEASUREMENT_KINDS),
         by_receiver(_CLOSING),
         by_receiver(_ALMANAC),
@@ -97,28 +90,37 @@ def _heartbeats(codec: Codec, receivers: int) -> Part:
     return Part(can_id, codec.encode("HEARTBEAT", values, len(nodes)))
 
 
-def _part(paper: Form, can_id: NDArray[np.uint32], n: int, values: dict) -> Part:
-    """Frames (n rows of k) of a filled form; a frame with a value that does not fit is not sent."""
-    data, fits = paper.fill(n, values)
-    can_id = np.broadcast_to(can_id, (n, len(paper.kinds)))
+def _part(paper: Form, can_id: NDArray[np.uint32], values: dict) -> Part:
+    """Frames of a filled form with identifiers (n, k); one with a value that does not fit is not sent."""
+    data, fits = paper.fill(len(can_id), values)
     if fits.all():
         return Part(can_id.reshape(-1), data.reshape(-1, WIDTH))
     return Part(can_id[fits], data[fits])
 
 
-def time_part(paper: Stationery, session: int, epoch: int, t_ns: int, leap_s: int) -> Part:
+def head_parts(
+    paper: Stationery,
+    session: int,
+    epoch: int,
+    t_ns: int,
+    leap_s: int,
+    quaternion: NDArray,
+    rate_body_rps: NDArray,
+) -> tuple[Part, Part]:
+    """Time mark and attitude: filled in together, but answers go between them."""
     week, second, nanosecond = gpstime.week_second_ns(t_ns)
+    q, w = quaternion.tolist(), rate_body_rps.tolist()
     values = {
         "session": session, "epoch": epoch,
         "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s,
+        "q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3],
+        "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2],
     }  # fmt: skip
-    return _part(paper.time, paper.time_id, 1, values)
-
-
-def attitude_part(paper: Stationery, quaternion: NDArray, rate_body_rps: NDArray) -> Part:
-    q, w = quaternion.tolist(), rate_body_rps.tolist()
-    values = {"q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3], "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2]}
-    return _part(paper.attitude, paper.attitude_id, 1, values)
+    whole = _part(paper.head, paper.head_id, values)
+    return (
+        Part(whole.can_id[:_MARK_FRAMES], whole.data[:_MARK_FRAMES]),
+        Part(whole.can_id[_MARK_FRAMES:], whole.data[_MARK_FRAMES:]),
+    )
 
 
 def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part:
@@ -130,7 +132,7 @@ def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part
         "sat_number": satellites.number_of(commands.sat),
         "transaction": commands.transaction,
     }
-    return _part(paper.answer, paper.answer_id[commands.receiver - 1], len(commands), values)
+    return _part(paper.answer, paper.answer_id[commands.receiver - 1], values)
 
 
 def receivers_part(
@@ -193,8 +195,8 @@ def _channel_values(seen: Observations, sky: SkyState) -> dict:
     }  # fmt: skip
 
 
-def almanac_part(paper: Stationery, receiver: int, rows: Numbers, sky: SkyState) -> Part:
-    """Predictions of these satellites, three frames each, from one receiver (0-based)."""
+def almanac_part(paper: Stationery, rows: Numbers, receiver: Numbers, sky: SkyState) -> Part:
+    """Predictions of satellites (p,), three frames each, from receivers (p,) (0-based)."""
     pos, vel = sky.pos_ecef_m[rows].T, sky.vel_ecef_mps[rows].T
     values = {
         "sat_system": satellites.system_of(sky.index[rows]),
@@ -204,7 +206,7 @@ def almanac_part(paper: Stationery, receiver: int, rows: Numbers, sky: SkyState)
         "health": ~sky.healthy[rows],
         "age_h": 0,
     }  # fmt: skip
-    return _part(paper.almanac, paper.almanac_id[receiver], len(rows), values)
+    return _part(paper.almanac, paper.almanac_id[receiver], values)
 
 
 def block(parts: Sequence[Part], t_ns: int) -> FrameBatch:
