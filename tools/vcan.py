@@ -38,6 +38,8 @@ _PACKAGES = {
 }
 """Programs that the guest needs, and the Debian packages they come in."""
 
+_BUFFER_BYTES = 16 << 20
+
 _INIT = """\
 #!/bin/sh
 PATH={path}:/usr/bin:/bin; export PATH
@@ -49,20 +51,40 @@ mount -t tmpfs tmpfs /dev/shm
 mount -t devpts devpts /dev/pts
 mount -t tmpfs tmpfs /run
 exec >{folder}/boot 2>&1
-stty -F /dev/tty0 {terminal}
-stty -F /dev/tty1 {terminal}
 {modules}
 {interfaces}
 ip link set lo up
-hostname vcan 2>/dev/null
-setsid -c -w {folder}/command </dev/tty0 >/dev/tty0 2>/dev/tty1
-echo $? >{folder}/status
+# vcan loses what a receiver has no room for; the usual buffer holds 278 frames.
+echo {buffer} >/proc/sys/net/core/rmem_default
+echo {buffer} >/proc/sys/net/core/rmem_max
+{run}
 stty -F /dev/tty0 sane  # returns once all output has left
 stty -F /dev/tty1 sane
 sync
 echo o >/proc/sysrq-trigger
 sleep 10
 """
+
+_ON_TERMINAL = """\
+stty -F /dev/tty0 sane
+stty -F /dev/tty1 sane
+setsid -c -w {folder}/command </dev/tty0 >/dev/tty0 2>/dev/tty1
+echo $? >{folder}/status"""
+"""The host's terminal is raw meanwhile: the guest echoes, ends lines and turns ^C into a signal."""
+
+_IN_PIPES = """\
+stty -F /dev/tty0 -opost -echo
+stty -F /dev/tty1 -opost -echo
+mkfifo /run/stdout /run/stderr
+cat </run/stdout >/dev/tty0 & stdout=$!
+cat </run/stderr >/dev/tty1 & stderr=$!
+{folder}/command </dev/null >/run/stdout 2>/run/stderr
+echo $? >{folder}/status
+for left in /proc/[0-9]*; do  # whatever it left running would hold the pipes open
+  case ${{left#/proc/}} in 1|$stdout|$stderr) ;; *) kill -9 ${{left#/proc/}} 2>/dev/null ;; esac
+done
+wait"""
+"""The command sees pipes, not terminals: no colours, no rewritten lines."""
 
 _COMMAND = """\
 #!/bin/sh
@@ -154,8 +176,8 @@ def _write(folder: Path, command: Sequence[str], environment: Mapping[str, str],
     init = _INIT.format(
         folder=folder,
         path=_SYSTEM_PATH,
-        # A host's terminal is raw meanwhile: the guest ends lines and echoes. In a pipe it must not.
-        terminal="sane" if terminal else "-opost -echo",
+        buffer=_BUFFER_BYTES,
+        run=(_ON_TERMINAL if terminal else _IN_PIPES).format(folder=folder),
         modules="\n".join(f"insmod {modules / name}.ko" for name in MODULES),
         interfaces="\n".join(f"ip link add {i} type vcan; ip link set {i} mtu 72 up" for i in INTERFACES),
     )

@@ -23,6 +23,7 @@ RECEIVE_BUFFER_BYTES = 16 << 20
 _SO_RCVBUFFORCE = 33
 _SO_MEMINFO = 55
 _SK_MEMINFO_DROPS = 8  # index in the nine u32 of <linux/sock_diag.h>
+_CAN_RAW_ERR_FILTER = 2  # <linux/can/raw.h>; Python's socket module does not name it
 _CAN_ERR_MASK = 0x1FFF_FFFF
 
 _FRAME_S = 135 / BIT_RATE
@@ -64,7 +65,7 @@ def _prepare(sock: socket.socket, interface: str) -> None:
         sock.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES)
     except PermissionError:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
-    sock.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_ERR_FILTER, _CAN_ERR_MASK)
+    sock.setsockopt(socket.SOL_CAN_RAW, _CAN_RAW_ERR_FILTER, _CAN_ERR_MASK)
     sock.bind((interface,))
     if pending := sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
         raise OSError(pending, "")
