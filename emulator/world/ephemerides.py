@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from dbc import gpstime
+
 Times = NDArray[np.int64]
+
+BEGUN_MINUTE_NS = 30 * gpstime.NS_PER_S
+"""Ephemerides are chosen by the middle of each whole minute; one valid in a part of it serves all of it."""
 
 
 def latest_of_each(number: Times, reference_ns: Times, uploaded: NDArray[np.float64]) -> Times:
@@ -28,9 +33,9 @@ def nearest_valid(
 
     number        (m,) satellite of each ephemeris, sorted, with
     reference_ns  (m,) ascending reference times and
-    valid_ns      (m,) how far from them it may be used [ns]
+    valid_ns      (m,) how far from them it may be used [ns], but for BEGUN_MINUTE_NS
     wanted        (n,) satellites, each with one ephemeris at least
-    moments_ns    (s,) [ns]
+    moments_ns    (s,) middles of minutes [ns]
     returns       (s, n) row, and whether it is valid; rows of no valid one are those of the nearest
     """
     rows = np.empty((len(moments_ns), len(wanted)), np.int64)
@@ -38,7 +43,7 @@ def nearest_valid(
     for column, satellite in enumerate(wanted):
         start, end = np.searchsorted(number, (satellite, satellite + 1))
         away_ns = np.abs(moments_ns[:, None] - reference_ns[start:end])
-        usable = away_ns <= valid_ns[start:end]
+        usable = away_ns <= valid_ns[start:end] + BEGUN_MINUTE_NS
         # Valid before invalid, then near before far; reversed: of two equal ones the later is met first.
         key = np.where(usable, away_ns, away_ns + np.iinfo(np.int64).max // 2)[:, ::-1]
         pick = end - start - 1 - np.argmin(key, axis=1)

@@ -21,8 +21,8 @@ RADIUS_PZ90_M = 6_378_136.0
 J2_PZ90 = 1_082_625.75e-9
 ROTATION_PZ90_RPS = 7.292115e-5
 
-VALID_NS = (15 * 60 + 30) * gpstime.NS_PER_S
-"""An ephemeris serves 15 minutes either side of tb (ICD 5.1, A.3.1.2) and the minute begun then."""
+VALID_NS = 15 * 60 * gpstime.NS_PER_S
+"""An ephemeris serves 15 minutes either side of tb. GLONASS ICD 5.1, A.3.1.2."""
 
 _LONGEST_STEP_S = 20.0
 """Step of the fourth-order Runge-Kutta integration: 15 minutes to 2 um."""

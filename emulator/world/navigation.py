@@ -26,6 +26,8 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
     Raises ScenarioError with one line: a file's fault, no record of the system, or both spans.
     """
     letter, make = _MAKERS[system]
+    if not paths:
+        raise ScenarioError(f"sky.{system}: no navigation file is named; 'none' leaves the system out")
     try:
         files = [rinex.read(path) for path in paths]
     except rinex.RinexError as error:

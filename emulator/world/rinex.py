@@ -13,7 +13,7 @@ import zlib
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import repeat
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 
 import numpy as np
@@ -263,6 +263,7 @@ def _number(text: str, name: str, line: int, origin: str) -> float:
     if not text.strip() and name in _MAY_BE_BLANK:
         return 0.0
     match = _NUMBER.fullmatch(text)
-    if match is None:
+    value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else nan
+    if not isfinite(value):
         raise RinexError(f"{origin}: line {line}: {name} is {text.strip()!r}, not a number")
-    return float(f"{match[1]}e{match[2] or match[3] or 0}")
+    return value

@@ -1,0 +1,203 @@
+"""The RINEX reader: versions, traps of real files, and one clear line for every fault."""
+
+from __future__ import annotations
+
+import gzip
+from datetime import datetime
+
+import pytest
+
+from emulator.world import rinex
+
+GPS_2 = """\
+     2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE
+                                                            END OF HEADER
+ 7 12 10 31  2  0  0.0 0.280183739960D-03 0.170530256582D-11 0.000000000000D+00
+    0.160000000000D+02-0.343750000000D+02 0.477555606394D-08-0.712852183121D+00
+   -0.175461173058d-05 0.135910103563d-02 0.710599124432E-05 0.515370994186e+04
+    0.266400000000D+06 0.204890966415D-07 0.229351786584D+01 0.149011611938D-07
+    0.960012929923D+00 0.242218750000D+03 0.504015801138D+00-0.808212236712D-08
+   -0.432160858377D-09 0.000000000000D+00 0.171200000000D+04 0.000000000000D+00
+    0.200000000000D+01 0.000000000000D+00-0.111758708954D-07 0.160000000000D+02
+    0.259218000000D+06 0.400000000000D+01 0.499063314480-269 0.664593648549-315
+"""
+GLONASS_2 = """\
+     2.01           GLONASS NAV DATA                        RINEX VERSION / TYPE
+  2012    10    30    1.597218215466D-07                    CORR TO SYSTEM TIME
+                                                            END OF HEADER
+ 3 12 10 31  0 15  0.0-1.236097887158D-04 0.000000000000D+00 1.077000000000D+04
+   -2.380982128906D+04 2.289457321167D-01-3.725290298462D-09 0.000000000000D+00
+   -8.908935546875D+03 2.536134719849D-01 9.313225746155D-10 2.530000000000D+02
+    2.209434082031D+03 3.556049346924D+00-1.862645149231D-09 0.000000000000D+00
+"""
+MIXED_3 = """\
+     3.05           N: GNSS NAV DATA    M: MIXED            RINEX VERSION / TYPE
+GLUT -1.8626451492E-09 0.000000000E+00 432000 2190          TIME SYSTEM CORR
+                                                            END OF HEADER
+E01 2012 10 31 00 10 00 1.000000000000E-04 0.000000000000E+00 0.000000000000E+00
+     1.000000000000E+00 1.000000000000E+00 1.000000000000E+00 1.000000000000E+00
+G07 2012 10 31 02 00 00 2.801837399600E-04 1.705302565820E-12 0.000000000000E+00
+     1.600000000000E+01-3.437500000000E+01 4.775556063940E-09-7.128521831210E-01
+    -1.754611730580E-06 1.359101035630E-03 7.105991244320E-06 5.153709941860E+03
+     2.664000000000E+05 2.048909664150E-08 2.293517865840E+00 1.490116119380E-08
+     9.600129299230E-01 2.422187500000E+02 5.040158011380E-01-8.082122367120E-09
+    -4.321608583770E-10 0.000000000000E+00 1.712000000000E+03 0.000000000000E+00
+     2.000000000000E+00 0.000000000000E+00-1.117587089540E-08 1.600000000000E+01
+     2.592180000000E+05
+R03 2012 10 31 00 15 00-1.236097887158E-04 0.000000000000E+00 1.077000000000E+04
+    -2.380982128906E+04 2.289457321167E-01-3.725290298462E-09 0.000000000000E+00
+    -8.908935546875E+03 2.536134719849E-01 9.313225746155E-10-3.000000000000E+00
+     2.209434082031E+03 3.556049346924E+00-1.862645149231E-09 0.000000000000E+00
+     1.790000000000E+02 9.313225746155E-10 3.000000000000E+00 0.000000000000E+00
+"""
+GPS_EXPECTED = {"af0": 0.280183739960e-3, "cuc": -0.175461173058e-5, "sqrt_a": 5153.70994186, "toe": 266400.0}
+
+
+def value(records, name):
+    return records.fields[name][0]
+
+
+def test_version_2_gps():
+    """Exponent letters D, d, E, e; an exponent without a letter, as brdc3050.12n has them."""
+    gps = rinex.parse(GPS_2, "x").records["G"]
+    assert gps.number.tolist() == [7]
+    assert gps.epoch == (datetime(2012, 10, 31, 2),)
+    for name, expected in GPS_EXPECTED.items():
+        assert value(gps, name) == expected
+    assert value(gps, "fit_h") == 4
+
+
+def test_an_exponent_that_lost_its_letter():
+    text = GPS_2.replace("-0.808212236712D-08", "-0.808212236712-008")
+    assert value(rinex.parse(text, "x").records["G"], "omega_dot") == -0.808212236712e-8
+
+
+def test_version_2_glonass():
+    """Units as written; a frequency number written as an unsigned byte, as brdc0910.09g has it."""
+    file = rinex.parse(GLONASS_2, "x")
+    slot = file.records["R"]
+    assert file.glonass_to_utc_s == 1.597218215466e-07
+    assert slot.number.tolist() == [3]
+    assert slot.epoch == (datetime(2012, 10, 31, 0, 15),)
+    assert (value(slot, "minus_tau"), value(slot, "x_km")) == (-1.236097887158e-04, -2.380982128906e04)
+    assert value(slot, "vz_kmps") == 3.556049346924
+    assert value(slot, "frequency") == -3
+
+
+def test_version_3_mixed_with_five_line_glonass_and_other_systems():
+    """The same ephemerides as in version 2; a blank fit interval is 0; Galileo is passed over."""
+    file = rinex.parse(MIXED_3, "x")
+    assert sorted(file.records) == ["G", "R"]
+    assert file.glonass_to_utc_s == -1.8626451492e-09
+    for letter, old in (("G", GPS_2), ("R", GLONASS_2)):
+        new, before = file.records[letter], rinex.parse(old, "y").records[letter]
+        assert new.number.tolist() == before.number.tolist()
+        assert new.epoch == before.epoch
+        same = set(new.fields) - {"fit_h"}
+        assert {n: value(new, n) for n in same} == {n: value(before, n) for n in same}
+    assert value(file.records["G"], "fit_h") == 0
+
+
+def test_four_line_glonass_of_version_3_04():
+    text = "\n".join(MIXED_3.splitlines()[:-1]).replace("3.05", "3.04")
+    assert value(rinex.parse(text, "x").records["R"], "frequency") == -3
+
+
+@pytest.mark.parametrize(("year", "full"), [("80", 1980), ("99", 1999), ("00", 2000), ("79", 2079)])
+def test_years_of_two_digits(year, full):
+    text = GPS_2.replace(" 7 12 10 31", f" 7 {year} 10 31")
+    assert rinex.parse(text, "x").records["G"].epoch[0].year == full
+
+
+def test_windows_line_ends_and_trailing_blank_lines():
+    text = GPS_2.replace("\n", "\r\n") + "\r\n   \r\n"
+    assert value(rinex.parse(text, "x").records["G"], "fit_h") == 4
+
+
+def test_gzip_is_known_by_content(tmp_path):
+    path = tmp_path / "nav.12n"
+    path.write_bytes(gzip.compress(GPS_2.encode()))
+    assert len(rinex.read(path).records["G"]) == 1
+
+
+def cut(text, lines):
+    return "\n".join(text.splitlines()[:lines]) + "\n"
+
+
+FAULTS = [
+    ("first line", "hello\n", "", "", "line 1: not a RINEX file"),
+    ("version 4", MIXED_3, "3.05", "4.00", "line 1: RINEX version is 4.00; 2 and 3 are read"),
+    ("version word", MIXED_3, "3.05", "x.05", "line 1: RINEX version is 'x.05', not a number"),
+    ("observations", GPS_2, "N: GPS", "O: OBS", "file type is 'O: OBS NAV DATA'; navigation data is N or G"),
+    ("header cut", cut(GPS_2, 1), "", "", "line 1: file ends inside the header"),
+    ("record cut", cut(GPS_2, 7), "", "", "line 7: GPS record from line 3 has 5 lines; it needs 8"),
+    (
+        "glonass cut",
+        cut(GLONASS_2, 6),
+        "",
+        "",
+        "line 6: GLONASS record from line 4 has 3 lines; it needs 4 or 5",
+    ),
+    ("field", GPS_2, "0.515370994186e+04", "0.5153x0994186e+04", "line 5: sqrt_a is '0.5153x0994186e+04'"),
+    ("cut field", GPS_2, "0.515370994186e+04", "", "line 5: sqrt_a is '', not a number"),
+    ("not finite", GPS_2, "0.710599124432E-05", "               nan", "line 5: cus is 'nan', not a number"),
+    ("infinite", GPS_2, "-0.712852183121D+00", "-0.71285218312D+999", "line 4: m0 is '-0.71285218312D+999'"),
+    ("no orbit", GPS_2, "0.515370994186e+04", "0.000000000000e+00", "line 5: sqrt_a is 0; allowed is 2600"),
+    ("frequency", GLONASS_2, "2.530000000000D+02", "1.400000000000D+01", "line 6: frequency is 14; allowed"),
+    ("epoch", GPS_2, " 7 12 10 31", " 7 12 13 31", "line 3: '7 12 13 31  2  0  0.0' is not a satellite"),
+    ("satellite", GPS_2, " 7 12 10", " 0 12 10", "line 3: satellite number is 0; allowed is 1 to 63"),
+    ("stray line", MIXED_3, "E01 2012", "    2012", "line 4: expected the first line of a record"),
+    ("tau_c", GLONASS_2, "1.597218215466D-07", "1.5972182x5466D-07", "line 2: CORR TO SYSTEM TIME is"),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "expected"), [f[1:] for f in FAULTS], ids=[f[0] for f in FAULTS]
+)
+def test_a_fault_is_one_line_with_file_and_place(text, old, new, expected):
+    assert old in text
+    with pytest.raises(rinex.RinexError) as caught:
+        rinex.parse(text.replace(old, new), "some.nav")
+    message = str(caught.value)
+    assert message.startswith("some.nav: ")
+    assert expected in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (None, "No such file or directory"),
+        (b"", "file is empty"),
+        (b"  \n", "file is empty"),
+        (gzip.compress(GPS_2.encode())[:-20], "gzip data is cut off or damaged"),
+        (b"\x1f\x8b\x08\x00rubbish that is no gzip", "gzip data is cut off or damaged"),
+        (b"     2.11\n\x00\xff\xfe", "line 2: byte 0xff is not text"),
+    ],
+    ids=["missing", "empty", "blank", "cut gzip", "bad gzip", "binary"],
+)
+def test_files_that_cannot_be_read(tmp_path, content, expected):
+    path = tmp_path / "nav"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(rinex.RinexError) as caught:
+        rinex.read(path)
+    assert str(caught.value) == f"{path}: {expected}"
+
+
+def test_a_folder_is_no_file(tmp_path):
+    with pytest.raises(rinex.RinexError, match="Is a directory"):
+        rinex.read(tmp_path)
+
+
+def test_every_cut_of_a_file_is_read_or_refused_in_words():
+    """Truncation anywhere never escapes as another exception."""
+    refused = 0
+    for text in (GPS_2, GLONASS_2, MIXED_3):
+        for end in range(1, len(text), 7):
+            try:
+                rinex.parse(text[:end], "x")
+            except rinex.RinexError as error:
+                refused += 1
+                assert str(error).startswith("x: line ")
+    assert refused > 300
