@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
     """argparse whose errors are one line."""
 
     def error(self, message: str):
-        raise Mistake(f"{message} (see {self.prog} --help)")
+        raise Mistake(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
 
 
 def overview() -> str:
