@@ -14,9 +14,9 @@ from dbc.vehicle import Vehicle
 from emulator import scenario
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
+from emulator.records import CraftWorld, EmulatorState, UnitState, World
 from emulator.scenario import ScenarioError
 from emulator.signals import clock, draws
-from emulator.step import CraftWorld, EmulatorState, UnitState, World
 from emulator.world.attitude import build_attitude
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.orbit import build_orbit

@@ -6,115 +6,19 @@ Commands sent in epoch k arrive here with epoch k + 1, act at once and are answe
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import e2e, satellites
-from dbc.codec import Codec
+from dbc import e2e
 from dbc.frames import EMPTY, SFF_MASK, FrameBatch
-from dbc.gpstime import NS_PER_S
-from dbc.vehicle import Vehicle
-from emulator.factors.registry import Factor
 from emulator.receivers import almanac, commands, frames, search
-from emulator.receivers.channels import Channels, Flags, Knowledge, Numbers, Pace, advance, retarget
+from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, retarget
 from emulator.receivers.observe import observe
-from emulator.scenario import Receivers
-from emulator.signals import clock, draws, geometry, link, view
+from emulator.records import CraftWorld, EmulatorState, UnitState, World
+from emulator.scene import Scene, scene_of
+from emulator.signals import draws, geometry
 from emulator.truth import TRUTH, in_view_bits
-from emulator.world.attitude import Attitude
-from emulator.world.orbit import CraftState, Orbit
-from emulator.world.rotations import dcm_of_quaternion
-from emulator.world.sky import Sky, SkyState
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CraftWorld:
-    """What does not change of one craft.
-
-    key              64 bits that stand for its name in the random draws
-    settings         receivers' parameters of the scenario
-    factors          error factors that are on, by name
-    wander           its oscillators
-    epochs_per_pass  epochs in which the almanac is sent once
-    """
-
-    name: str
-    key: int
-    vehicle: Vehicle
-    orbit: Orbit
-    attitude: Attitude
-    settings: Receivers
-    pace: Pace
-    rule: search.Rule
-    factors: Mapping[str, Factor]
-    wander: clock.Wander
-    epochs_per_pass: int
-    codec: Codec
-    stationery: frames.Stationery
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class World:
-    """What does not change in a run. row_of (SATELLITES,) row of the sky by satellite index, -1 none."""
-
-    seed: int
-    session: int
-    start_ns: int
-    interval_ns: int
-    leap_s: int
-    ray_height_m: float
-    sky: Sky
-    row_of: Numbers
-    systems: int
-    craft: tuple[CraftWorld, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class UnitState:
-    """One craft between epochs.
-
-    sent, heard   counters of protected streams, as sender and receiver
-    refused       (verdicts,) command frames rejected so far, by `dbc.e2e.Verdict`
-    """
-
-    channels: Channels
-    knowledge: Knowledge
-    sent: NDArray[np.int8]
-    heard: NDArray[np.int8]
-    refused: Numbers
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class EmulatorState:
-    """All craft between epochs, in the scenario's order."""
-
-    units: tuple[UnitState, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """One epoch as a craft meets it.
-
-    in_sight  (n,) available and not behind the Earth
-    signal    (m, n) strong enough, inside the antenna's field of view
-    clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock;  by_domain_s (8,) offsets
-    """
-
-    t_ns: int
-    sky: SkyState
-    motion: geometry.Motion
-    state: CraftState
-    quaternion: NDArray[np.float64]
-    rate_body_rps: NDArray[np.float64]
-    antennas: geometry.Antennas
-    view: view.View
-    cn0_dbhz: NDArray[np.float64]
-    in_sight: Flags
-    signal: Flags
-    clock_s: tuple[NDArray[np.float64], NDArray[np.float64]]
-    by_domain_s: NDArray[np.float64]
 
 
 def emulate_step(
@@ -130,34 +34,11 @@ def emulate_step(
     motion = geometry.inertial(sky)
     units, sent, truth = [], {}, np.zeros(len(world.craft), TRUTH)
     for number, (craft, unit) in enumerate(zip(world.craft, state.units, strict=True)):
-        scene = _scene(world, craft, sky, motion, t_ns)
+        scene = scene_of(world, craft, sky, motion, t_ns)
         unit, sent[craft.name] = _craft_step(world, craft, unit, scene, inbox.get(craft.name, EMPTY), epoch)
         units.append(unit)
         _tell_truth(truth[number], number, scene)
     return EmulatorState(tuple(units)), sent, truth
-
-
-def _scene(world: World, craft: CraftWorld, sky: SkyState, motion: geometry.Motion, t_ns: int) -> Scene:
-    """Geometry, link budget and clocks of one craft."""
-    vehicle, settings = craft.vehicle, craft.settings
-    state = craft.orbit.at(t_ns)
-    quaternion, rate = craft.attitude.at(t_ns, state)
-    dcm = dcm_of_quaternion(quaternion)
-    antennas = geometry.antennas(state, dcm, rate, vehicle.lever_arm_body_m, vehicle.boresight_body)
-    sight = view.look(motion, state.pos_ecef_m, antennas)
-    cn0_dbhz = link.cn0_dbhz(
-        satellites.system_of(sky.index), sight.distance_m, sight.angle_rad,
-        settings.gain_dbi, settings.gain_at_90deg_dbi, settings.noise_temperature_k,
-    )  # fmt: skip
-    in_sight = sky.available & view.in_sight(sight, world.ray_height_m)
-    signal = in_sight & (sight.angle_rad <= vehicle.mask_rad[:, None])
-    signal &= cn0_dbhz >= settings.lock_threshold_dbhz
-    offset_s, drift = clock.offset_s(craft.wander, (t_ns - world.start_ns) / NS_PER_S)
-    by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
-    return Scene(
-        t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, by_receiver,
-        offset_s,
-    )  # fmt: skip
 
 
 def _craft_step(

@@ -8,8 +8,8 @@ import pytest
 from dbc import frames, satellites
 from emulator.receivers.channels import LOCK
 from emulator.receivers.commands import RESULT
+from emulator.scene import scene_of
 from emulator.signals import geometry
-from emulator.step import _scene
 from tests.emulator import bench
 from tests.emulator.bench import AUTONOMOUS, RELEASE, TRACK, command, sealed
 
@@ -25,7 +25,7 @@ def free_satellites(the_world, epoch, receiver):
     """Names of satellites with a signal at a receiver that it does not track by itself, best C/N0 first."""
     t_ns = the_world.start_ns + epoch * the_world.interval_ns
     sky = the_world.sky.at(t_ns)
-    scene = _scene(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
+    scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
     taken = bench.tracked(bench.run(the_world, 1)[1][0], receiver).values()
     order = np.argsort(-scene.cn0_dbhz[receiver - 1])
     names = [satellites.name(sky.index[j]) for j in order if scene.signal[receiver - 1, j]]
@@ -34,7 +34,7 @@ def free_satellites(the_world, epoch, receiver):
 
 def hidden_satellite(the_world):
     sky = the_world.sky.at(the_world.start_ns)
-    scene = _scene(the_world, the_world.craft[0], sky, geometry.inertial(sky), the_world.start_ns)
+    scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), the_world.start_ns)
     return satellites.name(sky.index[np.argmin(scene.view.ray_height_m)])
 
 

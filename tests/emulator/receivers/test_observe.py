@@ -4,8 +4,8 @@ import numpy as np
 
 from emulator.receivers.channels import FULL, fresh_channels
 from emulator.receivers.observe import observe
+from emulator.scene import scene_of
 from emulator.signals import geometry
-from emulator.step import _scene
 from tests.emulator import bench
 
 INTERVAL_S = 0.25
@@ -20,7 +20,7 @@ def observations(clock):
     for epoch in range(5):
         t_ns = the_world.start_ns + epoch * the_world.interval_ns
         sky = the_world.sky.at(t_ns)
-        scene = _scene(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
+        scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
         seen, _ = observe(
             chosen, np.zeros(chosen.lock.shape, bool), sky, scene.motion, scene.antennas,
             scene.clock_s, scene.cn0_dbhz, {}, None,

@@ -1,0 +1,84 @@
+"""What the emulator is made of: worlds that do not change in a run, and states between epochs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc.codec import Codec
+from dbc.vehicle import Vehicle
+from emulator.factors.registry import Factor
+from emulator.receivers import frames, search
+from emulator.receivers.channels import Channels, Knowledge, Numbers, Pace
+from emulator.scenario import Receivers
+from emulator.signals import clock
+from emulator.world.attitude import Attitude
+from emulator.world.orbit import Orbit
+from emulator.world.sky import Sky
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraftWorld:
+    """What does not change of one craft.
+
+    key              64 bits that stand for its name in the random draws
+    settings         receivers' parameters of the scenario
+    factors          error factors that are on, by name
+    wander           its oscillators
+    epochs_per_pass  epochs in which the almanac is sent once
+    """
+
+    name: str
+    key: int
+    vehicle: Vehicle
+    orbit: Orbit
+    attitude: Attitude
+    settings: Receivers
+    pace: Pace
+    rule: search.Rule
+    factors: Mapping[str, Factor]
+    wander: clock.Wander
+    epochs_per_pass: int
+    codec: Codec
+    stationery: frames.Stationery
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """What does not change in a run. row_of (SATELLITES,) row of the sky by satellite index, -1 none."""
+
+    seed: int
+    session: int
+    start_ns: int
+    interval_ns: int
+    leap_s: int
+    ray_height_m: float
+    sky: Sky
+    row_of: Numbers
+    systems: int
+    craft: tuple[CraftWorld, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnitState:
+    """One craft between epochs.
+
+    sent, heard   counters of protected streams, as sender and receiver
+    refused       (verdicts,) command frames rejected so far, by `dbc.e2e.Verdict`
+    """
+
+    channels: Channels
+    knowledge: Knowledge
+    sent: NDArray[np.int8]
+    heard: NDArray[np.int8]
+    refused: Numbers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EmulatorState:
+    """All craft between epochs, in the scenario's order."""
+
+    units: tuple[UnitState, ...]

@@ -1,0 +1,52 @@
+"""What cannot be said on the bus is left out, and counted out."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from dbc.frames import WIDTH
+from emulator.receivers import frames
+from emulator.receivers.observe import Observations
+from tests.emulator import bench
+
+
+def observations(n_channels):
+    """Observations of the first channels of receivers 1 and 2 on the nominal sky."""
+    receiver, channel = np.divmod(np.arange(2 * n_channels), n_channels)
+    rows = np.arange(2 * n_channels)
+    n = len(rows)
+    values = {f.name: np.zeros(n) for f in fields(Observations)}
+    values.update(
+        receiver=receiver, channel=channel, row=rows, sat=rows + 1, slips=np.zeros(n, int),
+        pseudorange_m=np.full(n, 2.1e7), pos_ecef_m=np.full((n, 3), 1e7), vel_ecef_mps=np.full((n, 3), 1e3),
+    )  # fmt: skip
+    return Observations(**values)
+
+
+def part(seen):
+    the_world = bench.world()
+    paper, sky = the_world.craft[0].stationery, the_world.sky.at(the_world.start_ns)
+    return frames.receivers_part(paper, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("range_rate_mps", 13_500.0), ("pseudorange_m", 2.8e8), ("clock_m", 6e5), ("phase_cyc", np.nan)],
+)
+def test_a_channel_with_a_value_that_does_not_fit_is_left_out_whole(name, value):
+    seen = observations(3)
+    column = getattr(seen, name).copy()
+    column[1] = value
+    block = frames.block([part(replace(seen, **{name: column}))], 0)
+    assert bench.decode(block, "STATUS")["frames"].tolist() == [21, 31, 1, 1]
+    assert bench.decode(block, "STATUS")["channels_tracking"].tolist() == [2, 3, 0, 0]
+    assert bench.channels(block)["channel"].tolist() == [0, 2, 0, 1, 2]
+    assert len(block) == 5 * 10 + 8
+
+
+def test_signal_strength_saturates():
+    seen = replace(observations(1), cn0_dbhz=np.array([80.0, 45.13]))
+    block = frames.block([part(seen)], 0)
+    assert bench.channels(block)["cn0_dbhz"].tolist() == [63.75, 45.25]
+    assert block.data.shape == (len(block), WIDTH)
