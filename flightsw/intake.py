@@ -132,6 +132,7 @@ class Epoch:
 
     boots       (MAX_RECEIVERS,) boot count of each receiver's heartbeat, -1 where none came
     domains     (MAX_RECEIVERS,) clock domain each receiver's tag names, -1 where none came
+    announced   (MAX_RECEIVERS,) measurement frames each receiver's status says it sent, -1 where none came
     lost        frames missing by the counters
     """
 
@@ -142,13 +143,14 @@ class Epoch:
     acks: Acks
     boots: NDArray[np.int64]
     domains: NDArray[np.int64]
+    announced: NDArray[np.int64]
     lost: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Frames that say one thing together: `width` of them for each of `keys` keys, at `base` in the slot table,
-    where all first frames stand in the order of keys, then all second ones, and so on.
+    """Frames that say one thing together: `width` of them for each of `keys` keys. From `base` in the slot
+    table stand all first frames in the order of keys, then all second ones, and so on.
 
     where   signal name -> (frame of the group, column of the reader)
     """
@@ -179,6 +181,7 @@ _GROUPS: dict[str, tuple[tuple[str, ...], int]] = {
     "almanac": (("ALM_XY", "ALM_Z", "ALM_V"), SATELLITES),
     "ack": (("ACK",), CHANNELS),
     "tag": (("TAG",), 1),
+    "status": (("STATUS",), 1),
     "heartbeat": (("HEARTBEAT",), 1),
 }
 
@@ -226,14 +229,8 @@ def intake(
     words = np.ascontiguousarray(good.data).view("<u8")[:, 0].view(np.int64)
     nibble = good.data[:, 1] >> 4
 
-    values = where.reader.read(can_id, words.view(np.uint64))
-    mark, mark_nibble = _mark(codec, where, can_id, nibble, values)
-    if mark is None:
-        tally.add(Reason.NO_TIME_MARK, can_id, np.ones(len(good), bool))
-        return nothing(screened.lost), screened.counters, tally.counts
+    mark_nibble = _nibble_of_mark(codec, can_id, nibble)
     rows = np.flatnonzero(nibble == mark_nibble)
-    if len(rows) < len(good):
-        tally.add(Verdict.MIXED_EPOCH, can_id, nibble != mark_nibble)
 
     # Written backwards, so that of two frames with one slot the first stands.
     slot = base + ((words >> 16) & where.mask_of[can_id])
@@ -241,14 +238,21 @@ def intake(
     backwards = rows[::-1]
     table[slot[backwards]] = backwards
     complete = {name: _complete(table, group) for name, group in where.groups.items()}
-    if sum(group.size for _, group in complete.values()) < len(rows):
-        _count_left(tally, can_id, rows, slot, table, complete)
+    values = where.reader.read(can_id, words.view(np.uint64))
 
     def read(name: str) -> tuple[NDArray[np.intp], dict[str, NDArray[np.float64]]]:
         keys, group = complete[name]
         found = values[group]
         return keys, {signal: found[k, :, c] for signal, (k, c) in where.groups[name].where.items()}
 
+    mark = _mark(*read("mark"), mark_nibble)
+    if mark is None:
+        tally.add(Reason.NO_TIME_MARK, can_id, np.ones(len(good), bool))
+        return nothing(screened.lost), screened.counters, tally.counts
+    if len(rows) < len(good):
+        tally.add(Verdict.MIXED_EPOCH, can_id, nibble != mark_nibble)
+    if sum(group.size for _, group in complete.values()) < len(rows):
+        _count_left(tally, can_id, rows, slot, table, complete)
     epoch = Epoch(
         mark,
         _attitude(*read("attitude")),
@@ -257,9 +261,16 @@ def intake(
         _acks(*read("ack")),
         _by_receiver(*read("heartbeat"), "boot_count"),
         _by_receiver(*read("tag"), "clock_domain"),
+        _by_receiver(*read("status"), "frames"),
         screened.lost,
     )
     return epoch, screened.counters, tally.counts
+
+
+def _nibble_of_mark(codec: Codec, can_id: NDArray, nibble: NDArray[np.uint8]) -> int:
+    """Epoch modulo 16 of the last TIME_MARK; -1, which no frame has, without one."""
+    opens = np.flatnonzero(can_id == codec.can_id_of["TIME_MARK", 0])
+    return int(nibble[opens[-1]]) if len(opens) else -1
 
 
 def _complete(table: NDArray[np.int32], group: Group) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
@@ -332,24 +343,15 @@ def restarted(codec: Codec, frames: FrameBatch, session: int) -> bool:
     return False
 
 
-def _mark(codec: Codec, where: Plan, can_id, nibble, values) -> tuple[Mark | None, int]:
-    """The last time mark of the block, if its three frames are there, and its epoch nibble."""
-    opens = np.flatnonzero(can_id == codec.can_id_of["TIME_MARK", 0])
-    if not len(opens):
-        return None, -1
-    epoch_nibble = int(nibble[opens[-1]])
-    found = {}
-    for kind in _GROUPS["mark"][0]:
-        rows = np.flatnonzero(can_id == codec.can_id_of[kind, 0])
-        rows = rows[nibble[rows] == epoch_nibble]
-        if not len(rows):
-            return None, -1
-        for i, name in enumerate(codec.kinds[kind].signals[3:]):
-            found[name] = int(values[rows[0], i])
-    if found["epoch"] % 16 != epoch_nibble:
-        return None, -1
-    t_ns = gpstime.from_week(found["week"], found["second"], found["nanosecond"])
-    return Mark(found["session"], found["epoch"], t_ns, found["leap"]), epoch_nibble
+def _mark(keys, v, nibble: int) -> Mark | None:
+    """The time mark, if its three frames are there and of the epoch they say."""
+    if not len(keys):
+        return None
+    names = ("session", "epoch", "week", "second", "nanosecond", "leap")
+    session, epoch, week, second, nanosecond, leap = (int(v[name][0]) for name in names)
+    if epoch % 16 != nibble:
+        return None
+    return Mark(session, epoch, gpstime.from_week(week, second, nanosecond), leap)
 
 
 def _attitude(keys, v) -> AttitudeReport | None:
@@ -417,6 +419,7 @@ def nothing(lost: int = 0) -> Epoch:
         Measurements(nowhere, nowhere, nowhere, none, none, none, none, none, none, three, three, none, none),
         AlmanacRows(nowhere, three.T, three.T, none > 0),
         Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
+        silent,
         silent,
         silent,
         lost,

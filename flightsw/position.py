@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,7 +134,7 @@ def _intersect(
             return NoFix.SINGULAR_GEOMETRY
         step = solution.x[:3]
         position = position + step
-        length = np.sqrt(step @ step)
+        length = sqrt(step @ step)
         if length < CONVERGED_M:
             residual = misfit - design @ solution.x
             return _Spheres(position, solution.x[3:], solution, design, rays, residual, iteration)
@@ -233,10 +234,11 @@ def solve(
     if isinstance(found, NoFix):
         return found
     spheres, rows, items = found
-    pdop = float(np.sqrt(np.trace(spheres.solution.cofactor[:3, :3])))
+    pdop = sqrt(sum(spheres.solution.cofactor.diagonal()[:3].tolist()))
     if pdop > MAX_PDOP:
         return NoFix.SINGULAR_GEOMETRY
-    if np.abs(spheres.position_m).max() > FARTHEST_M or np.abs(spheres.clock_m).max() > LATEST_M:
+    farthest, latest = (max(map(abs, v.tolist())) for v in (spheres.position_m, spheres.clock_m))
+    if farthest > FARTHEST_M or latest > LATEST_M:
         return NoFix.NO_CONVERGENCE
     every = len(rows) == len(m)
     velocity, drift = _rates(
