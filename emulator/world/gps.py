@@ -34,7 +34,7 @@ class GpsConstellation:
     number   (m,) PRN of each ephemeris
     toc_ns, toe_ns   (m,) clock's and orbit's reference, GPS time [ns]
     valid_ns (m,) half the fit interval [ns]
-    fields   name (`rinex.GPS_FIELDS`) -> (m,)
+    fields   name (`rinex_layouts.GPS_FIELDS`) -> (m,)
     """
 
     index: NDArray[np.int64]

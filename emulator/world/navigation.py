@@ -12,6 +12,7 @@ from dbc import gpstime
 from emulator.scenario import ScenarioError, Time
 from emulator.world import glonass, gps, rinex
 from emulator.world.constellation import Array, Constellation
+from emulator.world.rinex_layouts import LAYOUTS
 
 _MAKERS: dict[str, tuple[str, Callable[[rinex.Records, Array], Constellation]]] = {
     "gps": ("G", lambda records, glonass_to_utc_s: gps.from_records(records)),
@@ -35,7 +36,7 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
     having = [file for file in files if letter in file.records]
     names = ", ".join(map(str, paths))
     if not having:
-        raise ScenarioError(f"sky.{system}: {names}: no {rinex.LAYOUTS[letter].name} record")
+        raise ScenarioError(f"sky.{system}: {names}: no {LAYOUTS[letter].name} record")
     parts = [file.records[letter] for file in having]
     to_utc_s = np.repeat([file.glonass_to_utc_s for file in having], [len(part) for part in parts])
     constellation = make(_joined(parts), to_utc_s)

@@ -19,54 +19,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-GPS_FIELDS = (
-    "af0", "af1", "af2",
-    "iode", "crs", "delta_n", "m0",
-    "cuc", "e", "cus", "sqrt_a",
-    "toe", "cic", "omega0", "cis",
-    "i0", "crc", "omega", "omega_dot",
-    "idot", "codes_l2", "week", "l2p_flag",
-    "ura_m", "health", "tgd", "iodc",
-    "transmission", "fit_h",
-)  # fmt: skip
-GLONASS_FIELDS = (
-    "minus_tau", "gamma", "message_time",
-    "x_km", "vx_kmps", "ax_kmps2", "health",
-    "y_km", "vy_kmps", "ay_kmps2", "frequency",
-    "z_km", "vz_kmps", "az_kmps2", "age_days",
-)  # fmt: skip
-"""Fields of a record in file order: three on the epoch's line, then four a line."""
-
-_MAY_BE_BLANK = {"codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h", "message_time", "age_days"}
-
-
-@dataclass(frozen=True, slots=True)
-class Layout:
-    """How a system's record is written.
-
-    lines   how many a record may have
-    bytes   fields that some receivers write as unsigned bytes: 253 is -3
-    ranges  field -> least and greatest value with which an orbit or a frequency can be computed at all
-    """
-
-    name: str
-    fields: tuple[str, ...]
-    lines: tuple[int, ...]
-    bytes: tuple[str, ...]
-    ranges: dict[str, tuple[float, float]]
-
-
-LAYOUTS = {
-    "G": Layout("GPS", GPS_FIELDS, (8,), (), {"e": (0, 0.5), "sqrt_a": (2600, 9000)}),
-    "R": Layout("GLONASS", GLONASS_FIELDS, (4, 5), ("frequency",), {"frequency": (-7, 13)}),
-}
-"""By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""
+from emulator.world.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
 
 _VERSION_2_TYPES = {"N": "G", "G": "R"}
 
 # A field is a Fortran D19.12: the exponent's letter may be D, d, E or e, and is lost where the exponent
 # takes three digits.
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[DdEe]?([+-]\d+)|[DdEe](\d+))?\s*")
+
+
+_Record = tuple[int, datetime, list[float]]
+"""Satellite number, epoch and values of one record."""
 
 
 class RinexError(ValueError):
@@ -128,24 +91,21 @@ def parse(text: str, origin: str) -> NavigationFile:
     end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
     if end is None:
         raise RinexError(f"{origin}: line {len(lines)}: file ends inside the header")
-    found: dict[str, tuple[list[int], list[datetime], list[list[float]]]] = {}
+    found: dict[str, list[_Record]] = {}
     for first, last in _blocks(lines, end + 1, version, origin):
         letter = kind if version < 3 else lines[first][0]
         if letter in LAYOUTS:
-            number, epoch, values = _record(lines, first, last, LAYOUTS[letter], version, origin)
-            for column, item in zip(
-                found.setdefault(letter, ([], [], [])), (number, epoch, values), strict=True
-            ):
-                column.append(item)
-    records = {
-        letter: Records(
-            np.array(numbers),
-            tuple(epochs),
-            dict(zip(LAYOUTS[letter].fields, np.array(values).T.copy(), strict=True)),
-        )
-        for letter, (numbers, epochs, values) in found.items()
-    }
+            record = _record(lines, first, last, LAYOUTS[letter], version, origin)
+            found.setdefault(letter, []).append(record)
+    records = {letter: _columns(rows, LAYOUTS[letter]) for letter, rows in found.items()}
     return NavigationFile(records, _glonass_to_utc_s(lines[:end], origin))
+
+
+def _columns(rows: list[_Record], layout: Layout) -> Records:
+    numbers, epochs, values = zip(*rows, strict=True)
+    return Records(
+        np.array(numbers), epochs, dict(zip(layout.fields, np.array(values).T.copy(), strict=True))
+    )
 
 
 def _version(line: str, origin: str) -> tuple[float, str]:
@@ -194,10 +154,8 @@ def _blocks(lines: list[str], start: int, version: float, origin: str):
         yield first, end
 
 
-def _record(
-    lines: list[str], first: int, end: int, layout: Layout, version: float, origin: str
-) -> tuple[int, datetime, list[float]]:
-    """Number, epoch and values of one record."""
+def _record(lines: list[str], first: int, end: int, layout: Layout, version: float, origin: str) -> _Record:
+    """One record, its values checked."""
     if end - first not in layout.lines:
         allowed = " or ".join(map(str, layout.lines))
         record = f"{layout.name} record from line {first + 1}"
@@ -242,7 +200,8 @@ def _values(texts: list[str], layout: Layout, first: int, origin: str) -> list[f
     names = layout.fields
     try:
         values = list(map(float, map(str.replace, texts[: len(names)], repeat("D"), repeat("E"))))
-        if len(values) == len(names) and all(map(isfinite, values)):
+        # Python, unlike Fortran, reads digits grouped by underscores.
+        if len(values) == len(names) and all(map(isfinite, values)) and "_" not in "".join(texts):
             return values
     except ValueError:
         pass
@@ -260,7 +219,7 @@ def _line_of(first: int, position: int) -> int:
 
 def _number(text: str, name: str, line: int, origin: str) -> float:
     """One field the slow way: blanks, odd exponents, or the error."""
-    if not text.strip() and name in _MAY_BE_BLANK:
+    if not text.strip() and name in MAY_BE_BLANK:
         return 0.0
     match = _NUMBER.fullmatch(text)
     value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else nan

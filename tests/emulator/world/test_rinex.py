@@ -140,6 +140,13 @@ FAULTS = [
     ),
     ("field", GPS_2, "0.515370994186e+04", "0.5153x0994186e+04", "line 5: sqrt_a is '0.5153x0994186e+04'"),
     ("cut field", GPS_2, "0.515370994186e+04", "", "line 5: sqrt_a is '', not a number"),
+    (
+        "digits grouped",
+        GPS_2,
+        "0.515370994186e+04",
+        "0.5153_0994186e+04",
+        "line 5: sqrt_a is '0.5153_0994186e+04'",
+    ),
     ("not finite", GPS_2, "0.710599124432E-05", "               nan", "line 5: cus is 'nan', not a number"),
     ("infinite", GPS_2, "-0.712852183121D+00", "-0.71285218312D+999", "line 4: m0 is '-0.71285218312D+999'"),
     ("no orbit", GPS_2, "0.515370994186e+04", "0.000000000000e+00", "line 5: sqrt_a is 0; allowed is 2600"),
