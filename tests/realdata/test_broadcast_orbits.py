@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from datetime import datetime
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from dbc import gpstime, satellites
 from emulator import scenario
+from emulator.world import rinex
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.navigation import from_files
 from emulator.world.sky import build_sky
@@ -64,6 +66,28 @@ def figures(title, difference, radial, clocks):
         f"95 % {clock_p95:.2f} m"
     )
     return median, p95, clock_median, clock_p95
+
+
+@pytest.mark.parametrize(
+    ("file", "letter", "records", "satellites_in_it"),
+    [
+        ("brdc3050.12n.gz", "G", 423, 32),
+        ("brdc3050.12g.gz", "R", 1143, 24),
+        ("brdc0910.09g.gz", "R", 912, 19),
+        ("brdc0820.23n.gz", "G", 418, 32),
+        ("brdc0010.22n.gz", "G", 422, 32),
+        ("brdc0130.22g.gz", "R", 1104, 23),
+    ],
+)
+def test_every_record_of_a_real_file_is_read(file, letter, records, satellites_in_it):
+    """(lines after the header) / 8 or 4; exponents without a letter, frequency 253 for -3 and all."""
+    path = data_file(f"navigation/{file}")
+    lines = gzip.decompress(path.read_bytes()).decode("ascii").splitlines()
+    body = len(lines) - 1 - next(n for n, line in enumerate(lines) if "END OF HEADER" in line)
+    found = rinex.read(path).records
+    assert list(found) == [letter]
+    assert len(found[letter]) == records == body / {"G": 8, "R": 4}[letter]
+    assert len(set(found[letter].number.tolist())) == satellites_in_it
 
 
 def test_gps_broadcast_against_esa_final_orbits():
