@@ -103,7 +103,8 @@ class Digest:
         self._mark_nibbles = np.r_[self._mark_nibbles[-_HELD_BACK:], frames.data[marks, 1] >> 4]
         self._opened += len(marks)
         first = max(int(ordinal[0]), 0)
-        bits = np.bincount(np.maximum(ordinal, 0) - first, frame_bits(frames))
+        inside = ordinal >= first
+        bits = np.bincount(ordinal[inside] - first, frame_bits(frames)[inside])
         self._bits.append((first, bits.astype(np.int64)))
         self._hold(screened.frames, ordinal[good])
         self._consume(self._opened - _HELD_BACK)

@@ -1,0 +1,47 @@
+"""Stamps of the record: the epoch's mark, then bit by bit."""
+
+from __future__ import annotations
+
+import io
+from datetime import datetime
+
+import numpy as np
+
+from dbc import gpstime
+from dbc.bits import frame_bits
+from dbc.frames import batch, concat
+from tools.candump import parse_lines
+from tools.recorder import Recorder, stamps_us
+
+START_NS = gpstime.from_utc(datetime(2012, 10, 31, 0, 14, 44))
+
+
+def test_stamps_restart_at_each_mark():
+    got = stamps_us(np.array([1000, 5000]), np.array([3, 2]), np.array([111, 120, 130, 115, 115]))
+    assert got.tolist() == [1000, 1111, 1231, 5000, 5115]
+
+
+def test_an_epoch_without_frames_moves_nobody():
+    got = stamps_us(np.array([10, 20, 30]), np.array([1, 0, 1]), np.array([111, 112]))
+    assert got.tolist() == [10, 30]
+
+
+def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
+    log, heard = io.BytesIO(), []
+    recorder = Recorder("can0", START_NS, 10**9, log, heard.append)
+    blocks = [batch([0x10, 0x11], np.arange(16).reshape(2, 8) + i) for i in range(3)]
+    for epoch, block in enumerate(blocks):
+        recorder.add(epoch, block)
+    recorder.flush()
+    unix_us, _, frames = parse_lines(log.getvalue())
+    assert frames == concat(blocks) == concat(heard)
+    assert recorder.frames == 6
+    assert unix_us[::2].tolist() == [1_351_642_484_000_000 + i * 1_000_000 for i in range(3)]
+    assert (unix_us[1::2] - unix_us[::2] == frame_bits(frames[np.array([0, 2, 4])])).all()
+
+
+def test_nothing_waits_longer_than_a_batch():
+    log = io.BytesIO()
+    recorder = Recorder("can0", START_NS, 10**9, log)
+    recorder.add(0, batch(np.zeros(20_000, np.uint32), np.zeros((20_000, 8))))
+    assert log.getvalue().count(b"\n") == 20_000

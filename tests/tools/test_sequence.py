@@ -1,0 +1,98 @@
+"""The recorder's canonical order, whatever happened on the bus meanwhile."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dbc import codec
+from dbc.frames import FrameBatch, batch, concat
+from dbc.link import bench
+from tools.sequence import Sequencer
+
+CODEC = codec.codec(4)
+SESSION = 7
+
+
+def frame(name: str, mark: int, number: int = 0) -> FrameBatch:
+    """A frame of a kind that can be told from others by `mark`."""
+    return batch([CODEC.can_id_of[name, number]], bytes([0, 0, mark, 0, 0, 0, 0, 0]))
+
+
+def emulated(epoch: int) -> FrameBatch:
+    mark = CODEC.encode("TIME_MARK", {"session": SESSION, "epoch": epoch}, 1)
+    return concat([batch([CODEC.can_id_of["TIME_MARK", 0]], mark), frame("RANGE", epoch, 1)])
+
+
+def flown(epoch: int) -> FrameBatch:
+    return concat([frame("NAV_STATUS", epoch), frame("HEARTBEAT", epoch, 16)])
+
+
+def sync(epoch: int) -> FrameBatch:
+    return bench.encode(bench.SYNC_ID, SESSION, epoch, 2)
+
+
+def done(epoch: int, count: int = 2) -> FrameBatch:
+    return bench.encode(bench.DONE_ID, SESSION, epoch, count)
+
+
+GREETING = frame("HEARTBEAT", 99, 16)
+CANONICAL = [(0, concat([emulated(0), flown(0)])), (1, concat([emulated(1), flown(1)]))]
+
+
+def recorded(*heard: FrameBatch, piece: int = 1000, lockstep: bool = True) -> list[tuple[int, FrameBatch]]:
+    sequencer, bus = Sequencer(CODEC, lockstep), concat(heard)
+    epochs = [e for i in range(0, len(bus), piece) for e in sequencer.hear(bus[i : i + piece])]
+    return [(e.number, e.frames) for e in [*epochs, *sequencer.finish()]]
+
+
+PLAIN = [emulated(0), sync(0), flown(0), done(0), emulated(1), sync(1), flown(1), done(1)]
+
+
+@pytest.mark.parametrize("piece", [1, 2, 3, 1000])
+def test_order_does_not_depend_on_the_pieces(piece):
+    assert recorded(*PLAIN, piece=piece) == CANONICAL
+
+
+@pytest.mark.parametrize(
+    "heard",
+    [
+        [GREETING, GREETING, *PLAIN],
+        [emulated(0), GREETING, sync(0), GREETING, flown(0), done(0), *PLAIN[4:]],
+        [emulated(0), sync(0), sync(0), flown(0), done(0), flown(0), done(0), *PLAIN[4:]],
+        [*PLAIN[:4], emulated(1), flown(0), done(0), sync(1), flown(1), done(1)],
+        [*PLAIN[:4], flown(0), emulated(1), done(0), sync(1), flown(1), done(1)],
+        [emulated(0), flown(0)[:1], sync(0), flown(0)[1:], done(0), *PLAIN[4:]],
+    ],
+    ids=["greetings", "late-greetings", "answered-twice", "second-answer-late", "across-mark", "early"],
+)
+def test_what_is_no_part_of_the_run_leaves_no_trace(heard):
+    assert recorded(*heard) == CANONICAL
+
+
+def test_an_answer_after_its_epoch_is_kept_where_it_was_heard():
+    heard = [emulated(0), sync(0), emulated(1), sync(1), flown(0), done(0), flown(1), done(1)]
+    assert recorded(*heard) == [(0, emulated(0)), (1, concat([emulated(1), flown(0), flown(1)]))]
+
+
+def test_frames_that_nobody_closes_are_kept():
+    heard = [*PLAIN[:4], emulated(1), flown(1)]
+    assert recorded(*heard) == CANONICAL
+
+
+def test_foreign_frames_are_kept():
+    stranger = batch([0x7A0], b"whatever")
+    (first, _) = recorded(emulated(0), stranger, *PLAIN[1:])
+    assert first[1] == concat([emulated(0), stranger, flown(0)])
+
+
+def test_at_other_paces_order_is_as_heard():
+    heard = [GREETING, flown(0)[:1], emulated(0), flown(0), sync(0), emulated(1)]
+    assert recorded(*heard, lockstep=False) == [(0, concat([emulated(0), flown(0)])), (1, emulated(1))]
+
+
+def test_declared_counts_each_block_once():
+    sequencer = Sequencer(CODEC, lockstep=True)
+    sequencer.hear(concat([emulated(0), sync(0), sync(0), flown(0), done(0), flown(0), done(0)]))
+    assert sequencer.declared == 4
+    assert not np.any([e.number for e in sequencer.finish()])
