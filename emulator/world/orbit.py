@@ -69,7 +69,8 @@ class Orbit:
 
     def _sample(self, chunk: int) -> Array:
         """Positions (per_chunk, nodes, 3), ecef [m], at the nodes of a chunk's segments."""
-        positions, _ = self._solve(chunk, forward=True)
+        positions, end = self._solve(chunk, forward=True)
+        self._boundary.setdefault(chunk + 1, end)
         grid = self._table.grid
         # From the middles on, the angle runs in seconds: a node rounded to 1 ns would be 0.5 um off.
         middles = rotation_angle_rad(grid.middles_ns(chunk), self.leap_s)
