@@ -1,6 +1,6 @@
 """Thermal noise of the tracking loops, from C/N0; one function for each row of the factor registry.
 
-Source of the formulas: Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.5 to 8.9 (2nd ed., 5.6):
+Source of the formulas: Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9 (2nd ed., 5.6):
 code loop early minus late, power discriminator, wide front end; Costas loop; frequency lock loop.
 Errors of different epochs are independent (modelled: loops of 0.5 Hz and faster forget within a second).
 """
