@@ -1,0 +1,293 @@
+"""Whole runs through the command line: inline and as processes, ended well, interrupted, killed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from emulator.scenario import shipped
+from tests.realdata import data_file
+from tools.cli import main
+
+DURATION = "70"
+FILES = {
+    "bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json", "summary.json", "fixes.parquet",
+    "channels.parquet", "assignments.parquet", "truth.parquet",
+}  # fmt: skip
+FIX_COLUMNS = (
+    "craft t_gps_s valid x_ecef_m y_ecef_m z_ecef_m vx_ecef_mps vy_ecef_mps vz_ecef_mps clock_bias_m "
+    "satellites pdop"
+).split()
+START_GPS_S = 1712 * 604_800 + 3 * 86_400 + 900.0  # 2012-10-31 00:15:00: GPS week 1712, Wednesday
+
+
+def sha(folder: Path) -> str:
+    return hashlib.sha256((folder / "bus.log").read_bytes()).hexdigest()
+
+
+def summary_of(folder: Path) -> dict:
+    return json.loads((folder / "summary.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def inline(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "inline"
+    assert main(["run", "--bus", "inline", "--duration", DURATION, "--out", str(folder), "--quiet"]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def embedded(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "embedded"
+    assert main(["run", "--duration", DURATION, "--out", str(folder), "--quiet"]) == 0
+    return folder
+
+
+def test_the_run_folder_is_complete(inline):
+    assert {path.name for path in inline.iterdir()} == FILES
+
+
+def test_tables_have_the_promised_columns(inline):
+    fixes = pl.read_parquet(inline / "fixes.parquet")
+    truth = pl.read_parquet(inline / "truth.parquet")
+    assert fixes.columns[: len(FIX_COLUMNS)] == FIX_COLUMNS
+    assert set(FIX_COLUMNS[3:9]) <= set(truth.columns)
+    assert fixes["t_gps_s"][0] == truth["t_gps_s"][0] == START_GPS_S
+    assert len(fixes) == len(truth) == int(DURATION)
+    assert fixes.filter(~pl.col("valid"))["x_ecef_m"].null_count() == fixes.filter(~pl.col("valid")).height
+
+
+def test_the_summary_agrees_with_its_tables(inline):
+    summary = summary_of(inline)
+    fixes = pl.read_parquet(inline / "fixes.parquet").filter(pl.col("valid"))
+    truth = pl.read_parquet(inline / "truth.parquet")
+    both = fixes.join(truth, on="t_gps_s", suffix="_true")
+    error = np.sqrt(sum((both[f"{a}_ecef_m"] - both[f"{a}_ecef_m_true"]).to_numpy() ** 2 for a in "xyz"))
+    soyuz = summary["craft"]["soyuz"]
+    assert soyuz["fixes"] == len(fixes) > 20
+    assert soyuz["position_error_m"]["median"] == pytest.approx(np.median(error), rel=1e-6)
+    assert soyuz["position_error_m"]["max"] == pytest.approx(error.max(), rel=1e-6)
+    assert soyuz["satellites_tracked"]["max"] == fixes["satellites"].max()
+    assert (fixes["satellites"] == fixes["satellites_used"]).all()
+    lines = (inline / "bus.log").read_bytes().count(b"\n")
+    assert summary["frames"] == {"sent": lines, "received": lines, "lost": 0, "rejected": {}}
+    assert summary["reproducible"] and summary["epochs"] == int(DURATION)
+
+
+def test_the_flight_softwares_pdop_is_the_geometrys(inline):
+    fixes = pl.read_parquet(inline / "fixes.parquet").filter(pl.col("valid"))
+    single = fixes.filter(pl.col("measurements") == pl.col("satellites"))
+    assert len(single) > 10
+    assert (
+        single["pdop"] - single["pdop_distinct"]
+    ).abs().max() < 0.005 + 1e-6  # one digit on the bus is 0.01
+
+
+def test_no_epoch_exceeds_the_frame_budget(inline):
+    from tools.arguments import unchanged
+    from tools.plan import make
+
+    (budget,) = make(unchanged("soyuz")).budgets
+    seconds = [line.split(b".")[0] for line in (inline / "bus.log").read_bytes().splitlines()]
+    counts = np.unique(seconds, return_counts=True)[1]
+    assert counts.max() <= budget.frames(events=True)
+    assert summary_of(inline)["bus_load_percent"]["max"] <= budget.worst_percent
+
+
+def test_processes_on_a_bus_leave_the_same_bytes(inline, embedded):
+    assert sha(embedded) == sha(inline)
+    assert (embedded / "truth").read_bytes() == (inline / "truth").read_bytes()
+    mine, its = summary_of(inline), summary_of(embedded)
+    assert its["bus"] == {"interface": "embedded", "channel": ""}
+    assert {k: mine[k] for k in ("craft", "frames", "bus_load_percent")} == {
+        k: its[k] for k in ("craft", "frames", "bus_load_percent")
+    }
+    assert its["epoch_latency_ms"]["p50"] > 0
+
+
+def test_a_run_folder_repeats_its_run(inline, tmp_path):
+    again = tmp_path / "again"
+    assert (
+        main(["run", str(inline / "scenario.toml"), "--bus", "inline", "--out", str(again), "--quiet"]) == 0
+    )
+    assert sha(again) == sha(inline)
+
+
+def test_another_seed_is_another_run(inline, tmp_path):
+    other = tmp_path / "other"
+    arguments = [
+        "run",
+        "--bus",
+        "inline",
+        "--duration",
+        DURATION,
+        "--seed",
+        "2",
+        "--out",
+        str(other),
+        "--quiet",
+    ]
+    assert main(arguments) == 0
+    assert sha(other) != sha(inline)
+
+
+def test_report_rebuilds_what_a_run_wrote(inline, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    copy.mkdir()
+    for name in ("bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json"):
+        (copy / name).write_bytes((inline / name).read_bytes())
+    assert main(["report", str(copy)]) == 0
+    assert "satellites in the fix" in capsys.readouterr().out
+    assert {path.name for path in copy.iterdir()} == FILES
+    assert summary_of(copy) == summary_of(inline)
+    for name in ("fixes", "channels", "assignments", "truth"):
+        assert pl.read_parquet(copy / f"{name}.parquet").equals(pl.read_parquet(inline / f"{name}.parquet"))
+
+
+def test_without_a_log_the_figures_are_the_same(inline, tmp_path):
+    bare = tmp_path / "bare"
+    arguments = ["run", "--bus", "inline", "--duration", DURATION, "--no-log", "--out", str(bare), "--quiet"]
+    assert main(arguments) == 0
+    assert {path.name for path in bare.iterdir()} == FILES - {"bus.log", "channels.parquet"}
+    unlike = ("real_time_factor", "epoch_latency_ms")
+    mine, its = summary_of(inline), summary_of(bare)
+    assert {k: v for k, v in its.items() if k not in unlike} == {
+        k: v for k, v in mine.items() if k not in unlike
+    }
+
+
+def test_expectations_give_the_verdict(tmp_path, capsys):
+    text = shipped()["soyuz"].read_text().replace("duration_s = 600", "duration_s = 60")
+    text = text.replace(
+        "[time]", '[expect]\n"soyuz.fixes" = {min = 1}\n"soyuz.pdop.median" = {max = 0.01}\n\n[time]'
+    )
+    scenario = tmp_path / "judged.toml"
+    scenario.write_text(text)
+    assert main(["run", str(scenario), "--bus", "inline", "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    said = capsys.readouterr()
+    (line,) = said.err.splitlines()
+    assert line.startswith("gnss-hil: expectation missed: soyuz.pdop.median: found ")
+    assert line.endswith("expected at most 0.01")
+    assert [row["met"] for row in summary_of(tmp_path / "run")["expectations"]] == [True, False]
+
+
+@pytest.mark.realdata
+def test_navigation_files_replace_the_sky(tmp_path):
+    gps = data_file("navigation/brdc3050.12n.gz")
+    run = tmp_path / "run"
+    arguments = [
+        "run",
+        "--bus",
+        "inline",
+        "--duration",
+        "60",
+        "--nav",
+        str(gps),
+        "--out",
+        str(run),
+        "--quiet",
+    ]
+    assert main(arguments) == 0
+    satellites = set(pl.read_parquet(run / "channels.parquet")["satellite"])
+    assert satellites and all(name.startswith("G") for name in satellites)
+
+
+@pytest.mark.realdata
+def test_a_day_the_file_does_not_cover_is_refused_with_both_spans(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "--nav", str(data_file("navigation/brdc0820.23n.gz"))]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "2023-03-" in line and "2012-10-31T00:15:00" in line
+    assert not list(tmp_path.iterdir())
+
+
+def started(folder: Path, *more: str) -> subprocess.Popen:
+    command = [sys.executable, "-m", "tools.cli", "run", "--duration", "1d", "--out", str(folder), *more]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_frames(folder: Path, process: subprocess.Popen) -> None:
+    log, deadline = folder / "bus.log", time.monotonic() + 30
+    while not (log.exists() and log.stat().st_size > 300_000):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline, "no frames within 30 s"
+        time.sleep(0.05)
+
+
+def children_of(pid: int) -> dict[str, int]:
+    """Processes started by `pid`: module name -> process number."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                words = (entry / "cmdline").read_bytes().split(b"\0")
+            except (OSError, IndexError):
+                continue
+            if parent == pid and b"-m" in words:
+                found[words[words.index(b"-m") + 1].decode()] = int(entry.name)
+    return found
+
+
+@pytest.mark.parametrize("bus", ["inline", "embedded"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_a_run_still_writes_its_folder(tmp_path, bus, number):
+    folder = tmp_path / "run"
+    process = started(folder, "--bus", bus)
+    wait_for_frames(folder, process)
+    children = children_of(process.pid)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert {path.name for path in folder.iterdir()} == FILES
+    summary = summary_of(folder)
+    assert summary["interrupted"] and not summary["reproducible"]
+    assert summary["frames"]["lost"] == 0 and summary["frames"]["rejected"] == {}
+    assert "Traceback" not in err and "(interrupted)" in out
+    assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
+
+
+@pytest.mark.parametrize(
+    ("module", "name"), [("flightsw", "flight software of soyuz"), ("emulator", "emulator")]
+)
+def test_who_died_is_told_and_the_record_is_kept(tmp_path, module, name):
+    folder = tmp_path / "run"
+    process = started(folder)
+    wait_for_frames(folder, process)
+    children = children_of(process.pid)
+    os.kill(children[module], signal.SIGKILL)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert f"gnss-hil: {name} killed by SIGKILL" in err
+    assert {path.name for path in folder.iterdir()} == FILES
+    assert not summary_of(folder)["reproducible"]
+    assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
+
+
+def test_when_the_supervisor_dies_the_record_holds_everything_up_to_then(tmp_path, capsys):
+    folder = tmp_path / "run"
+    process = started(folder)
+    wait_for_frames(folder, process)
+    children = children_of(process.pid)
+    process.kill()
+    process.communicate(timeout=30)
+    deadline = time.monotonic() + 15
+    while any(Path(f"/proc/{pid}").exists() for pid in children.values()):
+        assert time.monotonic() < deadline, "children outlive their supervisor"
+        time.sleep(0.1)
+    assert main(["report", str(folder)]) == 0
+    summary = summary_of(folder)
+    assert summary["craft"]["soyuz"]["fixes"] > 0
+    assert summary["craft"]["soyuz"]["position_error_m"]["median"] < 10
+    assert summary["interrupted"] and summary["real_time_factor"] is None
+    assert "satellites in the fix" in capsys.readouterr().out
