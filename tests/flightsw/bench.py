@@ -50,10 +50,10 @@ def channel_frames(receiver, channel, o, k, cn0=45.0, lock=5, health=0, ura=0):
         "SV_Z": {"z_m": o["z"][k], "health": health},
         "SV_VX": {"vx_mps": o["vx"][k], "clock_drift_mps": o["drift"][k]},
         "SV_VY": {"vy_mps": o["vy"][k]},
-        "SV_VZ": {"vz_mps": o["vz"][k]},
+        "SV_VZ": {"vz_mps": o["vz"][k], "ura": ura},
         "SV_CLOCK": {
             "sat_system": int(o["sat"][k]) // 64, "sat_number": int(o["sat"][k]) % 64,
-            "clock_m": o["clock"][k], "ura": ura,
+            "clock_m": o["clock"][k],
         },
     }  # fmt: skip
     return [frames(kind, {"channel": channel, **v}, receiver) for kind, v in values.items()]
