@@ -1,44 +1,14 @@
-"""One epoch as a craft meets it: geometry, link budget and clocks."""
+"""From world to scene: geometry, link budget and clocks of one craft at one time mark."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
-
 from dbc import satellites
 from dbc.gpstime import NS_PER_S
-from emulator.receivers.channels import Flags
 from emulator.records import CraftWorld, World
 from emulator.signals import clock, geometry, link, view
-from emulator.world.orbit import CraftState
+from emulator.signals.scene import Scene
 from emulator.world.rotations import dcm_of_quaternion
 from emulator.world.sky import SkyState
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """What is true for one craft at one time mark, whatever its receivers do.
-
-    in_sight  (n,) available and not behind the Earth
-    signal    (m, n) strong enough, inside the antenna's field of view
-    clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock;  by_domain_s (8,) offsets
-    """
-
-    t_ns: int
-    sky: SkyState
-    motion: geometry.Motion
-    state: CraftState
-    quaternion: NDArray[np.float64]
-    rate_body_rps: NDArray[np.float64]
-    antennas: geometry.Antennas
-    view: view.View
-    cn0_dbhz: NDArray[np.float64]
-    in_sight: Flags
-    signal: Flags
-    clock_s: tuple[NDArray[np.float64], NDArray[np.float64]]
-    by_domain_s: NDArray[np.float64]
 
 
 def scene_of(world: World, craft: CraftWorld, sky: SkyState, motion: geometry.Motion, t_ns: int) -> Scene:

@@ -16,8 +16,9 @@ from emulator.receivers import almanac, commands, frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, retarget
 from emulator.receivers.observe import observe
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
-from emulator.scene import Scene, scene_of
+from emulator.scene import scene_of
 from emulator.signals import draws, geometry
+from emulator.signals.scene import Scene
 from emulator.truth import TRUTH, in_view_bits
 
 
@@ -51,17 +52,7 @@ def _craft_step(
     channels = retarget(channels, channels.commanded, target, t_ns)
     channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns)
     words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.factors else None
-    seen, channels = observe(
-        channels,
-        begins,
-        sky,
-        scene.motion,
-        scene.antennas,
-        scene.clock_s,
-        scene.cn0_dbhz,
-        craft.factors,
-        words,
-    )
+    seen, channels = observe(channels, begins, scene, craft.factors, words)
     rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dbc import satellites
-from emulator.receivers.channels import FULL, SLIPS, Channels, Numbers
+from emulator.factors.registry import Factor
+from emulator.receivers.channels import FULL, SLIPS, Channels, Flags, Numbers
 from emulator.signals import noise
 from emulator.signals.bands import BY_SYSTEM, wavelength_m
-from emulator.signals.geometry import Antennas, Array, Motion, at_transmission, path
+from emulator.signals.geometry import Array, at_transmission, path
+from emulator.signals.scene import Scene
 from emulator.world.earth import LIGHT_MPS
-from emulator.world.sky import SkyState
 
 PHASE_LIMIT_CYC = 1.3e8
 """Where the carrier phase is restarted: its signal on the bus ends at 1.37e8 cycles."""
@@ -47,32 +49,27 @@ class Observations:
 
 def observe(
     channels: Channels,
-    begins: NDArray[np.bool_],
-    sky: SkyState,
-    motion: Motion,
-    antennas: Antennas,
-    clock_s: tuple[Array, Array],
-    cn0_dbhz: Array,
-    factors: dict,
+    begins: Flags,
+    scene: Scene,
+    factors: Mapping[str, Factor],
     words: NDArray[np.uint64] | None,
 ) -> tuple[Observations, Channels]:
     """Observations of one craft, and its channels with the carrier phases' ambiguities.
 
     begins    (m, k) channels whose phase starts now
-    motion    inertial motion of the sky's satellites at reception
-    clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock
-    cn0_dbhz  (m, n)
+    factors   error factors that are on, by name
     words     random words of the epoch, `draws.grid`; None if no factor is on
 
     P = c t + c b - clock_truth: path with the receiver's clock and without the satellite's. Its rate and
     the carrier follow the same sum, so nothing but noise tells them apart.
     """
+    sky, antennas = scene.sky, scene.antennas
     receiver, channel = np.nonzero(channels.lock == FULL)
     row = channels.target[receiver, channel]
     sat = sky.index[row]
     system = satellites.system_of(sat)
-    signals = path(motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver])
-    offset_s, drift = clock_s
+    signals = path(scene.motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver])
+    offset_s, drift = scene.clock_s
     sv_drift_mps = sky.clock_drift_mps[row]
     sv_clock_back_m = sv_drift_mps * signals.flight_s
     exact_m = signals.length_m + LIGHT_MPS * offset_s[receiver] - (sky.clock_truth_m[row] - sv_clock_back_m)
@@ -81,7 +78,7 @@ def observe(
         signals.rate_mps + LIGHT_MPS * drift[receiver] - sv_drift_mps * (1 - signals.rate_mps / LIGHT_MPS)
     )
     wave_m = wavelength_m(system, sky.frequency[row])
-    cn0 = cn0_dbhz[receiver, row]
+    cn0 = scene.cn0_dbhz[receiver, row]
     raw = words[system, receiver, satellites.number_of(sat)] if words is not None else None
     error = noise.errors(factors, raw, cn0, BY_SYSTEM.chip_m[system], wave_m)
     cycles = (exact_m + error.phase_m) / wave_m
@@ -104,7 +101,9 @@ def observe(
     ), channels
 
 
-def _start_phases(channels: Channels, begins, receiver, channel, cycles: Array) -> tuple[Array, Channels]:
+def _start_phases(
+    channels: Channels, begins: Flags, receiver: Numbers, channel: Numbers, cycles: Array
+) -> tuple[Array, Channels]:
     """Carrier phases (p,) [cycles] less their ambiguities, which are set where a phase starts.
 
     A phase about to leave its signal's range starts anew, which is a slip.

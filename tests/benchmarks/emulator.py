@@ -15,7 +15,7 @@ from emulator import build
 from emulator.step import emulate_step
 from tests.emulator import bench
 
-WARM_UP, EPOCHS = 60, 1000
+WARM_UP, EPOCHS = 20, 300
 
 
 def epoch_ms(**receivers) -> tuple[np.ndarray, int]:

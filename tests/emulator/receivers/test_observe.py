@@ -21,10 +21,7 @@ def observations(clock):
         t_ns = the_world.start_ns + epoch * the_world.interval_ns
         sky = the_world.sky.at(t_ns)
         scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
-        seen, _ = observe(
-            chosen, np.zeros(chosen.lock.shape, bool), sky, scene.motion, scene.antennas,
-            scene.clock_s, scene.cn0_dbhz, {}, None,
-        )  # fmt: skip
+        seen, _ = observe(chosen, np.zeros(chosen.lock.shape, bool), scene, {}, None)
         out.append(seen)
     return out
 

@@ -1,0 +1,37 @@
+"""A scene: one craft at one time mark, as far as receivers have no say in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.signals.geometry import Antennas, Array, Motion
+from emulator.signals.view import View
+from emulator.world.orbit import CraftState
+from emulator.world.sky import SkyState
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """What is true for one craft at one time mark, whatever its receivers do.
+
+    in_sight  (n,) available and not behind the Earth
+    signal    (m, n) strong enough, inside the antenna's field of view
+    clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock;  by_domain_s (8,) offsets
+    """
+
+    t_ns: int
+    sky: SkyState
+    motion: Motion
+    state: CraftState
+    quaternion: Array
+    rate_body_rps: Array
+    antennas: Antennas
+    view: View
+    cn0_dbhz: Array
+    in_sight: NDArray[np.bool_]
+    signal: NDArray[np.bool_]
+    clock_s: tuple[Array, Array]
+    by_domain_s: Array
