@@ -82,7 +82,7 @@ def configure(
         values = row.options.model_validate(dict(options or {}))
     except ValidationError as error:
         raise ValueError("\n".join(faults(error, f"policy '{row.name}'"))) from None
-    return FlightConfig(vehicle, codec(max(4, vehicle.antennas)), row, values, boot_count % 256)
+    return FlightConfig(vehicle, codec(vehicle.antennas), row, values, boot_count % 256)
 
 
 def heartbeat(config: FlightConfig) -> FrameBatch:
