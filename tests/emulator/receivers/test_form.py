@@ -39,7 +39,7 @@ def test_a_form_is_its_kinds_encoded_one_by_one(kinds, seed, n):
         assert payloads[:, i].tobytes() == CODEC.encode(kind, own, n).tobytes()
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 2.8e8, -1.0])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 5e8, -1.0])
 def test_what_does_not_fit_marks_its_frame_and_no_other(bad):
     paper = form(CODEC, MEASUREMENT_KINDS)
     values = dict.fromkeys(paper.names, 0)
