@@ -32,7 +32,7 @@ the Earth's turn during the flight, a millionth of the step."""
 MAX_PDOP = 655.35
 """The contract cannot state more; a geometry this poor is called singular."""
 
-FARTHEST_M, LATEST_M = 68_000_000.0, 137_000_000.0
+FARTHEST_M = LATEST_M = 109_900_000.0
 """What NAV_X..NAV_Z and NAV_CLOCK can carry; an estimate beyond is no fix."""
 
 EXCLUSIONS = 1

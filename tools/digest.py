@@ -26,16 +26,16 @@ Columns = Mapping[str, NDArray]
 
 NO_FIX = 0
 _CELL_SIGNALS = {
-    "RANGE": ("signal", "pseudorange_m"),
-    "RATE": ("range_rate_mps", "cn0_dbhz", "lock"),
+    "RANGE": ("pseudorange_m",),
+    "RATE": ("signal", "range_rate_mps", "cn0_dbhz", "lock"),
     "PHASE": ("phase_cyc", "slips", "half_cycle"),
-    "SV_X": ("x_m", "frequency"),
+    "SV_X": ("x_m",),
     "SV_Y": ("y_m",),
     "SV_Z": ("z_m", "health"),
     "SV_VX": ("vx_mps", "clock_drift_mps"),
     "SV_VY": ("vy_mps", "iod"),
-    "SV_VZ": ("vz_mps",),
-    "SV_CLOCK": ("sat_system", "sat_number", "clock_m", "ura"),
+    "SV_VZ": ("vz_mps", "frequency", "ura"),
+    "SV_CLOCK": ("sat_system", "sat_number", "clock_m"),
 }
 _FIX_SIGNALS = {
     **{f"NAV_{a}": (f"{a.lower()}_m",) for a in "XYZ"},

@@ -17,11 +17,11 @@ DOCS = Path(__file__).parents[2] / "docs"
 CODEC = codec(4)
 
 VECTORS = {
-    "RX1_RANGE": ("RANGE", 1, {"channel": 3, "signal": 0, "pseudorange_m": 21345678.901}),
+    "RX1_RANGE": ("RANGE", 1, {"channel": 3, "pseudorange_m": 21345678.9012}),
     "RX1_SV_CLOCK": (
         "SV_CLOCK",
         1,
-        {"channel": 3, "sat_system": 1, "sat_number": 21, "clock_m": -12345.678, "ura": 2},
+        {"channel": 3, "sat_system": 1, "sat_number": 21, "clock_m": -12345.678},
     ),
     "RX2_COMMAND": ("COMMAND", 2, {"channel": 5, "action": 1, "sat_number": 7, "transaction": 291}),
     "ATT_Q01": ("ATT_Q01", 0, {"q0": 0.5, "q1": -0.5}),

@@ -43,17 +43,17 @@ def test_encodes_as_cantools_does(message, data):
 
 
 def test_rounds_to_the_nearest_step():
-    data = CODEC.encode("RANGE", {"pseudorange_m": np.array([21_000_000.00049, 21_000_000.00051])})
-    assert CODEC.decode("RANGE", data)["pseudorange_m"] == pytest.approx([21e6, 21e6 + 0.001], abs=1e-6)
+    data = CODEC.encode("RANGE", {"pseudorange_m": np.array([21_000_000.00004, 21_000_000.00006])})
+    assert CODEC.decode("RANGE", data)["pseudorange_m"] == pytest.approx([21e6, 21e6 + 0.0001], abs=1e-6)
 
 
 @pytest.mark.parametrize(
     ("kind", "values", "text"),
     [
-        ("RANGE", {"pseudorange_m": 3e8}, r"RANGE.pseudorange_m = 3e\+08 does not fit; allowed 0 to 2.7"),
+        ("RANGE", {"pseudorange_m": 5e8}, r"RANGE.pseudorange_m = 5e\+08 does not fit; allowed 0 to 4.39805e\+08"),
         ("RANGE", {"pseudorange_m": np.nan}, "RANGE.pseudorange_m = nan"),
         ("RANGE", {"pseudorange_m": np.array([2e7, -1e-2])}, "RANGE.pseudorange_m = -0.01"),
-        ("SV_X", {"x_m": -7e7}, r"SV_X.x_m = -7e\+07 does not fit; allowed -6.87195e\+07"),
+        ("SV_X", {"x_m": -2e8}, r"SV_X.x_m = -2e\+08 does not fit; allowed -1.09951e\+08"),
         ("RATE", {"lock": 8}, "RATE.lock = 8 does not fit; allowed 0 to 7"),
         ("NAV_CORR", {"rho_xy": np.inf}, "NAV_CORR.rho_xy = inf"),
     ],
