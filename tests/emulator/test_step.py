@@ -12,6 +12,10 @@ from tests.emulator import bench
 LIGHT = 299_792_458.0
 OMEGA = 7.2921151467e-5
 
+_RANGE = bench.CODEC.kinds["RANGE"]
+ROUNDING_M = 2 * float(_RANGE.factor[_RANGE.signals.index("pseudorange_m")])
+"""What rounding to the bus's resolution leaves of range (1/2), clock (1/2) and coordinates (sqrt(3)/2)."""
+
 
 def rotate(vectors, angle):
     cos, sin = np.cos(angle), np.sin(angle)

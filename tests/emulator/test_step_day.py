@@ -9,7 +9,7 @@ import pytest
 from emulator import build
 from emulator.step import emulate_step
 from tests.emulator import bench
-from tests.emulator.test_step import predicted_range_m
+from tests.emulator.test_step import ROUNDING_M, predicted_range_m
 from tests.realdata import data_file
 
 EPOCHS = range(0, 1415, 5)  # minutes, from 00:15 to the end of the day
@@ -40,5 +40,5 @@ def test_a_day_of_pseudoranges(sky):
         assert len(seen["sat"]) >= 12
         assert not seen["health"].any()
     print(f"largest closure error: {1e3 * worst:.2f} mm, {len(satellites_seen)} satellites")
-    assert worst < 2e-3
+    assert worst < ROUNDING_M
     assert len(satellites_seen) >= 45
