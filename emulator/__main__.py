@@ -42,13 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--status", metavar="FILE|fd:N", help="write progress here as JSON lines")
     add("--require", metavar="NODES", default="FLIGHT", help="nodes to wait for, comma-separated, or 'none'")
     add("--wait", metavar="S", type=float, help="give up waiting for them after S seconds (default: never)")
-    add(
-        "--limit",
-        metavar="S",
-        type=float,
-        default=10,
-        help="lockstep: S of silence leave an epoch unanswered",
-    )
+    add("--limit", metavar="S", type=float, default=10, help="lockstep: wait S for an answer (default: 10)")
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")
 
 
@@ -67,11 +61,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Plays what the arguments say; the exit status. Mistakes become lines on stderr."""
     from dbc.link.base import LinkClosed, LinkError
     from dbc.link.conductor import MissingNodes
+    from dbc.link.stopping import Stop
     from dbc.vehicle import VehicleError
     from emulator.scenario import ScenarioError
 
     try:
-        return _play(arguments)
+        with Stop() as stop:
+            return _play(arguments, stop)
     except LinkError as error:
         return _failed(3, error)
     except (LinkClosed, MissingNodes) as error:
@@ -90,11 +86,11 @@ def _failed(status: int, error: Exception) -> int:
     return status
 
 
-def _play(arguments: argparse.Namespace) -> int:
+def _play(arguments: argparse.Namespace, stop) -> int:
     from dbc.contract import node_names
     from dbc.link.bench import session_of
     from dbc.link.conductor import Bus, Conductor, parse_pace
-    from dbc.link.stopping import INTERRUPTED, Stop
+    from dbc.link.stopping import INTERRUPTED
     from emulator.build import build_world
     from emulator.journal import StatusLog, TruthLog
     from emulator.truth import TRUTH
@@ -109,7 +105,6 @@ def _play(arguments: argparse.Namespace) -> int:
     specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
     say = _silent if arguments.quiet else _say
     with ExitStack() as stack:
-        stop = stack.enter_context(Stop())
         truth = stack.enter_context(
             _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)
         )

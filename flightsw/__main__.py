@@ -54,17 +54,18 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(arguments: argparse.Namespace) -> int:
     """Flies what the arguments say; the exit status. Mistakes become lines on stderr."""
-    from dbc import vehicle
-    from dbc.link.base import LinkClosed, LinkError
     from dbc.link.stopping import INTERRUPTED, Stop
-    from flightsw.step import configure
 
-    try:
-        craft = vehicle.load(arguments.vehicle)
-        config = configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
-    except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
-        return _failed(2, error)
-    with Stop() as stop:
+    with Stop() as stop:  # before the slow imports, so that a signal during them is heard too
+        from dbc import vehicle
+        from dbc.link.base import LinkClosed, LinkError
+        from flightsw.step import configure
+
+        try:
+            craft = vehicle.load(arguments.vehicle)
+            config = configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
+        except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
+            return _failed(2, error)
         try:
             return _fly(arguments, config, stop)
         except LinkError as error:

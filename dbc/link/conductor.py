@@ -132,14 +132,17 @@ class Conductor:
         return {name: exchange.inbox() for name, exchange in self._exchanges.items()}
 
     def _await_answer(self, link: Link, exchange: Exchange, sent_s: float) -> bool:
+        end_s = sent_s + self._limit_s
         repeat_s = sent_s + self._repeat_s
-        while not exchange.hear(link.receive(SLICE_S)):
+        wait_s = min(SLICE_S, self._limit_s)
+        while not exchange.hear(link.receive(wait_s)):
             now_s = time.perf_counter()
-            if self._stop() or now_s - sent_s >= self._limit_s:
+            if self._stop() or now_s >= end_s:
                 return False
             if now_s >= repeat_s:
                 link.send(exchange.repeat())
                 repeat_s = now_s + self._repeat_s
+            wait_s = min(SLICE_S, end_s - now_s, repeat_s - now_s)
         return True
 
     def _listen(self, epoch: int, sent_s: float) -> dict[str, FrameBatch]:
@@ -148,25 +151,20 @@ class Conductor:
         answered = False
         while not self._stop():
             rest_s = until_s - time.monotonic()
-            quiet = self._hear_all(min(max(rest_s, 0.0), SLICE_S))
+            self._hear_all(min(max(rest_s, 0.0), SLICE_S))
             if not answered and all(exchange.answered for exchange in self._exchanges.values()):
                 answered = True
                 self._count(True, time.perf_counter() - sent_s)
-            if rest_s <= 0 and quiet:
+            if rest_s <= 0:
                 break
         if not answered:
             self._count(False, 0.0)
         return {name: exchange.everything() for name, exchange in self._exchanges.items()}
 
-    def _hear_all(self, wait_s: float) -> bool:
-        """Takes what arrived on every bus, waiting `wait_s` in all; True if it was nothing."""
-        share_s = wait_s / len(self._buses)
-        quiet = True
+    def _hear_all(self, wait_s: float) -> None:
+        """Takes what arrived on every bus, waiting `wait_s` in all."""
         for name, bus in self._buses.items():
-            frames = bus.link.receive(share_s)
-            self._exchanges[name].hear(frames)
-            quiet &= not len(frames)
-        return quiet
+            self._exchanges[name].hear(bus.link.receive(wait_s / len(self._buses)))
 
     def _await_instant(self, epoch: int) -> None:
         """Epoch 0 sets the start; a master that fell behind does not hurry to catch up."""

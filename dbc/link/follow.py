@@ -30,6 +30,7 @@ def follow(
     play: Callable[[FrameBatch, bool], FrameBatch],
     stop: Callable[[], bool] = lambda: False,
     once: bool = False,
+    silence_s: float = SILENCE_S,
 ) -> Journey:
     """Plays epochs until `stop()`; with `once`, until the first run's end.
 
@@ -40,7 +41,7 @@ def follow(
     announced_s = -HEARTBEAT_S
     while not stop() and not (once and journey.runs_ended):
         now_s = time.monotonic()
-        if (not follower.running or now_s - heard_s >= SILENCE_S) and now_s - announced_s >= HEARTBEAT_S:
+        if (not follower.running or now_s - heard_s >= silence_s) and now_s - announced_s >= HEARTBEAT_S:
             link.send(heartbeat)
             announced_s = now_s
         frames = link.receive(_patience_s(follower, now_s))

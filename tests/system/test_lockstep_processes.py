@@ -1,0 +1,264 @@
+"""Emulator and flight software as two processes on the embedded bus: same frames, whatever happens."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dbc.contract import BENCH_FIRST
+from dbc.frames import from_wire
+from dbc.link import bench
+from dbc.link.hub import Hub, PrivateFolder
+
+VEHICLE = Path(__file__).parents[2] / "emulator" / "vehicles" / "soyuz-ms.toml"
+EPOCHS = 150
+
+
+class Bench:
+    """A hub whose tap keeps each peer's frames, and the two processes on it."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.wire: dict[int, bytearray] = {}
+        self.hub = Hub(folder / "bus.sock", [self._keep])
+        self.processes: list[subprocess.Popen] = []
+
+    def _keep(self, peer: int, wire: bytes) -> None:
+        self.wire.setdefault(peer, bytearray()).extend(wire)
+
+    def start(self, module: str, *arguments: str) -> subprocess.Popen:
+        command = [sys.executable, "-m", module, "--bus", f"embedded:{self.hub.path}", *arguments]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        self.processes.append(process)
+        return process
+
+    def fly(self, *arguments: str) -> subprocess.Popen:
+        return self.start("flightsw", "--vehicle", str(VEHICLE), "--quiet", *arguments)
+
+    def emulate(self, *arguments: str, duration_s: int = EPOCHS) -> subprocess.Popen:
+        return self.start(
+            "emulator", "soyuz", "--duration", str(duration_s), "--quiet",
+            "--truth", str(self.folder / "truth"), "--status", str(self.folder / "status"), *arguments,
+        )  # fmt: skip
+
+    def status(self) -> list[dict]:
+        path = self.folder / "status"
+        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+
+    def reached(self, epoch: int) -> None:
+        """Waits until the emulator told of `epoch`."""
+        end_s = time.monotonic() + 30
+        while not any(line.get("epoch", -1) >= epoch for line in self.status()):
+            assert time.monotonic() < end_s, self.status()
+            time.sleep(0.01)
+
+    def joined(self, peers: int) -> None:
+        """Waits until so many are on the bus."""
+        end_s = time.monotonic() + 30
+        while self.hub.peers < peers:
+            assert time.monotonic() < end_s
+            time.sleep(0.01)
+
+    def close(self) -> None:
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+            process.stderr.close()
+        self.hub.close()
+
+
+@pytest.fixture
+def processes():
+    with PrivateFolder() as folder:
+        made = Bench(folder)
+        yield made
+        made.close()
+
+
+def played(wire: dict[int, bytearray]) -> tuple[str, int]:
+    """SHA-256 of a run's frames, both directions in canonical order, and how many answers were repeated."""
+    emulator, flight = sorted(
+        (from_wire(bytes(w)) for w in wire.values()), key=lambda f: f.can_id[0] == 0x10, reverse=True
+    )
+    answers, start = {}, 0
+    repeated = 0
+    for row in bench.rows(flight):
+        done = bench.decode(flight, row)
+        answer = flight[row - done.count : row].data.tobytes()
+        assert answers.setdefault(done.epoch, answer) == answer, "a repeated answer differs"
+        repeated += start == done.epoch + 1
+        start = done.epoch + 1
+    assert sorted(answers) == list(range(EPOCHS))
+    spacecraft = emulator[emulator.can_id < BENCH_FIRST]
+    digest = hashlib.sha256(spacecraft.can_id.tobytes() + spacecraft.data.tobytes())
+    for epoch in range(EPOCHS):
+        digest.update(answers[epoch])
+    return digest.hexdigest(), repeated
+
+
+def run(processes: Bench, disturb=lambda emulator, flight: None, flight_delay_s: float = 0.0):
+    emulator = processes.emulate()
+    time.sleep(flight_delay_s)
+    flight = processes.fly("--once")
+    disturb(emulator, flight)
+    assert emulator.wait(60) == 0, emulator.communicate()
+    assert flight.wait(10) == 0, flight.communicate()
+    assert processes.hub.failure is None
+    ended = processes.status()[-1]
+    assert (ended["event"], ended["reason"], ended["epochs_unanswered"]) == ("ended", "COMPLETED", 0)
+    assert ended["frames"]["lost"] == 0
+    return played(processes.wire)
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    with PrivateFolder() as folder:
+        bench_ = Bench(folder)
+        try:
+            yield run(bench_)[0]
+        finally:
+            bench_.close()
+
+
+def test_a_late_start_changes_no_frame(processes, undisturbed):
+    assert run(processes, flight_delay_s=1.5)[0] == undisturbed
+
+
+def pause(process: subprocess.Popen, seconds: float) -> None:
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGCONT)
+
+
+@pytest.mark.parametrize("which", ["emulator", "flight"])
+def test_a_paused_process_changes_no_frame(processes, undisturbed, which):
+    def disturb(emulator, flight):
+        processes.reached(1)
+        pause(emulator if which == "emulator" else flight, 1.5)
+
+    digest, repeated = run(processes, disturb)
+    assert digest == undisturbed
+    assert repeated > 0 or which == "emulator", "the pause came too late to disturb anything"
+
+
+def test_truth_is_written_row_by_row(processes, undisturbed):
+    run(processes)
+    header, _, rows = (processes.folder / "truth").read_bytes().partition(b"\n")
+    header = json.loads(header)
+    assert header["craft"] == ["soyuz"]
+    kind = np.dtype([tuple(tuple(p) if isinstance(p, list) else p for p in f) for f in header["dtype"]])
+    truth = np.frombuffer(rows, kind)
+    assert len(truth) == EPOCHS
+    assert np.all(np.diff(truth["t_gps_ns"]) == 1_000_000_000)
+    assert np.allclose(np.linalg.norm(truth["position_ecef_m"], axis=1), 6_793e3, atol=30e3)
+
+
+def test_interrupting_the_emulator_ends_the_run_for_both(processes):
+    flight = processes.fly("--once")
+    emulator = processes.emulate("--pace", "x10", duration_s=3600)
+    processes.reached(1)
+    emulator.send_signal(signal.SIGINT)
+    assert emulator.wait(10) == 130
+    assert flight.wait(10) == 0
+    assert processes.status()[-1]["reason"] == "INTERRUPTED"
+
+
+def test_a_dead_flight_software_is_counted_and_time_goes_on(processes):
+    flight = processes.fly()
+    emulator = processes.emulate("--limit", "0.02", duration_s=200)
+    processes.reached(1)
+    flight.kill()
+    assert emulator.wait(60) == 0
+    ended = processes.status()[-1]
+    assert ended["epoch"] == 200
+    assert 0 < ended["epochs_unanswered"] < 200
+
+
+def test_the_flight_software_leaves_when_told(processes):
+    flight = processes.fly()
+    processes.joined(1)
+    flight.send_signal(signal.SIGTERM)
+    assert flight.wait(10) == 130
+    assert flight.communicate()[1] == ""
+
+
+def test_a_free_running_pace_takes_its_time(processes):
+    flight = processes.fly("--once")
+    emulator = processes.emulate("--pace", "x20")
+    assert emulator.wait(30) == 0 and flight.wait(10) == 0
+    ended = processes.status()[-1]
+    assert ended["real_time_factor"] < 21
+    assert ended["epoch_latency_ms"]["p50"] > 0
+
+
+def test_an_ended_bus_ends_the_flight_software(processes):
+    flight = processes.fly()
+    processes.joined(1)
+    processes.hub.close()
+    assert flight.wait(10) == 1
+    assert flight.communicate()[1] == "flightsw: the hub closed the bus\n"
+
+
+MISTAKES = [
+    (["emulator", "soyuz", "--bus", "socketcan:vcan77"], 3, r"no CAN|no such CAN interface 'vcan77'"),
+    (["emulator", "soyuz", "--bus", "embedded:/nowhere"], 3, "embedded:/nowhere.*No such file"),
+    (["emulator", "soyuz", "--bus", "nonsense"], 3, "not of the form INTERFACE:CHANNEL"),
+    (["emulator", "soyuz", "--bus", "warp:9"], 3, "warp"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--pace", "warp"], 2, "--pace 'warp': not one of lockstep"),
+    (["emulator", "nowhere", "--bus", "virtual:x"], 2, "scenario 'nowhere': not found"),
+    (
+        ["emulator", "soyuz", "--bus", "iss=virtual:x", "--bus", "virtual:y"],
+        2,
+        "one CRAFT=BUS for each craft",
+    ),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--duration", "-1"], 2, "duration_s"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--truth", "/nowhere/t"], 2, "/nowhere/t: No such file"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--status", "fd:99"], 2, "fd:99: Bad file descriptor"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--require", "WARP"], 2, "no node 'WARP'"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--session", "70000"], 2, "70000 is not a 16-bit"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--wait", "0.1"], 1, "no heartbeat from FLIGHT"),
+    (["emulator", "soyuz"], 2, "--bus"),
+    (["flightsw", "--bus", "virtual:x", "--vehicle", "/nowhere.toml"], 2, "/nowhere.toml: No such file"),
+    (["flightsw", "--bus", "virtual:x", "--vehicle", str(VEHICLE), "--policy", "warp"], 2, "warp"),
+    (["flightsw", "--bus", "virtual:x", "--vehicle", str(VEHICLE), "--option", "a"], 2, "KEY=VALUE"),
+    (["flightsw", "--bus", "virtual:x", "--vehicle", str(VEHICLE), "--option", "warp=9"], 2, "warp"),
+    (["flightsw", "--bus", "socketcan:vcan77", "--vehicle", str(VEHICLE)], 3, r"no CAN|no such CAN"),
+    (["flightsw", "--bus", "virtual:x"], 2, "--vehicle"),
+]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "line"), MISTAKES, ids=lambda v: v if isinstance(v, str) else None
+)
+def test_a_mistake_is_one_clear_line(arguments, status, line, capsys):
+    main = import_module(f"{arguments[0]}.__main__").main
+    try:
+        got = main([*arguments[1:], "--quiet"])
+    except SystemExit as exit_:
+        got = exit_.code
+    said = capsys.readouterr().err
+    assert got == status, said
+    assert re.search(line, said), said
+    assert said.count("\n") == 1 and "Traceback" not in said
+
+
+@pytest.mark.parametrize("module", ["emulator", "flightsw"])
+def test_help_has_examples(module):
+    done = subprocess.run(
+        [sys.executable, "-m", module, "--help"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0
+    assert f"python -m {module} " in done.stdout and "examples:" in done.stdout

@@ -1,0 +1,204 @@
+"""Both loops at work on an in-process bus: paces, restarts, silence, somebody else's emulator."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from dbc.codec import codec
+from dbc.frames import EMPTY, concat
+from dbc.link.base import LinkClosed
+from dbc.link.conductor import Bus, Conductor, MissingNodes, parse_pace
+from dbc.link.follow import follow
+from dbc.link.follower import Follower
+from dbc.link.inline import InlineBus
+from dbc.link.occupied import occupied
+from tests.dbc.bench_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
+
+
+class Flight:
+    """A flight node in a thread: answers with as many frames as epochs it has flown since it was fresh."""
+
+    def __init__(self, bus: InlineBus, delay_s: float = 0.0, **more):
+        self.blocks, self.fresh, self.delay_s = [], [], delay_s
+        self._leave = False
+        self.link = bus.connect()
+        self._thread = threading.Thread(target=self._run, kwargs=more)
+        self._thread.start()
+
+    def _run(self, **more):
+        with suppress(LinkClosed):
+            follow(self.link, Follower(CODEC), heartbeat(), self._play, lambda: self._leave, **more)
+
+    def _play(self, heard, fresh):
+        time.sleep(self.delay_s)
+        self.blocks.append(heard)
+        self.fresh.append(fresh)
+        return navigation(len(self.blocks))
+
+    def leave(self):
+        self._leave = True
+        self._thread.join()
+
+
+@pytest.fixture
+def bus():
+    bus = InlineBus()
+    yield bus
+    bus.close()
+
+
+@contextmanager
+def flight(bus, **more):
+    node = Flight(bus, **more)
+    try:
+        yield node
+    finally:
+        node.leave()
+
+
+def conductor(bus, pace=None, interval_s=1.0, session=SESSION, **more) -> Conductor:
+    return Conductor({"soyuz": Bus(bus.connect(), CODEC)}, session, pace, interval_s, **more)
+
+
+def play(master, epochs, session=SESSION):
+    return [master.play(k, {"soyuz": block(k, session=session)})["soyuz"] for k in epochs]
+
+
+def test_lockstep_answers_every_epoch(bus):
+    with flight(bus) as node:
+        master = conductor(bus)
+        master.assemble(timeout_s=5)
+        inboxes = play(master, range(50))
+    assert inboxes == [navigation(k + 1) for k in range(50)]
+    assert node.blocks == [block(k) for k in range(50)]
+    assert node.fresh == [True] + [False] * 49
+    assert (master.tally.unanswered, master.tally.sent, master.tally.received) == (0, 300, 150)
+    assert 0 < master.tally.latency.percentile_s(50) <= master.tally.latency.percentile_s(99) < 5
+
+
+def test_a_slow_node_is_asked_again_and_answers_once(bus):
+    with flight(bus, delay_s=0.12) as node:
+        master = conductor(bus, repeat_s=0.02)
+        master.assemble(timeout_s=5)
+        assert play(master, range(4)) == [navigation(k + 1) for k in range(4)]
+    assert len(node.blocks) == 4
+
+
+def test_the_barrier_waits_and_then_says_who_is_missing(bus):
+    master = conductor(bus)
+    with pytest.raises(MissingNodes, match=r"craft soyuz: no heartbeat from FLIGHT within 0\.2 s"):
+        master.assemble(timeout_s=0.2)
+
+
+def test_nobody_answers_and_time_goes_on(bus):
+    master = conductor(bus, limit_s=0.15)
+    assert play(master, range(2)) == [EMPTY, EMPTY]
+    assert master.tally.unanswered == 2
+
+
+def test_a_stop_ends_waiting_without_blaming_the_node(bus):
+    master = conductor(bus, stop=lambda: True)
+    master.assemble()
+    assert play(master, [0]) == [EMPTY]
+    assert master.tally.unanswered == 0
+
+
+def test_free_running_keeps_wall_time_and_answers(bus):
+    with flight(bus) as node:
+        master = conductor(bus, pace=100.0)
+        master.assemble(timeout_s=5)
+        begun_s = time.monotonic()
+        inboxes = play(master, range(50))
+        took_s = time.monotonic() - begun_s
+    assert 0.49 < took_s < 2.0
+    assert len(node.blocks) == 50
+    answers = concat(inboxes)
+    assert sorted(set(answers.data[:, 0].tolist())) == list(range(1, 51))
+
+
+def test_a_node_too_slow_for_the_pace_is_counted_and_still_heard(bus):
+    with flight(bus, delay_s=0.03):
+        master = conductor(bus, pace=100.0)
+        master.assemble(timeout_s=5)
+        inboxes = play(master, range(10))
+    assert master.tally.unanswered >= 5
+    assert len(concat(inboxes)) > 0
+
+
+def test_a_node_outlives_its_emulator(bus):
+    """The first run stops without a word; the next one, even with the same session, finds the node ready."""
+    with flight(bus, silence_s=0.3) as node:
+        for session in (SESSION, SESSION + 1, SESSION + 1):
+            master = conductor(bus, session=session)
+            master.assemble(timeout_s=5)
+            assert len(play(master, range(3), session)) == 3
+    assert node.fresh == [True, False, False] * 3
+
+
+def test_once_means_the_first_runs_end(bus):
+    node = Flight(bus, once=True)
+    master = conductor(bus)
+    master.assemble(timeout_s=5)
+    play(master, range(2))
+    master.end(2, "COMPLETED")
+    node._thread.join(5)
+    assert not node._thread.is_alive()
+
+
+def test_somebody_elses_emulator_needs_no_bench_frames(bus):
+    emulator = bus.connect()
+    answers = []
+
+    def hear(until):
+        end_s = time.monotonic() + 5
+        while sum(map(len, answers)) < until and time.monotonic() < end_s:
+            answers.append(emulator.receive(0.05))
+
+    with flight(bus) as node:
+        time.sleep(0.1)
+        for k in range(3):
+            emulator.send(concat((block(k), statuses())))
+            hear(3 * k)
+        emulator.send(mark(3))
+        hear(9 + 1)
+    assert node.blocks[:3] == [concat((block(k), statuses())) for k in range(3)]
+    heard = concat(answers)
+    assert not (heard.can_id >= 0x7E0).any()
+    assert len(heard[heard.can_id < 0x700]) >= 9
+
+
+def test_an_occupied_bus_is_noticed(bus):
+    listener, other = bus.connect(), bus.connect()
+    assert occupied(listener, CODEC, {"TIME", "RX1"}, 0.05) == set()
+    other.send(concat((mark(0), heartbeat())))
+    assert occupied(listener, CODEC, {"TIME", "RX1"}, 0.05) == {"TIME"}
+
+
+@pytest.mark.parametrize(
+    ("text", "pace"), [("lockstep", None), ("realtime", 1.0), ("x10", 10.0), ("x0.5", 0.5)]
+)
+def test_paces(text, pace):
+    assert parse_pace(text) == pace
+
+
+@pytest.mark.parametrize("text", ["", "x", "x0", "x-1", "10", "xnan", "xinf", "fast"])
+def test_no_paces(text):
+    with pytest.raises(ValueError, match="not one of lockstep, realtime, xN"):
+        parse_pace(text)
+
+
+def test_two_craft_have_a_bus_each():
+    buses = {name: InlineBus() for name in ("soyuz", "station")}
+    nodes = [Flight(bus) for bus in buses.values()]
+    master = Conductor({n: Bus(b.connect(), codec(4)) for n, b in buses.items()}, SESSION, None, 1.0)
+    master.assemble(timeout_s=5)
+    for k in range(3):
+        blocks = {"soyuz": block(k), "station": block(k, 2)}
+        assert master.play(k, blocks) == {name: navigation(k + 1) for name in buses}
+    for node in nodes:
+        node.leave()
+    assert [len(b) for b in nodes[1].blocks] == [3, 3, 3]
