@@ -64,8 +64,7 @@ def test_every_pseudorange_obeys_the_contract(quiet):
         seen = bench.channels(block)
         assert len(seen["sat"]) == 24
         assert len(set(seen["sat_system"])) == 2
-        # Rounding to 0.1 mm of range, clock and coordinates leaves 0.2 mm.
-        assert np.abs(seen["pseudorange_m"] - predicted_range_m(seen, truth)).max() < 2e-4
+        assert np.abs(seen["pseudorange_m"] - predicted_range_m(seen, truth)).max() < ROUNDING_M
 
 
 def test_clocks_move_the_ranges(quiet):
