@@ -15,17 +15,19 @@ from numpy.typing import NDArray
 from flightsw.earth import ROTATION_RPS
 from flightsw.intake import AttitudeReport
 
+_EARTH_RPS = np.array([0.0, 0.0, ROTATION_RPS])
+
 
 @dataclass(frozen=True, slots=True)
 class Attitude:
     """Attitude at t_ns, reported `age` epochs ago.
 
     dcm_body_from_ecef   (3, 3)
-    rate_rel_body_rps    (3,) of the body relative to the Greenwich frame, body axes
+    rate_body_rps        (3,) relative to inertial space, body axes
     """
 
     dcm_body_from_ecef: NDArray[np.float64]
-    rate_rel_body_rps: NDArray[np.float64]
+    rate_body_rps: NDArray[np.float64]
     t_ns: int
     age: int
 
@@ -45,11 +47,11 @@ def dcm_from_quaternion(q: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def turned(dcm: NDArray[np.float64], rate_rps: NDArray[np.float64], dt_s: float) -> NDArray[np.float64]:
-    """DCM (3, 3) after turning with a constant body rate (3,) for dt_s, exactly."""
+def turn(rate_rps: NDArray[np.float64], dt_s: float) -> NDArray[np.float64]:
+    """DCM (3, 3) from axes before to axes after turning at a constant rate (3,) for dt_s, exactly."""
     half = 0.5 * dt_s * np.sqrt(rate_rps @ rate_rps)
     axis = rate_rps * (0.5 * dt_s * np.sinc(half / np.pi))
-    return dcm_from_quaternion(np.array([np.cos(half), *axis])) @ dcm
+    return dcm_from_quaternion(np.array([np.cos(half), *axis]))
 
 
 def attitude_now(
@@ -58,18 +60,19 @@ def attitude_now(
     """This epoch's attitude from its report, else from the last one while it may be held, else None."""
     if report is not None:
         dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
-        return Attitude(dcm, report.rate_body_rps - ROTATION_RPS * dcm[:, 2], t_ns, 0)
+        return Attitude(dcm, report.rate_body_rps, t_ns, 0)
     if last is None or last.age >= hold:
         return None
-    dcm = turned(last.dcm_body_from_ecef, last.rate_rel_body_rps, (t_ns - last.t_ns) * 1e-9)
-    return Attitude(dcm, last.rate_rel_body_rps, t_ns, last.age + 1)
+    dt_s = (t_ns - last.t_ns) * 1e-9
+    dcm = turn(last.rate_body_rps, dt_s) @ last.dcm_body_from_ecef @ turn(_EARTH_RPS, dt_s).T
+    return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1)
 
 
 def levers_ecef(
     attitude: Attitude, lever_arm_body_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Antennas relative to the centre of mass in ECEF: positions and velocities, (m, 3) each."""
-    wx, wy, wz = attitude.rate_rel_body_rps.tolist()
-    cross_transposed = np.array([[0.0, wz, -wy], [-wz, 0.0, wx], [wy, -wx, 0.0]])
     dcm = attitude.dcm_body_from_ecef
+    wx, wy, wz = (attitude.rate_body_rps - dcm @ _EARTH_RPS).tolist()
+    cross_transposed = np.array([[0.0, wz, -wy], [-wz, 0.0, wx], [wy, -wx, 0.0]])
     return lever_arm_body_m @ dcm, lever_arm_body_m @ (cross_transposed @ dcm)

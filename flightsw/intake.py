@@ -163,7 +163,7 @@ class Group:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """Where each identifier's frames go. A frame's slot is base + key, key = (word >> 16) & mask: the channel,
+    """Where each identifier's frames go. A frame's slot is base + key, key = (word >> 16) & mask: the channel
     or the 9 bits of satellite system and number; every kind that has a key begins with it."""
 
     reader: Reader

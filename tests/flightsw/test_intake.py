@@ -155,10 +155,13 @@ def test_attitude_needs_all_its_frames(blocks):
 @pytest.mark.parametrize(
     ("can_id", "length", "verdict"),
     [
-        (0x3FF, 8, Verdict.UNKNOWN_ID), (0x100, 7, Verdict.WRONG_LENGTH), (0x100 | RTR_FLAG, 8, Verdict.REMOTE),
-        (0x100 | EFF_FLAG, 8, Verdict.EXTENDED), (ERR_FLAG | 4, 8, Verdict.ERROR_FRAME),
+        (0x3FF, 8, Verdict.UNKNOWN_ID),
+        (0x100, 7, Verdict.WRONG_LENGTH),
+        (0x100 | RTR_FLAG, 8, Verdict.REMOTE),
+        (0x100 | EFF_FLAG, 8, Verdict.EXTENDED),
+        (ERR_FLAG | 4, 8, Verdict.ERROR_FRAME),
     ],
-)  # fmt: skip
+)
 def test_form(blocks, can_id, length, verdict):
     stranger = batch(can_id, np.zeros((1, 8)), length=length)
     epoch, rejected = taken(concat([blocks[0][:50], stranger, blocks[0][50:]]))
@@ -166,12 +169,10 @@ def test_form(blocks, can_id, length, verdict):
     assert len(epoch.measurements) == 24
 
 
-@given(
-    st.lists(
-        st.tuples(st.integers(0, 271), st.integers(0, 7), st.integers(1, 255)), min_size=1, max_size=12, unique_by=lambda t: t[:1]
-    ),
-    st.integers(0, 2**32 - 1),
-)  # fmt: skip
+HITS = st.tuples(st.integers(0, 271), st.integers(0, 7), st.integers(1, 255))  # row, byte, bits
+
+
+@given(st.lists(HITS, min_size=1, max_size=12, unique_by=lambda hit: hit[0]), st.integers(0, 2**32 - 1))
 @settings(max_examples=60, deadline=None)
 def test_no_damage_gets_through(blocks, hits, seed):
     """Any bytes changed in any frames, any order, strangers between: what arrives is right or missing."""

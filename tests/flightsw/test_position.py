@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from flightsw.adjust import adjusted, least_squares
 from flightsw.attitude import attitude_now, levers_ecef
 from flightsw.intake import AttitudeReport, Measurements
-from flightsw.position import GLONASS_OFFSET, Fix, solve
+from flightsw.position import GLONASS_OFFSET, Fix, NoFix, solve
+from flightsw.sigma import range_variance_m2
 from tests.flightsw import synthetic as s
 
 LEVERS = np.array([[2.4, 0, -1.1], [1.2, 1.0, -1.1], [-1.8, 0, -1.1], [1.2, -1.0, -1.1]])
@@ -88,3 +92,119 @@ def test_one_clock_for_each_domain():
     assert fix.items == (0, 1, 2, 5, GLONASS_OFFSET)
     assert errors(c, fix)[0] < 1e-5
     assert fix.clock_m / s.C == pytest.approx([1e-3, -8e-4, 2e-4, 5e-7, 3e-8], abs=1e-13)
+
+
+@pytest.mark.parametrize("system", ["gps", "glonass"])
+def test_one_system_needs_no_offset(system):
+    c = craft()
+    sats = [sat for sat in SKY if (sat >= 64) == (system == "glonass")]
+    fix = fix_of(c, measurements(s.observe(c, in_view(c, 12, sats=sats), SKY)))
+    assert fix.items == (0,)
+    assert errors(c, fix)[0] < 1e-5
+    assert fix.clock_m[0] / s.C == pytest.approx(1e-3 + 3e-8 * (system == "glonass"), abs=1e-13)
+
+
+def test_systems_on_separate_clocks_need_no_offset_either():
+    """No domain hears both systems: each clock contains its system's offset, and one more is unobservable."""
+    c = craft(domain=(0, 1, 0, 1), clock_s=(1e-3, -5e-4), rate=(0.0, 0.0))
+    pairs = [(int(sat >= 64), sat) for _, sat in in_view(c, 24)]
+    fix = fix_of(c, measurements(s.observe(c, pairs, SKY)))
+    assert fix.items == (0, 1)
+    assert errors(c, fix)[0] < 1e-5
+    assert fix.clock_m / s.C == pytest.approx([1e-3, -5e-4 + 3e-8], abs=1e-13)
+
+
+def test_same_satellites_on_all_antennas_is_a_fix_by_fewer_satellites():
+    c = craft()
+    six = [sat for _, sat in in_view(c, 6, sats=list(SKY)[::2])]
+    fix = fix_of(c, measurements(s.observe(c, [(a, sat) for a in range(4) for sat in six], SKY)))
+    assert fix.satellites == 6 and fix.used.sum() == 24
+    assert errors(c, fix)[0] < 1e-5
+
+
+def test_too_few_satellites_however_many_measurements():
+    c = craft()
+    gps = [sat for sat in SKY if sat < 64]
+    three = [sat for _, sat in in_view(c, 3, sats=gps)]
+    glonass = in_view(c, 1, sats=[sat for sat in SKY if sat >= 64])
+    for pairs in (
+        [(a, sat) for a in range(4) for sat in three],
+        [*glonass, *((0, sat) for sat in three)],
+        [],
+    ):
+        m = measurements(s.observe(c, pairs, SKY, rates=False))
+        assert fix_of(c, m) == NoFix.TOO_FEW_SATELLITES
+
+
+def test_four_satellites_with_a_clock_each_are_unobservable():
+    c = craft(domain=(0, 1, 2, 3), clock_s=(0.0,) * 4, rate=(0.0,) * 4)
+    gps = [sat for sat in SKY if sat < 64]
+    m = measurements(s.observe(c, in_view(c, 4, sats=gps), SKY, rates=False))
+    assert fix_of(c, m) == NoFix.TOO_FEW_SATELLITES
+
+
+def test_satellites_in_one_place_are_singular_geometry():
+    c = craft()
+    near = {1 + k: s.Circle(26_560e3, 0.9, 1.0, 0.4 + 1e-8 * k) for k in range(6)}
+    m = measurements(s.observe(c, [(0, sat) for sat in near], near, rates=False))
+    assert fix_of(c, m) == NoFix.SINGULAR_GEOMETRY
+
+
+@pytest.mark.parametrize("bias_m", [100.0, -3e4, 2e7])
+def test_one_outlier_is_excluded(bias_m):
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 12), SKY))
+    m.pseudorange_m[5] += bias_m
+    for start in (None, s.truth_ecef(c)[0] + 100.0):
+        fix = fix_of(c, m, start)
+        assert isinstance(fix, Fix) and not fix.used[5] and fix.used.sum() == 11
+        assert errors(c, fix)[0] < 1e-4
+
+
+def test_two_outliers_are_no_fix():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 9), SKY))
+    m.pseudorange_m[5] += 1000.0
+    m.pseudorange_m[2] -= 3000.0
+    assert fix_of(c, m) == NoFix.INCONSISTENT_RANGES
+
+
+def test_covariance_is_the_scatter_of_fixes():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 14), SKY, rates=False), cn0=40.0)
+    sigma = np.sqrt(range_variance_m2(m.cn0_dbhz, m.ura, m.sat))
+    rng = np.random.default_rng(3)
+    truth = s.truth_ecef(c)[0]
+    scatter = []
+    for _ in range(250):
+        noisy = replace(m, pseudorange_m=m.pseudorange_m + sigma * rng.normal(size=len(m)))
+        fix = fix_of(c, noisy, truth)
+        scatter.append(fix.position_m - truth)
+    whitened = np.linalg.solve(np.linalg.cholesky(fix.covariance_m2), np.array(scatter).T)
+    # 750 unit normals: the mean square is 1 with a spread of sqrt(2 / 750) = 0.05.
+    assert 0.8 < (whitened**2).mean() < 1.2
+
+
+def test_pdop_of_one_at_zenith_and_three_on_the_horizon():
+    """By hand: horizontal 1 / 1.5 each; vertical with clock [[1, -1], [-1, 4]]: 4/3. PDOP^2 = 8/3."""
+    east = np.radians([0, 120, 240])
+    los = np.vstack(([0, 0, 1], np.column_stack((np.cos(east), np.sin(east), 0 * east))))
+    solution = least_squares(np.column_stack((-los, np.ones(4))), np.zeros(4), np.array([1.0, 4.0, 9.0, 0.5]))
+    assert np.trace(solution.cofactor[:3, :3]) == pytest.approx(8 / 3)
+
+
+def test_unweighted_rows_agree_with_numpys_least_squares():
+    rng = np.random.default_rng(5)
+    design, y, weight = rng.normal(size=(12, 5)), rng.normal(size=12), rng.uniform(0.2, 3, 12)
+    root = np.sqrt(weight)
+    expected = np.linalg.lstsq(design * root[:, None], y * root, rcond=None)[0]
+    assert least_squares(design, y, weight).x == pytest.approx(expected)
+    assert adjusted(design, y, weight) == pytest.approx(expected)
+
+
+def test_common_error_of_a_satellite_does_not_average_out():
+    cn0, ura = np.full(4, 45.0), np.full(4, 2.0)
+    alone, shared = (range_variance_m2(cn0, ura, np.array(sats)) for sats in ([1, 2, 3, 4], [1] * 4))
+    code = 0.1**2 + 0.5**2
+    assert alone == pytest.approx(np.full(4, code + 16.0))
+    assert shared.mean() / 4 == pytest.approx(code / 4 + 16.0)
