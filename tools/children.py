@@ -20,6 +20,9 @@ from tools.plan import Plan, vehicle_name
 LEAVE_S = 5.0
 """How long a process has to leave when asked, before it is killed."""
 
+BARRIER_S = 60.0
+"""How long the emulator waits for the flight software's first heartbeat."""
+
 _CLASS_OF_STATUS = {2: Mistake, 3: Missing}
 
 
@@ -85,6 +88,7 @@ def emulator_command(
     return [
         sys.executable, "-m", "emulator", str(folder / SCENARIO), *buses, "--pace", arguments.pace,
         "--session", str(plan.session), "--truth", str(folder / TRUTH), "--status", f"fd:{status}", "--quiet",
+        "--wait", f"{BARRIER_S:g}",
     ]  # fmt: skip
 
 

@@ -45,12 +45,12 @@ def run(arguments: Namespace) -> int:
             )
         check_bus(arguments.bus)
     folder = RunFolder(arguments.out or default_path(plan.scenario.name))
-    recorders = {}
+    recording = _Recording()
     try:
         folder.describe(plan)
-        outcome, digests = _play(plan, arguments, folder, recorders)
+        outcome, digests = _play(plan, arguments, folder, recording)
     except BaseException:
-        if any(recorder.frames for recorder in recorders.values()):
+        if recording.begun:
             print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
         else:
             folder.discard()
@@ -88,8 +88,18 @@ def interruptible() -> Iterator[Any]:
             signal.signal(number, handler)
 
 
-def _play(plan, arguments: Namespace, folder, recorders: dict):
-    """The run itself: outcome, and live digests where no log is kept. Fills in the recorders by craft."""
+class _Recording:
+    """Whether anything is on record: then the folder is kept, whatever happens."""
+
+    recorder = None
+
+    @property
+    def begun(self) -> bool:
+        return self.recorder is not None and self.recorder.frames > 0
+
+
+def _play(plan, arguments: Namespace, folder, recording: _Recording):
+    """The run itself: outcome, and live digests where no log is kept."""
     from tools.digest import Digest
     from tools.folder import LOG
     from tools.progress import Progress
@@ -105,31 +115,37 @@ def _play(plan, arguments: Namespace, folder, recorders: dict):
         log = None if arguments.no_log else stack.enter_context((folder / LOG).open("wb"))
         if arguments.no_log:
             digests |= {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
-        for name, channel in zip(plan.names, bus_names(plan.names), strict=True):
-            live = digests[name].feed if name in digests else None
-            recorders[name] = Recorder(channel, time.start_ns, time.interval_ns, log, live)
-            stack.callback(recorders[name].flush)
+        live = list(digests.values())
+        recorder = Recorder(
+            bus_names(plan.names),
+            time.start_ns,
+            time.interval_ns,
+            log,
+            (lambda bus, frames: live[bus].feed(frames)) if live else None,
+        )
+        recording.recorder = recorder
+        stack.callback(recorder.flush)
         play = _play_inline if arguments.bus == "inline" else _play_processes
-        outcome = play(plan, arguments, folder, recorders, progress, stop)
+        outcome = play(plan, arguments, folder, recorder, progress, stop)
     for digest in digests.values():
         digest.finish()
     return outcome, digests
 
 
-def _play_inline(plan, arguments, folder, recorders, progress, stop):
+def _play_inline(plan, arguments, folder, recorder, progress, stop):
     from emulator.journal import TruthLog
     from emulator.truth import TRUTH as ROW
     from tools import inline
     from tools.folder import TRUTH
 
     with TruthLog(folder / TRUTH, ROW, plan.names) as truth:
-        return inline.play(plan, recorders, truth, progress, stop)
+        return inline.play(plan, recorder, truth, progress, stop)
 
 
-def _play_processes(plan, arguments, folder, recorders, progress, stop):
+def _play_processes(plan, arguments, folder, recorder, progress, stop):
     from tools import supervisor
 
-    return supervisor.play(plan, arguments, folder, recorders, progress, stop)
+    return supervisor.play(plan, arguments, folder, recorder, progress, stop)
 
 
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:

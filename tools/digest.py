@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dbc import e2e
 from dbc.bits import frame_bits
 from dbc.codec import Codec
-from dbc.contract import CHANNELS, MEASUREMENT_KINDS, VALUES
+from dbc.contract import CHANNELS, HEADER, MEASUREMENT_KINDS, VALUES
 from dbc.frames import SFF_MASK, FrameBatch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
 from tools.geometry import distinct_pdop, distinct_satellites
@@ -25,18 +25,7 @@ from tools.ledger import CommandLedger
 Columns = Mapping[str, NDArray]
 
 NO_FIX = 0
-_CELL_SIGNALS = {
-    "RANGE": ("pseudorange_m",),
-    "RATE": ("signal", "range_rate_mps", "cn0_dbhz", "lock"),
-    "PHASE": ("phase_cyc", "slips", "half_cycle"),
-    "SV_X": ("x_m",),
-    "SV_Y": ("y_m",),
-    "SV_Z": ("z_m", "health"),
-    "SV_VX": ("vx_mps", "clock_drift_mps"),
-    "SV_VY": ("vy_mps", "iod"),
-    "SV_VZ": ("vz_mps", "frequency", "ura"),
-    "SV_CLOCK": ("sat_system", "sat_number", "clock_m"),
-}
+_HEADER = {signal.name for signal in HEADER}
 _FIX_SIGNALS = {
     **{f"NAV_{a}": (f"{a.lower()}_m",) for a in "XYZ"},
     **{f"NAV_V{a}": (f"v{a.lower()}_mps",) for a in "XYZ"},
@@ -254,7 +243,7 @@ def _cells(kinds: _ByKind, epochs: int) -> _Cells:
         row, number, signals = kinds(kind)
         cell = (row * shape[1] + number - 1) * CHANNELS + signals["channel"]
         count[cell] += 1
-        for name in _CELL_SIGNALS[kind]:
+        for name in signals.keys() - _HEADER - {"channel"}:
             grid = np.zeros(len(count), signals[name].dtype)
             grid[cell] = signals[name]
             values[name] = grid.reshape(shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from dbc.frames import EMPTY, concat
 from dbc.link.latency import Latency
@@ -20,7 +20,7 @@ from tools.watch import standing
 
 def play(
     plan: Plan,
-    recorders: Mapping[str, Recorder],
+    recorder: Recorder,
     truth: TruthLog,
     progress: Progress,
     stop: Callable[[], bool],
@@ -36,13 +36,13 @@ def play(
     begun = time.perf_counter()
     while epoch < epochs and not stop():
         emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
-        for name, config in configs.items():
+        for bus, (name, config) in enumerate(configs.items()):
             heard = time.perf_counter()
             flown[name], answers[name] = flight.flight_step(config, flown[name], blocks[name])
             latency.add(time.perf_counter() - heard)
             frames = concat((blocks[name], answers[name]))
             sent += len(frames)
-            recorders[name].add(epoch, frames)
+            recorder.add(bus, epoch, frames)
         truth.add(rows, heard)
         epoch += 1
         if progress.due():

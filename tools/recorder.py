@@ -7,7 +7,9 @@ exact length, stuff bits included, of the frames before it in the epoch (`dbc.bi
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import BinaryIO
 
 import numpy as np
@@ -31,55 +33,92 @@ def stamps_us(mark_unix_us: np.ndarray, counts: np.ndarray, bits: np.ndarray) ->
     return np.repeat(mark_unix_us, counts) + offset * _US_PER_BIT
 
 
-class Recorder:
-    """Collects epochs of one bus and writes them in batches, at the latest after FLUSH_S of wall time.
+@dataclass(slots=True)
+class _Waiting:
+    """Epochs of one bus that are not written yet, in order."""
 
+    epochs: list[int] = field(default_factory=list)
+    blocks: list[FrameBatch] = field(default_factory=list)
+    frames: int = 0
+
+    def take(self, before: float) -> tuple[list[int], list[FrameBatch]]:
+        """The epochs before one, taken out."""
+        n = bisect_left(self.epochs, before)
+        taken = self.epochs[:n], self.blocks[:n]
+        self.epochs, self.blocks = self.epochs[n:], self.blocks[n:]
+        self.frames -= sum(map(len, taken[1]))
+        return taken
+
+
+class Recorder:
+    """Collects epochs of all buses and writes them in batches, at the latest after FLUSH_S of wall time.
+
+    buses     names in the log, one for each craft
     log       where the text goes, None to write none
-    on_batch  is handed every batch as it is written (live summary)
+    on_batch  is handed every batch as it is written: number of the bus, frames (live summary)
+
+    With several buses an epoch is written when all have it, one bus after the other.
     """
 
     def __init__(
         self,
-        bus: str,
+        buses: Sequence[str],
         start_ns: int,
         interval_ns: int,
         log: BinaryIO | None,
-        on_batch: Callable[[FrameBatch], None] | None = None,
+        on_batch: Callable[[int, FrameBatch], None] | None = None,
     ):
-        self._bus = bus
+        self._buses = tuple(buses)
         self._start_ns = start_ns
         self._interval_ns = interval_ns
         self._log = log
         self._on_batch = on_batch
-        self._epochs: list[int] = []
-        self._blocks: list[FrameBatch] = []
-        self._counts: list[int] = []
-        self._waiting = 0
+        self._waiting = [_Waiting() for _ in buses]
         self._written_at = time.monotonic()
         self.frames = 0
 
-    def add(self, epoch: int, frames: FrameBatch) -> None:
-        """The frames of an epoch in canonical order."""
-        self._epochs.append(epoch)
-        self._blocks.append(frames)
-        self._counts.append(len(frames))
-        self._waiting += len(frames)
+    def add(self, bus: int, epoch: int, frames: FrameBatch) -> None:
+        """The frames of an epoch on one bus in canonical order."""
+        waiting = self._waiting[bus]
+        waiting.epochs.append(epoch)
+        waiting.blocks.append(frames)
+        waiting.frames += len(frames)
         self.frames += len(frames)
-        if self._waiting >= BATCH_FRAMES or time.monotonic() - self._written_at > FLUSH_S:
-            self.flush()
+        if waiting.frames >= BATCH_FRAMES or time.monotonic() - self._written_at > FLUSH_S:
+            self._write(min(w.epochs[-1] if w.epochs else -1 for w in self._waiting) + 1)
 
     def flush(self) -> None:
-        """Write what is waiting."""
+        """Write all that is waiting."""
+        self._write(float("inf"))
+
+    def _write(self, before: float) -> None:
         self._written_at = time.monotonic()
-        if not self._waiting:
-            return
-        frames = concat(self._blocks)
+        batches = []
+        for bus, waiting in enumerate(self._waiting):
+            epochs, blocks = waiting.take(before)
+            if epochs:
+                batches.append((bus, epochs, blocks))
         if self._log is not None:
-            marks_ns = self._start_ns + np.array(self._epochs, np.int64) * self._interval_ns
-            unix_us = np.array([gpstime.to_unix_ns(int(t)) // 1000 for t in marks_ns])
-            stamps = stamps_us(unix_us, np.array(self._counts), frame_bits(frames))
-            self._log.write(format_lines(stamps, frames, self._bus))
+            self._log.write(self._text(batches))
             self._log.flush()
         if self._on_batch is not None:
-            self._on_batch(frames)
-        self._epochs, self._blocks, self._counts, self._waiting = [], [], [], 0
+            for bus, _, blocks in batches:
+                self._on_batch(bus, concat(blocks))
+
+    def _text(self, batches: list[tuple[int, list[int], list[FrameBatch]]]) -> bytes:
+        """Log text of some epochs; of several buses epoch by epoch."""
+        if len(batches) == 1:
+            return self._lines(*batches[0])
+        pieces = [
+            (epoch, bus, self._lines(bus, [epoch], [block]))
+            for bus, epochs, blocks in batches
+            for epoch, block in zip(epochs, blocks, strict=True)
+        ]
+        return b"".join(text for _, _, text in sorted(pieces, key=lambda piece: piece[:2]))
+
+    def _lines(self, bus: int, epochs: list[int], blocks: list[FrameBatch]) -> bytes:
+        frames = concat(blocks)
+        marks_ns = self._start_ns + np.array(epochs, np.int64) * self._interval_ns
+        unix_us = np.array([gpstime.to_unix_ns(int(t)) // 1000 for t in marks_ns])
+        counts = np.array([len(block) for block in blocks])
+        return format_lines(stamps_us(unix_us, counts, frame_bits(frames)), frames, self._buses[bus])

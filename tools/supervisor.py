@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import time
 from argparse import Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
@@ -36,15 +36,15 @@ def play(
     plan: Plan,
     arguments: Namespace,
     folder: RunFolder,
-    recorders: Mapping[str, Recorder],
+    recorder: Recorder,
     progress: Progress,
     stop: Callable[[], bool],
 ) -> Outcome:
     """A run of processes; an error if it could not begin."""
     lockstep = arguments.pace == "lockstep"
     buses = [
-        _Bus(codec, Ear(), Sequencer(codec, lockstep), recorders[name])
-        for name, codec in zip(plan.names, plan.codecs, strict=True)
+        _Bus(number, codec, Ear(), Sequencer(codec, lockstep), recorder)
+        for number, codec in enumerate(plan.codecs)
     ]
     with ExitStack() as stack:
         private = stack.enter_context(PrivateFolder())
@@ -76,6 +76,7 @@ def play(
 class _Bus:
     """One bus on its way into the record."""
 
+    number: int
     codec: Codec
     ear: Ear
     sequencer: Sequencer
@@ -94,7 +95,7 @@ class _Bus:
 
     def _record(self, closed: list[Epoch]) -> None:
         for epoch in closed:
-            self.recorder.add(epoch.number, epoch.frames)
+            self.recorder.add(self.number, epoch.number, epoch.frames)
             self.last = epoch
 
 

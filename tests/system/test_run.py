@@ -291,3 +291,48 @@ def test_when_the_supervisor_dies_the_record_holds_everything_up_to_then(tmp_pat
     assert summary["craft"]["soyuz"]["position_error_m"]["median"] < 10
     assert summary["interrupted"] and summary["real_time_factor"] is None
     assert "satellites in the fix" in capsys.readouterr().out
+
+
+def test_two_craft_have_a_bus_each(tmp_path):
+    text = shipped()["soyuz"].read_text()
+    craft = text[text.index("[[craft]]") :]
+    other = craft.replace('name = "soyuz"', 'name = "progress"').replace(
+        "inclination_deg", "true_anomaly_deg = -1, inclination_deg"
+    )
+    scenario = tmp_path / "two.toml"
+    scenario.write_text(text + other)
+    runs = {bus: tmp_path / bus for bus in ("inline", "embedded")}
+    for bus, folder in runs.items():
+        assert (
+            main(["run", str(scenario), "--bus", bus, "--duration", "45", "--out", str(folder), "--quiet"])
+            == 0
+        )
+    assert sha(runs["inline"]) == sha(runs["embedded"])
+    assert {path.name for path in runs["inline"].glob("vehicle*")} == {
+        "vehicle-soyuz.toml",
+        "vehicle-progress.toml",
+    }
+    fixes = pl.read_parquet(runs["inline"] / "fixes.parquet").filter(pl.col("valid"))
+    assert set(fixes["craft"]) == set(summary_of(runs["inline"])["craft"]) == {"soyuz", "progress"}
+    assert summary_of(runs["inline"])["craft"]["progress"]["position_error_m"]["median"] < 200
+
+
+def test_a_craft_with_two_antennas_speaks_a_contract_of_its_own(tmp_path):
+    vehicle = (
+        (shipped()["soyuz"].parent.parent / "vehicles" / "soyuz-ms.toml").read_text().split("[[antenna]]")
+    )
+    (tmp_path / "pair.toml").write_text("[[antenna]]".join(vehicle[:3]))
+    arguments = ["--vehicle", str(tmp_path / "pair.toml"), "--duration", "45", "--quiet", "--out"]
+    assert main(["run", *arguments, str(tmp_path / "run")]) == 0
+    assert summary_of(tmp_path / "run")["craft"]["soyuz"]["satellites_tracked"]["max"] <= 12
+
+
+def test_at_real_time_pace_wall_time_passes(tmp_path):
+    begun = time.monotonic()
+    arguments = ["run", "--pace", "x20", "--duration", "40", "--out", str(tmp_path / "run"), "--quiet"]
+    assert main(arguments) == 0
+    assert time.monotonic() - begun >= 39 / 20
+    summary = summary_of(tmp_path / "run")
+    assert not summary["reproducible"]
+    assert summary["frames"]["lost"] == 0
+    assert summary["real_time_factor"] == pytest.approx(20, rel=0.2)

@@ -6,6 +6,7 @@ import io
 from datetime import datetime
 
 import numpy as np
+import pytest
 
 from dbc import gpstime
 from dbc.bits import frame_bits
@@ -28,10 +29,10 @@ def test_an_epoch_without_frames_moves_nobody():
 
 def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
     log, heard = io.BytesIO(), []
-    recorder = Recorder("can0", START_NS, 10**9, log, heard.append)
+    recorder = Recorder(["can0"], START_NS, 10**9, log, lambda bus, frames: heard.append(frames))
     blocks = [batch([0x10, 0x11], np.arange(16).reshape(2, 8) + i) for i in range(3)]
     for epoch, block in enumerate(blocks):
-        recorder.add(epoch, block)
+        recorder.add(0, epoch, block)
     recorder.flush()
     unix_us, _, frames = parse_lines(log.getvalue())
     assert frames == concat(blocks) == concat(heard)
@@ -42,6 +43,19 @@ def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
 
 def test_nothing_waits_longer_than_a_batch():
     log = io.BytesIO()
-    recorder = Recorder("can0", START_NS, 10**9, log)
-    recorder.add(0, batch(np.zeros(20_000, np.uint32), np.zeros((20_000, 8))))
+    recorder = Recorder(["can0"], START_NS, 10**9, log)
+    recorder.add(0, 0, batch(np.zeros(20_000, np.uint32), np.zeros((20_000, 8))))
     assert log.getvalue().count(b"\n") == 20_000
+
+
+@pytest.mark.parametrize("batch_frames", [1, 3, 10**6])
+def test_several_buses_are_written_epoch_by_epoch(batch_frames, monkeypatch):
+    monkeypatch.setattr("tools.recorder.BATCH_FRAMES", batch_frames)
+    log = io.BytesIO()
+    recorder = Recorder(["can0", "can1"], START_NS, 10**9, log)
+    for bus, epoch in ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (1, 2)):
+        recorder.add(bus, epoch, batch([0x10 + epoch], b"12345678"))
+    recorder.flush()
+    _, names, frames = parse_lines(log.getvalue())
+    assert names.tolist() == [b"can0", b"can1"] * 3
+    assert frames.can_id.tolist() == [0x10, 0x10, 0x11, 0x11, 0x12, 0x12]
