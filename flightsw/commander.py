@@ -1,7 +1,8 @@
 """Arrow 9->1 of RU 2706636 C1: tracking permissions as channel commands, repeated until acknowledged.
 
 A channel has a *target* (what it shall do) and is *held* at what was last acknowledged; a command is due
-while the two differ. Both hold a satellite index, IDLE or AUTO (searching by itself, or unknown). The rules:
+while the two differ. Both are a satellite index, IDLE or AUTO (searching by itself); what is held may also
+be UNKNOWN. The rules:
 
 - A satellite stays on the channel it is on. A channel not needed is released: its receiver stops searching.
 - Handover: the old antenna's channel is released (or given another satellite) and the new antenna's channel
@@ -27,7 +28,7 @@ from dbc.satellites import GLONASS, NUMBERS, SATELLITES
 from flightsw.assign.options import Options
 from flightsw.intake import Acks, Measurements
 
-IDLE, AUTO = -1, -2
+IDLE, AUTO, UNKNOWN = -1, -2, -3
 RELEASE, TRACK, AUTONOMOUS = 0, 1, 2
 ACCEPTED = 0
 CHANNEL_REFUSALS = (1, 7, 8)
@@ -55,7 +56,7 @@ class Tally:
 class Commander:
     """State of all channels: (m, C) arrays, C channels of the largest antenna; `real` marks which exist.
 
-    target, held   satellite index, IDLE or AUTO
+    target, held   satellite index, IDLE, AUTO or (held only) UNKNOWN
     asked          what the last command asked for
     transaction    of the last command; -1 none
     sent_epoch     of the last command; commands wait until `not_before`
@@ -63,7 +64,8 @@ class Commander:
     blocked_until  (SATELLITES,) epoch until which a refused satellite is left alone
     stale          the targets have to be planned anew even if the permissions stay the same
     boots          (MAX_RECEIVERS,) last boot counts heard
-    used_antenna, used_epoch   (SATELLITES,) where and when a satellite was last in a fix
+    moving         (SATELLITES,) bool, in handover: permitted on another antenna, not yet in a fix from it
+    used_epoch     (SATELLITES,) when a satellite was last in a fix
     """
 
     real: NDArray[np.bool_]
@@ -78,7 +80,7 @@ class Commander:
     stale: bool
     next_transaction: int
     boots: NDArray[np.int64]
-    used_antenna: NDArray[np.int64]
+    moving: NDArray[np.bool_]
     used_epoch: NDArray[np.int64]
     tally: Tally
 
@@ -105,14 +107,15 @@ def fresh(channels: NDArray[np.int64], receivers: int) -> Commander:
     nowhere = np.full(SATELLITES, -1, np.int64)
     return Commander(
         real, auto, auto, auto, np.full(real.shape, -1), long_ago, long_ago,
-        nowhere, np.full(SATELLITES, _LONG_AGO), True, 0, np.full(receivers, -1, np.int64), nowhere, nowhere,
+        nowhere, np.full(SATELLITES, _LONG_AGO), True, 0, np.full(receivers, -1, np.int64),
+        np.zeros(SATELLITES, bool), np.full(SATELLITES, _LONG_AGO),
         Tally(0, 0, 0, np.zeros(16, np.int64), 0, 0, 0),
     )  # fmt: skip
 
 
 def taken_over(c: Commander) -> bool:
     """Whether any channel acknowledged a command: from here on only acknowledged channels are used."""
-    return bool((c.held != AUTO).any())
+    return bool((c.held >= IDLE).any())
 
 
 def acknowledged(c: Commander, acks: Acks, epoch: int, options: Options) -> Commander:
@@ -131,7 +134,7 @@ def acknowledged(c: Commander, acks: Acks, epoch: int, options: Options) -> Comm
     accepted = at[0][yes], at[1][yes]
     held[accepted] = c.asked[accepted]
     refused = at[0][~yes], at[1][~yes]
-    target[refused] = held[refused]
+    target[refused] = np.maximum(held[refused], AUTO)
     by_channel = np.isin(result[~yes], CHANNEL_REFUSALS)
     not_before[refused[0][by_channel], refused[1][by_channel]] = epoch + options.backoff_epochs
     blocked[sat[~yes][~by_channel]] = epoch + options.backoff_epochs
@@ -157,8 +160,8 @@ def contradicted(c: Commander, m: Measurements, boots: NDArray[np.int64]) -> Com
     if not wrong.any() and not restarted.any():
         return c if (boots == c.boots).all() else replace(c, boots=np.where(boots >= 0, boots, c.boots))
     held = c.held.copy()
-    held[at[0][wrong], at[1][wrong]] = AUTO
-    held[restarted[:antennas]] = AUTO
+    held[at[0][wrong], at[1][wrong]] = UNKNOWN
+    held[restarted[:antennas]] = np.where(c.real[restarted[:antennas]], UNKNOWN, AUTO)
     return replace(c, held=held, stale=True, boots=np.where(boots >= 0, boots, c.boots))
 
 
@@ -193,19 +196,24 @@ def planned(c: Commander, permitted: NDArray[np.int64], m: Measurements) -> Comm
         for channel, sat in zip(free, sorted(wanted), strict=False):
             row[channel] = sat
     target[~c.real] = AUTO
-    return _retargeted(c, target, permitted)
+    in_use = c.used_epoch >= max(c.used_epoch.max() - 1, 0)
+    moved = in_use & (c.permitted >= 0) & (c.permitted != permitted)
+    moving = (c.moving | moved) & (permitted >= 0)
+    return _retargeted(replace(c, moving=moving), target, permitted)
 
 
 def surrendered(c: Commander) -> Commander:
     """All receivers shall search by themselves again."""
-    return _retargeted(c, np.full(c.real.shape, AUTO, np.int64), np.full(SATELLITES, -1, np.int64))
+    nowhere = np.full(SATELLITES, -1, np.int64)
+    free = replace(c, moving=np.zeros(SATELLITES, bool))
+    return _retargeted(free, np.full(c.real.shape, AUTO, np.int64), nowhere)
 
 
 def _retargeted(c: Commander, target: NDArray[np.int64], permitted: NDArray[np.int64]) -> Commander:
     """A target dropped while its command was under way may have been reached: the channel is unknown."""
     overtaken = (c.transaction >= 0) & (target != c.asked)
     return replace(
-        c, target=target, permitted=permitted, held=np.where(overtaken, AUTO, c.held),
+        c, target=target, permitted=permitted, held=np.where(overtaken, UNKNOWN, c.held),
         transaction=np.where(overtaken, -1, c.transaction), stale=False,
     )  # fmt: skip
 
@@ -247,19 +255,20 @@ def signal_of(sat: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(sat // NUMBERS == GLONASS, L1OF, L1CA)
 
 
-def used(c: Commander, antenna: NDArray[np.int64], sat: NDArray[np.int64], epoch: int) -> Commander:
-    """After a fix with these: handovers and their gaps counted. Only meaningful once taken over."""
-    last = c.used_antenna[sat]
-    moved = (last >= 0) & (last != antenna)
-    tally = c.tally
-    if moved.any():
-        gaps = epoch - c.used_epoch[sat[moved]] - 1
-        tally = replace(
-            tally,
-            handovers=tally.handovers + len(gaps),
-            gap_epochs=tally.gap_epochs + int(gaps.sum()),
-            gap_longest=max(tally.gap_longest, int(gaps.max())),
-        )
-    where, when = c.used_antenna.copy(), c.used_epoch.copy()
-    where[sat], when[sat] = antenna, epoch
-    return replace(c, used_antenna=where, used_epoch=when, tally=tally)
+def used(c: Commander, sat: NDArray[np.int64], epoch: int) -> Commander:
+    """After a fix with these satellites: handovers completed and their gaps counted."""
+    when = c.used_epoch.copy()
+    when[sat] = epoch
+    done = sat[c.moving[sat]]
+    if not len(done):
+        return replace(c, used_epoch=when)
+    gaps = epoch - c.used_epoch[done] - 1
+    moving = c.moving.copy()
+    moving[done] = False
+    tally = replace(
+        c.tally,
+        handovers=c.tally.handovers + len(gaps),
+        gap_epochs=c.tally.gap_epochs + int(gaps.sum()),
+        gap_longest=max(c.tally.gap_longest, int(gaps.max())),
+    )
+    return replace(c, moving=moving, used_epoch=when, tally=tally)

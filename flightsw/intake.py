@@ -6,6 +6,7 @@ its consequence. The rules:
 - A frame passes `dbc.e2e.screen` (form, CRC, counter) and carries the epoch of the time mark, or is rejected.
 - Of two frames that say the same thing in one epoch the first stands.
 - A channel counts when all its ten frames are there; a lost frame takes out its own channel, nothing else.
+  So a status that announces more frames than came changes nothing: the missing ones have done their harm.
 - Without a complete time mark nothing else of the block is used: an epoch without a time is no epoch.
 - The mark is the last one in the block; if a link merged two blocks, the older epoch's frames are rejected.
 """
@@ -130,9 +131,8 @@ class Acks:
 class Epoch:
     """All that a block of frames says.
 
-    boots       (MAX_RECEIVERS,) boot count of each receiver's heartbeat, -1 where none came
-    domains     (MAX_RECEIVERS,) clock domain each receiver's tag names, -1 where none came
-    announced   (MAX_RECEIVERS,) measurement frames each receiver's status says it sent, -1 where none came
+    boots       (MAX_RECEIVERS,) boot count of each receiver, -1 where its tag, status or heartbeat is missing
+    domains     (MAX_RECEIVERS,) clock domain it names, likewise
     lost        frames missing by the counters
     """
 
@@ -143,7 +143,6 @@ class Epoch:
     acks: Acks
     boots: NDArray[np.int64]
     domains: NDArray[np.int64]
-    announced: NDArray[np.int64]
     lost: int
 
 
@@ -180,9 +179,7 @@ _GROUPS: dict[str, tuple[tuple[str, ...], int]] = {
     "measurement": (MEASUREMENT_KINDS, CHANNELS),
     "almanac": (("ALM_XY", "ALM_Z", "ALM_V"), SATELLITES),
     "ack": (("ACK",), CHANNELS),
-    "tag": (("TAG",), 1),
-    "status": (("STATUS",), 1),
-    "heartbeat": (("HEARTBEAT",), 1),
+    "receiver": (("TAG", "STATUS", "HEARTBEAT"), 1),
 }
 
 
@@ -259,9 +256,7 @@ def intake(
         _measurements(*read("measurement")),
         _almanac(*read("almanac")),
         _acks(*read("ack")),
-        _by_receiver(*read("heartbeat"), "boot_count"),
-        _by_receiver(*read("tag"), "clock_domain"),
-        _by_receiver(*read("status"), "frames"),
+        *_receivers(*read("receiver")),
         screened.lost,
     )
     return epoch, screened.counters, tally.counts
@@ -402,10 +397,11 @@ def _acks(keys, v) -> Acks:
     )
 
 
-def _by_receiver(keys, v, name: str) -> NDArray[np.int64]:
-    values = np.full(MAX_RECEIVERS, -1, np.int64)
-    values[keys] = v[name]
-    return values
+def _receivers(keys, v) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Boot counts and clock domains, (MAX_RECEIVERS,) each."""
+    both = np.full((2, MAX_RECEIVERS), -1, np.int64)
+    both[:, keys] = v["boot_count"], v["clock_domain"]
+    return both[0], both[1]
 
 
 def nothing(lost: int = 0) -> Epoch:
@@ -419,7 +415,6 @@ def nothing(lost: int = 0) -> Epoch:
         Measurements(nowhere, nowhere, nowhere, none, none, none, none, none, none, three, three, none, none),
         AlmanacRows(nowhere, three.T, three.T, none > 0),
         Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
-        silent,
         silent,
         silent,
         lost,

@@ -139,14 +139,11 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     predictions = almanac.updated(state.predictions, epoch.almanac, m.where(sound), t_ns)
     offered = m.where(sound & (m.health == 0) & commander.usable(commanding, m))
     navigation = _carried(state.navigation, t_ns)
-    fix = _fix(config, attitude, offered, navigation)
+    fix = _fix(config, attitude, offered, _domains(config, epoch), navigation)
     if isinstance(fix, Fix):
         navigation = Navigation(t_ns, fix.position_m, fix.velocity_mps, 0)
         if commander.taken_over(commanding):
-            used = fix.used
-            commanding = commander.used(
-                commanding, offered.receiver[used], offered.sat[used], epoch.mark.epoch
-            )
+            commanding = commander.used(commanding, offered.sat[fix.used], epoch.mark.epoch)
     state = replace(
         state,
         mark=epoch.mark,
@@ -183,8 +180,18 @@ def _carried(navigation: Navigation | None, t_ns: int) -> Navigation | None:
     return Navigation(t_ns, position, velocity, navigation.age + 1)
 
 
+def _domains(config: FlightConfig, epoch: Epoch) -> NDArray[np.int64]:
+    """(m,) clock domain of each antenna: as its receiver says, else as the vehicle file says."""
+    said = epoch.domains[: config.vehicle.antennas]
+    return np.where(said >= 0, said, config.vehicle.clock_domain)
+
+
 def _fix(
-    config: FlightConfig, attitude: Attitude | None, m: Measurements, navigation: Navigation | None
+    config: FlightConfig,
+    attitude: Attitude | None,
+    m: Measurements,
+    domain: NDArray[np.int64],
+    navigation: Navigation | None,
 ) -> Fix | NoFix:
     """Step 10: all measurements of all antennas, reduced to the centre of mass."""
     if attitude is None:
@@ -194,7 +201,7 @@ def _fix(
         m,
         lever.T[:, m.receiver],
         lever_rate.T[:, m.receiver],
-        config.vehicle.clock_domain[m.receiver],
+        domain[m.receiver],
         None if navigation is None else navigation.position_m,
     )
 

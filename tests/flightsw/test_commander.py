@@ -136,7 +136,7 @@ def test_late_answer_to_a_superseded_command_says_nothing():
     c = k.planned(c, permit(G2=0), NONE)
     c, _ = k.due(c, 1, OPTIONS)
     c = k.acknowledged(c, answers(old), 2, OPTIONS)
-    assert c.held.tolist() == [[k.AUTO]] and not k.taken_over(c)
+    assert c.held.tolist() == [[k.UNKNOWN]] and not k.taken_over(c)
 
 
 def test_going_back_before_the_answer_commands_again():
@@ -175,11 +175,26 @@ def test_surrender_sets_every_channel_free():
     assert not k.taken_over(c)
 
 
+def test_surrender_reaches_channels_of_unknown_state():
+    c = k.contradicted(settled(permit(G1=0, R1=1)), measured((0, 0, G3)), nothing().boots)
+    _, commands = k.due(k.surrendered(c), 9, OPTIONS)
+    assert commands.action.tolist() == [k.AUTONOMOUS] * 4
+
+
 def test_gap_of_a_handover_is_counted_in_epochs():
-    c = settled(permit(G1=0))
-    for epoch, antenna in ((3, 0), (4, 0), (7, 1), (8, 1)):
-        c = k.used(c, np.array([antenna]), np.array([G1]), epoch)
+    c = settled(permit(G1=0, G2=0))
+    c = k.used(c, np.array([G1, G2]), 4)
+    c = k.planned(c, permit(G1=1, G2=0), NONE)
+    c = k.used(c, np.array([G2]), 5)
+    assert c.tally.handovers == 0
+    c = k.used(k.used(c, np.array([G1, G2]), 7), np.array([G1, G2]), 8)
     assert (c.tally.handovers, c.tally.gap_epochs, c.tally.gap_longest) == (1, 2, 2)
+
+
+def test_satellite_given_up_in_between_is_not_handed_over():
+    c = k.used(settled(permit(G1=0)), np.array([G1]), 4)
+    c = k.planned(k.planned(c, permit(), NONE), permit(G1=1), NONE)
+    assert k.used(c, np.array([G1]), 90).tally.handovers == 0
 
 
 def test_glonass_is_commanded_on_its_own_signal():

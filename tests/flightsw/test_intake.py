@@ -55,7 +55,7 @@ def test_whole_epoch(blocks):
     assert (epoch.mark.session, epoch.mark.epoch, epoch.mark.t_ns) == (7, 1, s.T0_NS + 10**9)
     assert len(epoch.measurements) == 24
     assert len(epoch.almanac.sat) == 12
-    assert epoch.announced[:4].tolist() == [61] * 4
+    assert epoch.domains.tolist() == [0, 0, 0, 0, -1, -1, -1, -1]
     assert epoch.boots.tolist() == [1, 1, 1, 1, -1, -1, -1, -1]
 
 
