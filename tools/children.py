@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tools.command_run import EXTERNAL
 from tools.errors import Failed, Missing, Mistake
 from tools.folder import SCENARIO, TRUTH, RunFolder
-from tools.plan import Plan, vehicle_name
+from tools.plan import Plan
 
 LEAVE_S = 5.0
 """How long a process has to leave when asked, before it is killed."""
@@ -70,9 +71,18 @@ class Child:
                 self.process.wait()
 
 
-def start(name: str, command: Sequence[str], words: Path, pass_fds: Sequence[int] = ()) -> Child:
-    """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order."""
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+def start(
+    name: str,
+    command: Sequence[str],
+    words: Path,
+    told: Mapping[str, str] | None = None,
+    pass_fds: Sequence[int] = (),
+) -> Child:
+    """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order.
+
+    words  file for its stderr;  told  what it finds in its environment besides ours
+    """
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(told or {})}
     with words.open("wb") as stream:
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
@@ -88,16 +98,16 @@ def emulator_command(
     return [
         sys.executable, "-m", "emulator", str(folder / SCENARIO), *buses, "--pace", arguments.pace,
         "--session", str(plan.session), "--truth", str(folder / TRUTH), "--status", f"fd:{status}", "--quiet",
-        "--wait", f"{BARRIER_S:g}",
+        *(() if arguments.flight == EXTERNAL else ("--wait", f"{BARRIER_S:g}")),
     ]  # fmt: skip
 
 
-def flight_command(plan: Plan, folder: RunFolder, number: int, spec: str) -> list[str]:
+def flight_command(plan: Plan, vehicle: Path, number: int, spec: str) -> list[str]:
     flight = plan.scenario.craft[number].flight
     options = [f"{key}={_option_text(value)}" for key, value in flight.options.items()]
     return [
-        sys.executable, "-m", "flightsw", "--vehicle", str(folder / vehicle_name(plan.names, number)),
-        "--bus", spec, "--once", "--quiet", "--policy", flight.policy,
+        sys.executable, "-m", "flightsw", "--vehicle", str(vehicle), "--bus", spec,
+        "--once", "--quiet", "--policy", flight.policy,
         *(word for option in options for word in ("--option", option)),
     ]  # fmt: skip
 

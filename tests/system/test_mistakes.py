@@ -240,6 +240,18 @@ run folder taken
 run folder cannot be
     $ run --out {empty}.12n/run
     --out .*: cannot be written: Not a directory
+flight software that there is not
+    $ run --flight nosuch
+    --flight 'nosuch': no such program
+flight software without a bus
+    $ run --flight external --bus inline
+    --flight external with --bus inline: inline has no bus to join
+policy for somebody else's flight software
+    $ run --flight external --policy patent
+    --policy with --flight external: it belongs to our own flight software
+verdict into a folder that there is not
+    $ run --junit nowhere/verdict.xml
+    --junit nowhere/verdict\.xml: no such folder nowhere
 report of nothing
     $ report nowhere
     nowhere: no such run folder

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import polars as pl
@@ -173,7 +174,22 @@ def test_expectations_give_the_verdict(tmp_path, capsys):
     )
     scenario = tmp_path / "judged.toml"
     scenario.write_text(text)
-    assert main(["run", str(scenario), "--bus", "inline", "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    verdict, run = tmp_path / "verdict.xml", tmp_path / "run"
+    arguments = [
+        "run",
+        str(scenario),
+        "--bus",
+        "inline",
+        "--out",
+        str(run),
+        "--junit",
+        str(verdict),
+        "--quiet",
+    ]
+    assert main(arguments) == 1
+    suite = ElementTree.parse(verdict).getroot()
+    assert (suite.get("tests"), suite.get("failures")) == ("3", "1")
+    assert "soyuz.pdop.median" in suite.find("testcase/failure").get("message")
     said = capsys.readouterr()
     (line,) = said.err.splitlines()
     assert line.startswith("gnss-hil: expectation missed: soyuz.pdop.median: found ")
@@ -336,3 +352,59 @@ def test_at_real_time_pace_wall_time_passes(tmp_path):
     assert not summary["reproducible"]
     assert summary["frames"]["lost"] == 0
     assert summary["real_time_factor"] == pytest.approx(20, rel=0.2)
+
+
+OTHER = """\
+import os, sys
+from flightsw.__main__ import main
+here = os.environ
+assert here["GNSS_HIL_CRAFT"] == "soyuz"
+sys.exit(main(["--bus", here["GNSS_HIL_BUS"], "--vehicle", here["GNSS_HIL_VEHICLE"], "--once"]))
+"""
+
+
+def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path):
+    (tmp_path / "other.py").write_text(OTHER)
+    command = f"{sys.executable} {tmp_path / 'other.py'}"
+    arguments = [
+        "run",
+        "--flight",
+        command,
+        "--duration",
+        DURATION,
+        "--out",
+        str(tmp_path / "run"),
+        "--quiet",
+    ]
+    assert main(arguments) == 0
+    assert sha(tmp_path / "run") == sha(inline)
+    assert summary_of(tmp_path / "run")["policy"] == command
+
+
+def test_a_flight_software_that_you_start_yourself_joins(inline, tmp_path):
+    folder = tmp_path / "run"
+    command = [sys.executable, "-m", "tools.cli", "run", "--flight", "external", "--out", str(folder)]
+    bench = subprocess.Popen([*command, "--duration", DURATION], stderr=subprocess.PIPE, text=True)
+    line = bench.stderr.readline()
+    bus = line.split(" on ")[1].split(",")[0]
+    assert line.startswith("waiting for the flight software of soyuz on embedded:")
+    command = [
+        sys.executable,
+        "-m",
+        "flightsw",
+        "--once",
+        "--bus",
+        bus,
+        "--vehicle",
+        str(folder / "vehicle.toml"),
+    ]
+    flight = subprocess.run(command, capture_output=True, timeout=60)
+    _, err = bench.communicate(timeout=30)
+    assert (bench.returncode, flight.returncode) == (0, 0), err
+    assert sha(folder) == sha(inline)
+
+
+def test_a_flight_software_that_cannot_start_is_told_and_leaves_nothing(tmp_path, capsys):
+    assert main(["run", "--flight", "false", "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    assert capsys.readouterr().err == "gnss-hil: flight software of soyuz ended with status 1\n"
+    assert not (tmp_path / "run").exists()
