@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dbc.satellites import SATELLITES
 from flightsw.earth import LIGHT_MPS, MU_M3_S2, ROTATION_RPS
-from flightsw.intake import AlmanacRows, Measurements
+from flightsw.epoch import AlmanacRows, Measurements
 
 MAX_AGE_NS = 900 * 10**9
 """A prediction older than this is forgotten: the cubic term left out has then grown to 10 km, 0.03 deg."""

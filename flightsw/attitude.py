@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.earth import ROTATION_RPS
-from flightsw.intake import AttitudeReport
+from flightsw.epoch import AttitudeReport
 
 _EARTH_RPS = np.array([0.0, 0.0, ROTATION_RPS])
 

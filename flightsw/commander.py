@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from dbc.satellites import GLONASS, NUMBERS, SATELLITES
 from flightsw.assign.options import Options
-from flightsw.intake import Acks, Measurements
+from flightsw.epoch import Acks, Measurements
 
 IDLE, AUTO, UNKNOWN = -1, -2, -3
 RELEASE, TRACK, AUTONOMOUS = 0, 1, 2

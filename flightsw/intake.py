@@ -14,7 +14,6 @@ its consequence. The rules:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cache
 
 import numpy as np
@@ -26,124 +25,9 @@ from dbc.contract import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
 from dbc.e2e import Verdict
 from dbc.frames import SFF_MASK, FrameBatch
 from dbc.satellites import NUMBERS, SATELLITES
+from flightsw.epoch import Acks, AlmanacRows, AttitudeReport, Epoch, Mark, Measurements, nothing
+from flightsw.rejections import Reason, Tally
 from flightsw.wire import Reader, payload, reader
-
-
-class Reason(IntEnum):
-    """Why a frame that passed protection is not used; numbered on from `dbc.e2e.Verdict`."""
-
-    NO_TIME_MARK = 16
-    SURPLUS = 17
-    INCOMPLETE = 18
-
-
-REASONS = 19
-
-CONSEQUENCE: dict[int, str] = {
-    **e2e.CONSEQUENCE,
-    Reason.NO_TIME_MARK: "frame ignored, the epoch has no time",
-    Reason.SURPLUS: "frame ignored, the first of this epoch stands",
-    Reason.INCOMPLETE: "frame ignored, the others of its group are missing",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """The time mark: when all receivers latched."""
-
-    session: int
-    epoch: int
-    t_ns: int
-    leap: int
-
-
-@dataclass(frozen=True, slots=True)
-class AttitudeReport:
-    """Attitude at the time mark.
-
-    quaternion_body_from_ecef   (4,) scalar first, Hamilton, passive, normalised
-    rate_body_rps               (3,) relative to inertial space
-    """
-
-    quaternion_body_from_ecef: NDArray[np.float64]
-    rate_body_rps: NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Measurements:
-    """Complete channels of an epoch, one row each, ordered by receiver and channel.
-
-    receiver, channel, sat   (n,) int: 0-based receiver (= antenna), channel, satellite index
-    pseudorange_m            (n,) raw clocks, at the antenna's phase centre
-    range_rate_mps           (n,) dP/dt by GPS time
-    cn0_dbhz, lock, health, ura   (n,)
-    pos_sv_m, vel_sv_mps     (3, n) ECEF of the transmission instant
-    clock_m, clock_drift_mps (n,) satellite clock, to be added to the pseudorange, and its rate
-    """
-
-    receiver: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    sat: NDArray[np.int64]
-    pseudorange_m: NDArray[np.float64]
-    range_rate_mps: NDArray[np.float64]
-    cn0_dbhz: NDArray[np.float64]
-    lock: NDArray[np.float64]
-    health: NDArray[np.float64]
-    ura: NDArray[np.float64]
-    pos_sv_m: NDArray[np.float64]
-    vel_sv_mps: NDArray[np.float64]
-    clock_m: NDArray[np.float64]
-    clock_drift_mps: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        return len(self.sat)
-
-    def __getitem__(self, rows) -> Measurements:
-        return Measurements(*(getattr(self, name)[..., rows] for name in self.__slots__))
-
-    def where(self, which: NDArray[np.bool_]) -> Measurements:
-        """The rows that `which` (n,) marks."""
-        return self if which.all() else self[which]
-
-
-@dataclass(frozen=True, slots=True)
-class AlmanacRows:
-    """Predictions of this epoch: sat (n,), pos_ecef_m and vel_ecef_mps (n, 3), healthy (n,) bool."""
-
-    sat: NDArray[np.int64]
-    pos_ecef_m: NDArray[np.float64]
-    vel_ecef_mps: NDArray[np.float64]
-    healthy: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True)
-class Acks:
-    """Answers to commands: receiver, channel, result, sat, transaction, each (n,) int."""
-
-    receiver: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    result: NDArray[np.int64]
-    sat: NDArray[np.int64]
-    transaction: NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True)
-class Epoch:
-    """All that a block of frames says.
-
-    boots       (MAX_RECEIVERS,) boot count of each receiver, -1 where its tag, status or heartbeat is missing
-    domains     (MAX_RECEIVERS,) clock domain it names, likewise
-    lost        frames missing by the counters
-    """
-
-    mark: Mark | None
-    attitude: AttitudeReport | None
-    measurements: Measurements
-    almanac: AlmanacRows
-    acks: Acks
-    boots: NDArray[np.int64]
-    domains: NDArray[np.int64]
-    lost: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,7 +99,7 @@ def intake(
     returns    the epoch, the next counters, the next counts; arguments are not modified
     """
     screened = e2e.screen(codec, frames, counters)
-    tally = _Tally(rejected)
+    tally = Tally(rejected)
     tally.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
     where, good = plan(codec), screened.frames
     base = where.base_of[good.can_id]
@@ -279,7 +163,7 @@ def _complete(table: NDArray[np.int32], group: Group) -> tuple[NDArray[np.intp],
     return keys, rows
 
 
-def _count_left(tally: _Tally, can_id, rows, slot, table, complete) -> None:
+def _count_left(tally: Tally, can_id, rows, slot, table, complete) -> None:
     """Count frames of this epoch that no complete group holds."""
     left = np.zeros(len(can_id), bool)
     left[rows] = True
@@ -288,39 +172,6 @@ def _count_left(tally: _Tally, can_id, rows, slot, table, complete) -> None:
     first = table[slot] == np.arange(len(can_id))
     tally.add(Reason.SURPLUS, can_id, left & ~first)
     tally.add(Reason.INCOMPLETE, can_id, left & first)
-
-
-class _Tally:
-    """Counts by reason and identifier, copied only when something is added."""
-
-    def __init__(self, counts: NDArray[np.int64]):
-        self.counts, self._mine = counts, False
-
-    def add(self, reason, can_id: NDArray, which: NDArray[np.bool_]) -> None:
-        if not which.any():
-            return
-        if not self._mine:
-            self.counts, self._mine = self.counts.copy(), True
-        reasons = np.broadcast_to(np.asarray(reason, np.int64), which.shape)
-        np.add.at(self.counts, (reasons[which], can_id[which]), 1)
-
-
-def no_rejections() -> NDArray[np.int64]:
-    return np.zeros((REASONS, IDENTIFIERS), np.int64)
-
-
-def rejection_table(codec: Codec, rejected: NDArray[np.int64]) -> list[tuple[str, str, int, str]]:
-    """Rows (reason, where: identifier and sender, how many, consequence) of all that was counted."""
-    name = {**{v.value: v.name for v in Verdict}, **{r.value: r.name for r in Reason}}
-    return [
-        (
-            name[int(reason)],
-            f"0x{int(can_id):03X} {codec.sender_of[can_id]}".rstrip(),
-            int(rejected[reason, can_id]),
-            CONSEQUENCE[int(reason)],
-        )
-        for reason, can_id in np.argwhere(rejected)
-    ]
 
 
 def restarted(codec: Codec, frames: FrameBatch, session: int) -> bool:
@@ -402,20 +253,3 @@ def _receivers(keys, v) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     both = np.full((2, MAX_RECEIVERS), -1, np.int64)
     both[:, keys] = v["boot_count"], v["clock_domain"]
     return both[0], both[1]
-
-
-def nothing(lost: int = 0) -> Epoch:
-    """An epoch without a time mark: nothing in it is used."""
-    none, nowhere = np.zeros(0), np.zeros(0, np.int64)
-    three = np.zeros((3, 0))
-    silent = np.full(MAX_RECEIVERS, -1, np.int64)
-    return Epoch(
-        None,
-        None,
-        Measurements(nowhere, nowhere, nowhere, none, none, none, none, none, none, three, three, none, none),
-        AlmanacRows(nowhere, three.T, three.T, none > 0),
-        Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
-        silent,
-        silent,
-        lost,
-    )

@@ -18,7 +18,7 @@ from dbc.satellites import GLONASS, NUMBERS
 from flightsw import ranging
 from flightsw.adjust import Solution, adjusted, least_squares
 from flightsw.earth import LIGHT_MPS
-from flightsw.intake import Measurements
+from flightsw.epoch import Measurements
 from flightsw.sigma import range_variance_m2, rate_variance_m2ps2
 
 GLONASS_OFFSET = 8

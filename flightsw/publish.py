@@ -12,7 +12,7 @@ from dbc.contract import FLIGHT_NODE
 from dbc.frames import FrameBatch, batch, concat
 from dbc.satellites import NUMBERS
 from flightsw.commander import Commands, signal_of
-from flightsw.intake import Measurements
+from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix
 from flightsw.wire import Sheet, sheet
 

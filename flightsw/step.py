@@ -21,8 +21,9 @@ from flightsw.boresight import boresights_ecef
 from flightsw.coast import propagate
 from flightsw.commander import Commander, Commands
 from flightsw.earth import EQUATOR_M
-from flightsw.intake import Epoch, Mark, Measurements
+from flightsw.epoch import Epoch, Mark, Measurements, nothing
 from flightsw.position import Fix, NoFix, solve
+from flightsw.rejections import no_rejections
 from flightsw.sigma import NO_URA
 
 FULL_LOCK = 5
@@ -56,7 +57,7 @@ class FlightState:
     """All that one epoch hands to the next.
 
     mark       the last time mark, None before the first
-    rejected   (REASONS, identifiers) frames not used; `flightsw.intake.rejection_table` explains
+    rejected   (REASONS, identifiers) frames not used; `flightsw.rejections.rejection_table` explains
     without_fix   epochs since the last fix, or since the start
     """
 
@@ -99,12 +100,12 @@ def initial_state(config: FlightConfig) -> FlightState:
         None,
         e2e.fresh_counters(),
         sent,
-        intake.no_rejections(),
+        no_rejections(),
         0,
         None,
         None,
         almanac.no_predictions(),
-        commander.fresh(config.vehicle.channels, len(intake.nothing().boots)),
+        commander.fresh(config.vehicle.channels, len(nothing().boots)),
         0,
         NoFix.NO_TIME_MARK,
     )

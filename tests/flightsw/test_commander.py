@@ -8,7 +8,7 @@ import pytest
 from dbc.satellites import SATELLITES
 from flightsw import commander as k
 from flightsw.assign import Options
-from flightsw.intake import Acks, nothing
+from flightsw.epoch import Acks, nothing
 
 OPTIONS = Options(resend_epochs=2, backoff_epochs=5)
 G1, G2, G3, R1 = 1, 2, 3, 65

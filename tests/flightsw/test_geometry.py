@@ -12,7 +12,7 @@ from flightsw.angles import angles_rad, clear_of_earth, directions
 from flightsw.attitude import Attitude, attitude_now, dcm_from_quaternion, levers_ecef, turn
 from flightsw.boresight import boresights_ecef
 from flightsw.coast import propagate
-from flightsw.intake import AlmanacRows, AttitudeReport, nothing
+from flightsw.epoch import AlmanacRows, AttitudeReport, nothing
 from flightsw.ranging import rays
 from tests.flightsw import synthetic as s
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from dbc import e2e
 from dbc.e2e import Verdict
 from dbc.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from flightsw.intake import Reason, intake, no_rejections, rejection_table, restarted
+from flightsw.intake import intake, restarted
+from flightsw.rejections import Reason, no_rejections, rejection_table
 from tests.flightsw import synthetic as s
 from tests.flightsw.bench import CODEC, FakeBus
 from tests.flightsw.test_position import craft

@@ -9,7 +9,7 @@ import pytest
 
 from flightsw.adjust import adjusted, least_squares
 from flightsw.attitude import attitude_now, levers_ecef
-from flightsw.intake import AttitudeReport, Measurements
+from flightsw.epoch import AttitudeReport, Measurements
 from flightsw.position import GLONASS_OFFSET, Fix, NoFix, solve
 from flightsw.sigma import range_variance_m2
 from tests.flightsw import synthetic as s
