@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -200,28 +201,41 @@ def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
             "console=tty9", "quiet", f"uml_dir={folder}/",
         ],
         stdin=None if terminal else subprocess.DEVNULL,
-        start_new_session=not terminal,
+        process_group=0,
     )  # fmt: skip
     # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times more.
     allowed = sorted(os.sched_getaffinity(0))
     os.sched_setaffinity(kernel.pid, {allowed[kernel.pid % len(allowed)]})
     try:
+        if terminal:
+            _give_terminal(kernel.pid)
         kernel.wait(timeout_s)
     finally:
         if kernel.poll() is None:
-            kernel.kill()
+            os.killpg(kernel.pid, signal.SIGKILL)  # its guest processes are processes of ours, too
             kernel.wait()
+
+
+def _give_terminal(group: int) -> None:
+    """Makes a process group the terminal's foreground; it may have been stopped for touching it before."""
+    os.tcsetpgrp(sys.stdin.fileno(), group)
+    os.killpg(group, signal.SIGCONT)
 
 
 @contextmanager
 def _kept_terminal(terminal: bool):
-    """The kernel makes the terminal raw; afterwards it is as before."""
-    before = termios.tcgetattr(sys.stdin) if terminal else None
+    """The kernel takes the terminal and makes it raw; afterwards it is ours and as before."""
+    if not terminal:
+        yield
+        return
+    before = termios.tcgetattr(sys.stdin)
     try:
         yield
     finally:
-        if before is not None:
-            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        handler = signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # else taking it back would stop us
+        os.tcsetpgrp(sys.stdin.fileno(), os.getpgrp())
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        signal.signal(signal.SIGTTOU, handler)
 
 
 def _status(folder: Path) -> int:
