@@ -168,10 +168,11 @@ def _consistent(
     lever_m: NDArray[np.float64],
     domain: NDArray[np.int64],
     start_m: NDArray[np.float64],
+    ura_scale: float,
 ) -> tuple[_Spheres, NDArray[np.intp], tuple[int, ...]] | NoFix:
     """Intersection after at most EXCLUSIONS outliers: geometry, rows used, clock items."""
     rows = np.arange(len(m))
-    variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat)
+    variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat, ura_scale)
     for excluded in range(EXCLUSIONS + 1):
         items, clocks = clock_columns(domain, m.sat >= GLONASS * NUMBERS)
         needed = 4 + (GLONASS_OFFSET in items)
@@ -218,6 +219,7 @@ def solve(
     lever_rate_mps: NDArray[np.float64],
     domain: NDArray[np.int64],
     start_m: NDArray[np.float64] | None = None,
+    ura_scale: float = 1.0,
 ) -> Fix | NoFix:
     """The fix of an epoch, or why there is none.
 
@@ -225,10 +227,11 @@ def solve(
     lever_m, lever_rate_mps   (3, n) antenna relative to the centre of mass, Greenwich frame, and its rate
     domain                    (n,) clock domain
     start_m                   (3,) where to start; without it, or if it leads nowhere, the Earth's centre
+    ura_scale                 how much of the broadcast URA counts in the weights
     """
     starts = [np.zeros(3)] if start_m is None else [start_m, np.zeros(3)]
     for start in starts:
-        found = _consistent(m, lever_m, domain, start)
+        found = _consistent(m, lever_m, domain, start, ura_scale)
         if not isinstance(found, NoFix) or found == NoFix.TOO_FEW_SATELLITES:
             break
     if isinstance(found, NoFix):

@@ -204,6 +204,7 @@ def _fix(
         lever_rate.T[:, m.receiver],
         domain[m.receiver],
         None if navigation is None else navigation.position_m,
+        config.options.ura_scale,
     )
 
 

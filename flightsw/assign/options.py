@@ -11,6 +11,10 @@ from dbc.vehicle import Strict
 
 class Options(Strict):
     ray_height_km: Annotated[float, Field(ge=0, le=2000, description="lowest ray above the ellipsoid")] = 50.0
+    ura_scale: Annotated[
+        float,
+        Field(ge=0, le=10, description="how much of the broadcast range accuracy counts in the weights"),
+    ] = 1.0
     attitude_hold_epochs: Annotated[
         int, Field(ge=0, le=600, description="how long the last attitude is turned on by its rates")
     ] = 0

@@ -208,3 +208,10 @@ def test_common_error_of_a_satellite_does_not_average_out():
     code = 0.1**2 + 0.5**2
     assert alone == pytest.approx(np.full(4, code + 16.0))
     assert shared.mean() / 4 == pytest.approx(code / 4 + 16.0)
+
+
+def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_told():
+    both = np.array([1, 65])
+    cn0, ura = np.full(2, 45.0), np.full(2, 2.0)
+    assert range_variance_m2(cn0, ura, both, 0.0) == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
+    assert range_variance_m2(cn0, ura, both, 0.5) - range_variance_m2(cn0, ura, both, 0) == pytest.approx(4.0)
