@@ -1,0 +1,183 @@
+"""On a kernel with CAN: can-utils as peers, losses told, two processes on vcan0.
+
+`tests/system/test_socketcan.py` runs this in user-mode Linux where the machine's own kernel has no CAN.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import can
+import pytest
+
+from dbc.contract import BENCH_FIRST
+from dbc.frames import EFF_FLAG, RTR_FLAG, batch, concat
+from dbc.link.base import LinkError, open_link
+from tests.conformance.test_links import assert_same, gather, numbered, numbers
+from tests.dbc.bench_frames import mark
+
+VEHICLE = Path(__file__).parents[2] / "emulator" / "vehicles" / "soyuz-ms.toml"
+
+pytestmark = pytest.mark.socketcan
+
+if "vcan0" not in {name for _, name in socket.if_nameindex()}:
+    pytest.skip("no vcan0 on this kernel; see test_socketcan.py", allow_module_level=True)
+if shutil.which("candump") is None:
+    pytest.fail("candump is missing (Debian package can-utils)")
+
+
+@pytest.fixture
+def link():
+    link = open_link("socketcan:vcan0")
+    yield link
+    link.close()
+
+
+def listeners() -> int:
+    """Sockets that hear everything on vcan0."""
+    lines = Path("/proc/net/can/rcvlist_all").read_text().splitlines()
+    return sum(line.split()[:1] == ["vcan0"] for line in lines)
+
+
+class Candump:
+    """can-utils' listener, writing its log format."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._stream = path.open("w")
+        before = listeners()
+        command = ["candump", "-L", "-r", str(1 << 24), "vcan0"]
+        self._process = subprocess.Popen(command, stdout=self._stream)
+        end_s = time.monotonic() + 10
+        while listeners() == before:
+            assert time.monotonic() < end_s
+            time.sleep(0.02)
+
+    def frames(self, count: int) -> list[str]:
+        """The first `count` frames, as ID#DATA; fewer if no more came within 10 s."""
+        end_s = time.monotonic() + 10
+        while self._path.read_text().count("\n") < count and time.monotonic() < end_s:
+            time.sleep(0.05)
+        self.close()
+        return [line.split()[2] for line in self._path.read_text().splitlines()]
+
+    def close(self) -> None:
+        self._process.terminate()
+        self._process.wait()
+        self._stream.close()
+
+
+@pytest.fixture
+def candump(tmp_path):
+    listener = Candump(tmp_path / "candump.log")
+    yield listener
+    listener.close()
+
+
+def test_candump_hears_a_raw_link_and_pythoncan(link, candump):
+    link.send(concat((batch([0x123], b"\x01\xff"), batch([0x1ABCDEF0 | EFF_FLAG], b"12345678"))))
+    link.send(batch([0x55 | RTR_FLAG], b"", length=4))
+    with can.Bus(interface="socketcan", channel="vcan0") as bus:
+        bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"\xaa"))
+    assert candump.frames(4) == ["123#01FF", "1ABCDEF0#3132333435363738", "055#R4", "7FF#AA"]
+
+
+def test_a_link_hears_cansend_and_pythoncan(link):
+    subprocess.run(["cansend", "vcan0", "321#DEADBEEF"], check=True)
+    with can.Bus(interface="socketcan", channel="vcan0") as bus:
+        bus.send(can.Message(arbitration_id=0x12345, is_extended_id=True, data=b"abc"))
+    expected = concat((batch([0x321], b"\xde\xad\xbe\xef"), batch([0x12345 | EFF_FLAG], b"abc")))
+    assert_same(gather(link, 2), expected)
+
+
+def test_the_kernel_grants_room_for_many_epochs(link):
+    assert link.receive_buffer_bytes >= 16 << 20
+
+
+def test_every_lost_frame_is_told(link):
+    """A receiver with the smallest buffer, and a block that does not fit."""
+    sleeper = open_link("socketcan:vcan0")
+    sleeper._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+    link.send(numbered(500))
+    heard = gather(sleeper, 500, 0.3)
+    assert 0 < len(heard) < 500
+    assert len(heard) + sleeper.dropped == 500
+    sleeper.close()
+    assert len(heard) + sleeper.dropped == 500
+
+
+def test_a_paced_link_takes_the_time_of_a_real_bus(link):
+    paced = open_link("socketcan:vcan0,paced")
+    begun_s = time.monotonic()
+    paced.send(numbered(1000))
+    assert 0.12 < time.monotonic() - begun_s < 5
+    assert numbers(gather(link, 1000)) == list(range(1000))
+    paced.close()
+
+
+@pytest.mark.parametrize(
+    ("spec", "reason"), [("socketcan:vcan9", "no such CAN interface 'vcan9'"), ("socketcan:lo", "'lo'")]
+)
+def test_no_such_interface_is_one_clear_line(spec, reason):
+    with pytest.raises(LinkError, match=reason) as caught:
+        open_link(spec)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_interface_that_is_down_says_how_to_raise_it():
+    subprocess.run(["ip", "link", "set", "vcan1", "down"], check=True)
+    try:
+        with pytest.raises(LinkError, match=r"'vcan1' is down \(ip link set vcan1 up\)"):
+            open_link("socketcan:vcan1")
+    finally:
+        subprocess.run(["ip", "link", "set", "vcan1", "up"], check=True)
+
+
+def run(*command: str, **more) -> subprocess.Popen:
+    return subprocess.Popen([sys.executable, "-m", *command], stderr=subprocess.PIPE, text=True, **more)
+
+
+def test_an_emulator_refuses_a_bus_where_another_one_plays(link):
+    emulator = run("emulator", "soyuz", "--bus", "socketcan:vcan0")
+    while emulator.poll() is None:
+        link.send(mark(5))
+        time.sleep(0.1)
+    assert emulator.returncode == 3
+    assert emulator.stderr.read() == (
+        "emulator: bus 'socketcan:vcan0': TIME of another bench can be heard there\n"
+    )
+
+
+def test_two_processes_fly_on_vcan_without_a_loss(candump, tmp_path):
+    flight = run("flightsw", "--vehicle", str(VEHICLE), "--bus", "socketcan:vcan0", "--once", "--quiet")
+    status = tmp_path / "status"
+    emulator = run(
+        "emulator",
+        "soyuz",
+        "--bus",
+        "socketcan:vcan0",
+        "--duration",
+        "60",
+        "--status",
+        str(status),
+        "--quiet",
+    )
+    assert emulator.wait(120) == 0, emulator.stderr.read()
+    assert flight.wait(30) == 0, flight.stderr.read()
+    ended = json.loads(status.read_text().splitlines()[-1])
+    assert (ended["epoch"], ended["epochs_unanswered"], ended["frames"]["lost"]) == (60, 0, 0)
+    assert ended["real_time_factor"] > 1
+    print(f"vcan: {ended['real_time_factor']:.1f} times real time, latency {ended['epoch_latency_ms']}")
+    frames = candump.frames(0)
+    spacecraft = [f for f in frames if int(f[:3], 16) < BENCH_FIRST]
+    marks = sum(f.startswith("010#") for f in frames)
+    waiting = len(spacecraft) - ended["frames"]["sent"] - ended["frames"]["received"]
+    heartbeats = sum(f.startswith("710#") for f in frames)
+    assert marks == 60
+    assert waiting == heartbeats - 60  # candump heard every frame; more than that were only start heartbeats
