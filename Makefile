@@ -20,7 +20,8 @@ test: $(STAMP)
 	$(BIN)/python -m pytest -q
 
 bench: $(STAMP)
-	@for script in tests/benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
+	@for file in tests/benchmarks/[a-z]*.py; do \
+	  echo "== $$file"; $(BIN)/python -m tests.benchmarks.$$(basename $$file .py) || exit 1; done
 
 venv: $(STAMP)
 

@@ -7,6 +7,9 @@ import math
 from pathlib import Path
 
 DEFAULT_SCENARIO = "soyuz"
+OURS, EXTERNAL = "ours", "external"
+"""Whose flight software flies: ours, or one that somebody starts; anything else is a command to start."""
+
 RULES = ("elevation", "boresight", "prn")
 
 

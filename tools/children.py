@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tools.command_run import EXTERNAL
+from tools.arguments import EXTERNAL
 from tools.errors import Failed, Missing, Mistake
 from tools.folder import SCENARIO, TRUTH, RunFolder
 from tools.plan import Plan

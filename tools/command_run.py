@@ -11,10 +11,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from tools.arguments import add_changes, add_scenario, bus, pace
+from tools.arguments import EXTERNAL, OURS, add_changes, add_scenario, bus, pace
 from tools.errors import INTERRUPTED, PROGRAM, Mistake
-
-OURS, EXTERNAL = "ours", "external"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

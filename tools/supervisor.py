@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 
 from dbc.codec import Codec
 from dbc.link.hub import PrivateFolder
+from tools.arguments import EXTERNAL, OURS
 from tools.children import LEAVE_S, Child, StatusReader, emulator_command, flight_command, start
-from tools.command_run import EXTERNAL, OURS
 from tools.folder import RunFolder
 from tools.outcome import Outcome
 from tools.plan import Plan, vehicle_name

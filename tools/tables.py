@@ -16,7 +16,8 @@ from tools.candump import read_chunks
 from tools.digest import Digest
 from tools.truth import Truth
 
-_ROWS_PER_PART = 1_000_000
+_ROWS_PER_PART = 200_000
+_TRUTH_ROWS = 10_000
 _SATELLITE_NAMES = np.array([satellites.name(i) if i < 448 else "" for i in range(satellites.SATELLITES)])
 
 
@@ -158,5 +159,7 @@ def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Tr
     if truth is not None:
         table = ParquetTable(folder / "truth.parquet")
         for craft in truth.craft:
-            table.add(truth_columns(craft, truth.of(craft)))
+            rows = truth.of(craft)
+            for begin in range(0, len(rows), _TRUTH_ROWS):
+                table.add(truth_columns(craft, rows[begin : begin + _TRUTH_ROWS]))
         table.close()

@@ -19,9 +19,11 @@ def _figure(value, digits: int = 2) -> str:
 
 
 def _small(value) -> str:
-    """Metres or metres per second to three significant digits, never with an exponent."""
+    """A figure of any size, never with an exponent."""
     if value is None:
         return "-"
+    if 0 < abs(value) < 0.01:
+        return f"{value:.5f}"
     return f"{value:.3f}" if abs(value) < 1 else f"{value:.2f}" if abs(value) < 10 else f"{value:.1f}"
 
 

@@ -25,6 +25,8 @@ class Truth:
 
     def of(self, name: str) -> np.ndarray:
         """Rows of one craft, by time."""
+        if len(self.craft) == 1:
+            return self.rows
         return self.rows[self.rows["craft"] == self.craft.index(name)]
 
 
@@ -36,11 +38,11 @@ def read(path: Path) -> Truth:
             kind = np.dtype(
                 [tuple(tuple(p) if isinstance(p, list) else p for p in f) for f in header["dtype"]]
             )
-            body = stream.read()
+            begin = stream.tell()
+            whole = (stream.seek(0, 2) - begin) // kind.itemsize
     except OSError as error:
         raise TruthError(f"{path}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
         raise TruthError(f"{path}: not a truth file (its first line describes the rows)") from None
-    return Truth(
-        tuple(header["craft"]), np.frombuffer(body[: len(body) // kind.itemsize * kind.itemsize], kind)
-    )
+    rows = np.memmap(path, kind, "r", begin, (whole,)) if whole else np.zeros(0, kind)
+    return Truth(tuple(header["craft"]), rows)

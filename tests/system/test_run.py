@@ -16,6 +16,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from dbc.link.hub import Hub, PrivateFolder
 from emulator.scenario import shipped
 from tests.realdata import data_file
 from tools.cli import main
@@ -408,3 +409,26 @@ def test_a_flight_software_that_cannot_start_is_told_and_leaves_nothing(tmp_path
     assert main(["run", "--flight", "false", "--out", str(tmp_path / "run"), "--quiet"]) == 1
     assert capsys.readouterr().err == "gnss-hil: flight software of soyuz ended with status 1\n"
     assert not (tmp_path / "run").exists()
+
+
+def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
+    with PrivateFolder() as private, Hub(private / "bus"):
+        bus = f"embedded:{private / 'bus'}"
+        arguments = ["run", "--bus", bus, "--duration", DURATION, "--out", str(tmp_path / "run"), "--quiet"]
+        assert main(arguments) == 0
+    assert sha(tmp_path / "run") == sha(inline)
+    assert summary_of(tmp_path / "run")["bus"] == {"interface": "embedded", "channel": str(private / "bus")}
+
+
+def test_a_bus_that_goes_away_is_told_and_the_record_is_kept(tmp_path):
+    with PrivateFolder() as private:
+        hub = Hub(private / "bus")
+        folder = tmp_path / "run"
+        process = started(folder, "--bus", f"embedded:{private / 'bus'}")
+        wait_for_frames(folder, process)
+        hub.close()
+        _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    (line,) = err.splitlines()
+    assert (line.startswith("gnss-hil: ") and "embedded:" in line) or "emulator" in line
+    assert {path.name for path in folder.iterdir()} == FILES
