@@ -9,6 +9,7 @@ from __future__ import annotations
 import tomllib
 from datetime import datetime
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -63,7 +64,7 @@ class Orbit(Strict):
     raan_deg: Angle = 0.0
     arg_perigee_deg: Angle = 0.0
     true_anomaly_deg: Angle = 0.0
-    forces: list[Literal["j2", "j3", "j4"]] = ["j2", "j3", "j4"]
+    forces: tuple[Literal["j2", "j3", "j4"], ...] = ("j2", "j3", "j4")
 
     @model_validator(mode="after")
     def _one_size(self):
@@ -89,14 +90,14 @@ class Attitude(Strict):
     roll_deg: Angle = 0.0
     pitch_deg: Angle = 0.0
     yaw_deg: Angle = 0.0
-    profile: list[Turn] = []
+    profile: tuple[Turn, ...] = ()
 
     @model_validator(mode="after")
     def _profile_goes_with_slew(self):
         if (self.mode == "slew") != bool(self.profile):
             raise ValueError("profile goes with mode 'slew', and mode 'slew' with a profile")
         times = [turn.t_s for turn in self.profile]
-        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+        if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError(f"profile times are {times}; each must be later than the one before")
         if self.mode == "lvlh" and (self.roll_deg or self.pitch_deg or self.yaw_deg):
             raise ValueError("mode 'lvlh' takes no angles; use mode 'offset'")
@@ -130,7 +131,7 @@ class Flight(Strict):
     """Handed to the flight software on its command line."""
 
     policy: str = "patent"
-    options: dict[str, float | str | bool] = {}
+    options: dict[str, float | str | bool] = Field(default_factory=dict)
 
 
 Factors = create_model(
@@ -169,7 +170,7 @@ class Scenario(Strict):
     time: Time
     sky: Sky = Sky()
     craft: Annotated[list[Craft], Field(min_length=1, max_length=4)]
-    expect: dict[str, Expectation] = {}
+    expect: dict[str, Expectation] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _craft_differ(self):
@@ -193,7 +194,9 @@ def find(name: str) -> Path:
         return path
     known = shipped()
     if name not in known:
-        raise ScenarioError(f"scenario '{name}': not found; shipped are {', '.join(known)} (or give a .toml file)")
+        raise ScenarioError(
+            f"scenario '{name}': not found; shipped are {', '.join(known)} (or give a .toml file)"
+        )
     return known[name]
 
 

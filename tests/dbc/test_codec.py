@@ -50,7 +50,7 @@ def test_rounds_to_the_nearest_step():
 @pytest.mark.parametrize(
     ("kind", "values", "text"),
     [
-        ("RANGE", {"pseudorange_m": 5e8}, r"RANGE.pseudorange_m = 5e\+08 does not fit; allowed 0 to 4.39805e\+08"),
+        ("RANGE", {"pseudorange_m": 5e8}, r"RANGE.pseudorange_m = 5e\+08 does not fit; allowed 0 to 4\.39"),
         ("RANGE", {"pseudorange_m": np.nan}, "RANGE.pseudorange_m = nan"),
         ("RANGE", {"pseudorange_m": np.array([2e7, -1e-2])}, "RANGE.pseudorange_m = -0.01"),
         ("SV_X", {"x_m": -2e8}, r"SV_X.x_m = -2e\+08 does not fit; allowed -1.09951e\+08"),
