@@ -9,6 +9,7 @@ import sys
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
 
 import argparse
+import gc
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -197,6 +198,7 @@ def _epochs(world, epochs: int, conductor, truth, status, stop, say) -> int:
     inbox = {craft.name: EMPTY for craft in world.craft}
     begun_s = time.monotonic()
     played, reason = 0, "FAILED"
+    gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     status.tell("begun", epochs=epochs)
     try:
         while played < epochs and not stop():

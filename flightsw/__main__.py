@@ -10,6 +10,7 @@ import sys
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
 
 import argparse
+import gc
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -95,6 +96,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
             raise LinkError(f"bus '{arguments.bus}': another flight software can be heard there")
         if not arguments.quiet:
             print(f"flightsw: on {arguments.bus}, waiting for a run", file=sys.stderr, flush=True)
+        gc.freeze()  # what was built before the loop lives through it: nothing there to collect
         journey = follow(link, Follower(config.codec), heartbeat(config), play, stop, arguments.once)
     finally:
         link.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 
@@ -33,6 +34,7 @@ def play(
     answers = dict.fromkeys(plan.names, EMPTY)
     epochs, interval_s = plan.scenario.time.epochs, plan.scenario.time.epoch_interval_s
     latency, sent, epoch = Latency(), 0, 0
+    gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     begun = time.perf_counter()
     while epoch < epochs and not stop():
         emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
