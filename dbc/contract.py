@@ -125,6 +125,7 @@ HEADER = _laid_out(
     ),
     0,
 )
+HEADER_NAMES = frozenset(signal.name for signal in HEADER)
 
 _CHANNEL = _u("channel", 5, "channel of the receiver, 0-based")
 _SYSTEM = _enum("sat_system", 3, "SatSystem", "navigation satellite system")
@@ -237,7 +238,7 @@ KINDS: tuple[Kind, ...] = (
                  _s("clock_m", 34, 0.0001, "m",
                     "add to the pseudorange; relativity and group delay inside")),
     _kind("TAG", 0x10E, "RX", ("FLIGHT",), "The receiver's own time tag of the latch.",
-          _s("tag_offset_ns", 36, 1, "ns", "receiver's clock minus time mark, as its counter tells; diagnostic"),
+          _s("tag_offset_ns", 36, 1, "ns", "receiver's clock minus time mark by its counter; diagnostic"),
           _u("clock_domain", 3, "receivers with the same number share an oscillator"),
           per="receiver", stride=0x10),
     _kind("STATUS", 0x10F, "RX", ("FLIGHT",), "Closes the receiver's epoch.",

@@ -25,26 +25,19 @@ VEHICLE = tomllib.loads((resources.files("emulator.vehicles") / "soyuz-ms.toml")
 TIE_DEG = 0.02
 
 
+LAG_EPOCHS = 2
+"""Command in epoch k, change in k + 1: a satellite may be on the wrong antenna, or past the mask, so long."""
+
+
 @pytest.fixture(scope="module", params=["soyuz", "soyuz-roll"])
 def epochs(request, tmp_path_factory):
+    return flown(request.param, tmp_path_factory)
+
+
+def flown(scenario, tmp_path_factory, *options):
     out = tmp_path_factory.mktemp("run") / "out"
-    subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "tools.cli",
-            "run",
-            request.param,
-            "--duration",
-            "700",
-            "--bus",
-            "inline",
-            "--out",
-            str(out),
-        ],
-        check=True,
-        capture_output=True,
-    )
+    command = [sys.executable, "-m", "tools.cli", "run", scenario, "--duration", "700", "--bus", "inline"]
+    subprocess.run([*command, "--out", str(out), *options], check=True, capture_output=True)
     return buslog.read(out / "bus.log", DBC)
 
 
@@ -118,3 +111,33 @@ def test_every_commanded_antenna_is_the_one_closest_to_its_axis(epochs):
             assert angles[receiver] <= masks[receiver] + TIE_DEG, f"epoch {e.number} {name}: {angles}"
             checked += 1
     assert checked >= 24
+
+
+def longest_wrong(epochs) -> int:
+    """Most epochs in a row that a satellite of a fix was not on the closest antenna, or past its mask."""
+    masks = {a["receiver"]: a["mask_deg"] for a in VEHICLE["antenna"]}
+    wrong, longest, checked = Counter(), 0, 0
+    for e in epochs[first_assignment_acknowledged(epochs) :]:
+        now = Counter()
+        for receiver, mask in e.used.items():
+            for channel in (k for k in range(32) if mask >> k & 1):
+                row = e.channels[receiver, channel]
+                angles = angles_to_boresights(e, [row[f"{axis}_m"] for axis in "xyz"])
+                allowed = min(min(angles.values()), masks[receiver]) + TIE_DEG
+                if angles[receiver] > allowed:
+                    name = buslog.sat_name(row)
+                    now[name] = wrong[name] + 1
+                checked += 1
+        wrong = now
+        longest = max([longest, *now.values()])
+    assert checked > 10_000
+    return longest
+
+
+def test_every_satellite_of_a_fix_is_on_the_antenna_closest_to_it(epochs):
+    assert longest_wrong(epochs) <= LAG_EPOCHS
+
+
+def test_a_flight_software_that_hands_over_late_is_caught(tmp_path_factory):
+    """Negative control: 30 deg of hysteresis keep satellites on the wrong antenna."""
+    assert longest_wrong(flown("soyuz-roll", tmp_path_factory, "--option", "hysteresis_deg=30")) > LAG_EPOCHS
