@@ -47,7 +47,7 @@ def _craft_step(
 ) -> tuple[UnitState, FrameBatch]:
     """The receivers of one craft: hear, choose, track, measure, send."""
     t_ns, sky, paper = scene.t_ns, scene.sky, craft.stationery
-    channels, counters, refused, answers = _hear(world, craft, unit, scene, heard)
+    channels, counters, refused, answers = _hear(world, craft, unit, scene, heard, epoch)
     target = search.choose(craft.rule, channels, scene.signal & sky.healthy, scene.view, sky.index)
     channels = retarget(channels, channels.commanded, target, t_ns)
     channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns)
@@ -71,12 +71,13 @@ def _craft_step(
 
 
 def _hear(
-    world: World, craft: CraftWorld, unit: UnitState, scene: Scene, heard: FrameBatch
+    world: World, craft: CraftWorld, unit: UnitState, scene: Scene, heard: FrameBatch, epoch: int
 ) -> tuple[Channels, NDArray[np.int8], Numbers, tuple[frames.Part, ...]]:
     """Obey the commands among the frames heard.
 
     returns  channels, counters of the streams heard, command frames rejected so far, answers to send
-    A command that fails the checks of the bus is counted, not answered: nobody knows what it said.
+    A command that fails the checks of the bus is counted, not answered: nobody knows what it said. So is one
+    that does not answer an epoch just past (MIXED_EPOCH): whoever sent it has long decided otherwise.
     """
     kind = craft.codec.kind_of[heard.can_id & SFF_MASK]
     mine = heard[kind == craft.codec.kinds["COMMAND"].number]
@@ -85,7 +86,9 @@ def _hear(
     checked = e2e.screen(craft.codec, mine, unit.heard)
     refused = unit.refused + np.bincount(checked.verdict, minlength=len(e2e.Verdict))
     refused[[e2e.Verdict.OK, e2e.Verdict.LOST]] = 0
-    orders = commands.read(craft.codec, checked.frames)
+    timely = commands.timely(checked.frames, epoch)
+    refused[e2e.Verdict.MIXED_EPOCH] += np.count_nonzero(~timely)
+    orders = commands.read(craft.codec, checked.frames[timely])
     prospects = commands.Prospects(world.row_of, scene.sky.available, scene.sky.healthy, scene.in_sight)
     channels, result = commands.obey(unit.channels, orders, craft.vehicle.channels, prospects, scene.t_ns)
     answers = (frames.answers_part(craft.stationery, orders, result),) if len(orders) else ()

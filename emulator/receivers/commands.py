@@ -4,6 +4,8 @@ All commands of an epoch are weighed together. RELEASEs go before TRACKs and AUT
 order of arrival; a TRACK replaces whatever its channel had. What counts is where a channel ends up: if on
 the satellite it was on, it keeps its lock, so commands can be repeated without harm. A command goes before
 a channel that searches by itself: such a channel gives up a satellite commanded elsewhere in its receiver.
+
+This is where arrow 9 -> 1 of RU 2706636 C1 ends: a tracking permission reaches an antenna's channels.
 """
 
 from __future__ import annotations
@@ -26,6 +28,10 @@ ACCEPTED = RESULT["ACCEPTED"]
 
 HIGHEST_NUMBER = {satellites.GPS: 32, satellites.GLONASS: 24}
 """Satellites a system has room for: IS-GPS-200 3.2.1.3; GLONASS ICD 5.1, table 4.3 (slots)."""
+
+OLDEST_EPOCHS = 3
+"""A command answers an epoch and comes while the next one is awaited: 1 epoch old when it is weighed. Where
+nobody waits for the flight software it may be later; older than this it was held back, and is not obeyed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +61,16 @@ class Prospects:
     available: Flags
     healthy: Flags
     in_sight: Flags
+
+
+def timely(frames: FrameBatch, epoch: int) -> Flags:
+    """(c,) whether commands heard before `epoch` is played answer one of the OLDEST_EPOCHS before it.
+
+    They carry the number of the epoch they answer modulo 16, so one held back for 16 epochs is young again:
+    that is left to the counter of its stream.
+    """
+    age = (epoch - (frames.data[:, 1] >> 4).astype(np.int64)) % 16
+    return (age >= 1) & (age <= OLDEST_EPOCHS)
 
 
 def read(codec: Codec, frames: FrameBatch) -> Commands:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dbc import frames, satellites
+from dbc import e2e, frames, satellites
 from emulator.receivers.channels import LOCK
 from emulator.receivers.commands import RESULT
 from emulator.scene import scene_of
@@ -176,6 +176,35 @@ def test_a_corrupted_or_repeated_frame_is_counted_and_not_answered():
     assert refused[2] == 1  # REPEATED
 
 
+@pytest.mark.parametrize("answered", range(16))
+def test_only_answers_to_the_last_three_epochs_are_obeyed(answered):
+    """A command weighed with epoch 20: by the epoch it carries, modulo 16, it is obeyed or refused."""
+    the_world = bench.world(soyuz())
+    order = {20: sealed(command(1, 2, RELEASE), epoch=answered)}
+    states, blocks, _ = bench.run(the_world, 1, order, bench.run(the_world, 1)[0][-1], 20)
+    obeyed = answered in (17 % 16, 18 % 16, 19 % 16)
+    assert (2 not in bench.tracked(blocks[0], 1)) == obeyed
+    assert len(bench.answers(blocks[0])) == obeyed
+    refused = states[0].units[0].refused
+    assert refused.sum() == refused[e2e.Verdict.MIXED_EPOCH] == 1 - obeyed
+
+
+def test_a_command_held_back_does_not_undo_a_later_one():
+    """RELEASE of epoch 1 arrives after the TRACK of epoch 5 that replaced it."""
+    the_world = bench.world(soyuz())
+    name = free_satellites(the_world, 0, 1)[0]
+    counters = e2e.fresh_counters()
+    old, counters = e2e.protect(bench.CODEC, command(1, 2, RELEASE), counters, 1)
+    _, counters = e2e.protect(bench.CODEC, command(1, 2, RELEASE), counters, 2)
+    new, _ = e2e.protect(bench.CODEC, command(1, 2, TRACK, name), counters, 5)
+    _, blocks, _ = bench.run(the_world, 9, {6: new, 8: old})
+    assert bench.tracked(blocks[6], 1)[2] == bench.tracked(blocks[8], 1)[2] == name
+    # With the counter alone the receiver would obey whatever comes first in its stream, however old.
+    states, blocks, _ = bench.run(the_world, 9, {8: old})
+    assert 2 in bench.tracked(blocks[8], 1)
+    assert states[-1].units[0].refused[e2e.Verdict.MIXED_EPOCH] == 1
+
+
 def test_a_satellite_that_cannot_be_seen_is_waited_for_and_a_return_is_a_slip():
     """Commanded out of one antenna's field and seen again: the channel searches all the while."""
     the_world = bench.world(soyuz(hot_s=2))
@@ -223,7 +252,8 @@ def test_acquisition_takes_the_time_of_the_state_of_knowledge():
     unknown = next(n for n in free_satellites(the_world, 40, 1) if satellites.parse(n) not in measured)
     known_here = bench.tracked(blocks[39], 1).values()
     known = next(n for r in (2, 3, 4) for n in bench.tracked(blocks[39], r).values() if n not in known_here)
-    orders = {40: sealed(command(1, 0, TRACK, unknown), command(1, 1, TRACK, known))}
+    both = command(1, 0, TRACK, unknown), command(1, 1, TRACK, known)
+    orders = {40: sealed(*both, epoch=39)}
     _, blocks, _ = bench.run(the_world, 30, orders, states[-1], 40)
     delivered = [bench.tracked(b, 1) for b in blocks]
     assert [0 in d for d in delivered].index(True) == 27
