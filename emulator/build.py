@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dbc import codec, e2e, gpstime, satellites
+from dbc import codec, e2e, satellites
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import scenario
@@ -57,7 +57,6 @@ def build_world(
         session,
         time.start_ns,
         time.interval_ns,
-        gpstime.leap_seconds(time.start_ns),
         given.sky.ray_height_km * 1e3,
         sky,
         row_of,

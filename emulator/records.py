@@ -54,7 +54,6 @@ class World:
     session: int
     start_ns: int
     interval_ns: int
-    leap_s: int
     ray_height_m: float
     sky: Sky
     row_of: Numbers

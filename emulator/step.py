@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import e2e
+from dbc import e2e, gpstime
 from dbc.frames import EMPTY, SFF_MASK, FrameBatch
 from emulator.receivers import almanac, commands, frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, retarget
@@ -56,7 +56,7 @@ def _craft_step(
     rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(
-        paper, world.session, epoch, t_ns, world.leap_s, scene.quaternion, scene.rate_body_rps
+        paper, world.session, epoch, t_ns, gpstime.leap_seconds(t_ns), scene.quaternion, scene.rate_body_rps
     )
     parts = (
         mark,

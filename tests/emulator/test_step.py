@@ -155,6 +155,15 @@ def test_time_mark_and_heartbeats(quiet):
     assert set(beat["contract_hash"].tolist()) == {codec(4).hash}
 
 
+def test_utc_keeps_its_leap_seconds_and_the_earth_does_not():
+    """Across the leap second of 2012-06-30: 23:59:60 UTC begins at 00:00:15 GPS."""
+    time = {"start_gps": "2012-07-01T00:00:13", "duration_s": 6}
+    _, blocks, truths = bench.run(bench.world(time=time), 6)
+    assert [int(bench.decode(block, "TIME_FINE")["leap"][0]) for block in blocks] == [15, 15, 15, 16, 16, 16]
+    moved = np.diff([truth["position_ecef_m"] for truth in truths], axis=0)
+    assert np.abs(np.diff(np.linalg.norm(moved, axis=1))).max() < 1  # a jump would be 480 m
+
+
 def test_frames_pass_the_receivers_checks_in_every_epoch(quiet):
     _, blocks, _ = quiet
     counters = e2e.fresh_counters()
