@@ -37,6 +37,7 @@ class Channels:
     since_ns   GPS time since when the channel searches with a signal, or holds it
     slips      times the carrier phase was started, modulo 16
     ambiguity  whole cycles taken off the carrier phase
+    ephemeris  of the satellite when the carrier phase was started, `Broadcast.ephemeris`
     """
 
     commanded: Flags
@@ -45,6 +46,7 @@ class Channels:
     since_ns: Numbers
     slips: Numbers
     ambiguity: NDArray[np.float64]
+    ephemeris: Numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,6 +84,7 @@ def fresh_channels(counts: Numbers) -> Channels:
         np.zeros(shape, np.int64),
         np.zeros(shape, np.int64),
         np.zeros(shape),
+        np.zeros(shape, np.int64),
     )
 
 

@@ -82,7 +82,7 @@ def observe(
     raw = words[system, receiver, satellites.number_of(sat)] if words is not None else None
     error = noise.errors(factors, raw, cn0, BY_SYSTEM.chip_m[system], wave_m)
     cycles = (exact_m + error.phase_m) / wave_m
-    phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles)
+    phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, sky.ephemeris[row])
     pos, vel = at_transmission(sky, row, signals.flight_s)
     return Observations(
         receiver,
@@ -102,20 +102,23 @@ def observe(
 
 
 def _start_phases(
-    channels: Channels, begins: Flags, receiver: Numbers, channel: Numbers, cycles: Array
+    channels: Channels, begins: Flags, receiver: Numbers, channel: Numbers, cycles: Array, ephemeris: Numbers
 ) -> tuple[Array, Channels]:
     """Carrier phases (p,) [cycles] less their ambiguities, which are set where a phase starts.
 
-    A phase about to leave its signal's range starts anew, which is a slip.
+    A phase about to leave its signal's range starts anew, which is a slip. So does one whose satellite has
+    changed its ephemeris (p,), because there the truth jumps: see `emulator.world.sky`.
     """
     ambiguity = channels.ambiguity[receiver, channel]
-    over = np.abs(cycles - ambiguity) > PHASE_LIMIT_CYC
+    breaks = np.abs(cycles - ambiguity) > PHASE_LIMIT_CYC
+    breaks |= ephemeris != channels.ephemeris[receiver, channel]
     starts = begins[receiver, channel]
-    if not (starts.any() or over.any()):
+    if not (starts.any() or breaks.any()):
         return cycles - ambiguity, channels
-    starts, slipped = starts | over, over & ~starts
+    starts, slipped = starts | breaks, breaks & ~starts
     ambiguity = np.where(starts, np.floor(cycles), ambiguity)
-    table, slips = channels.ambiguity.copy(), channels.slips.copy()
+    table, slips, counted = channels.ambiguity.copy(), channels.slips.copy(), channels.ephemeris.copy()
     table[receiver, channel] = ambiguity
     slips[receiver, channel] = (slips[receiver, channel] + slipped) % SLIPS
-    return cycles - ambiguity, replace(channels, ambiguity=table, slips=slips)
+    counted[receiver, channel] = ephemeris
+    return cycles - ambiguity, replace(channels, ambiguity=table, slips=slips, ephemeris=counted)

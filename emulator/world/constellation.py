@@ -20,6 +20,7 @@ class Broadcast:
     frequency  GLONASS frequency number -7..+6, else 0
     iod        issue of data: GPS IODE, GLONASS tb index (quarters of an hour of the day)
     ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3
+    ephemeris  number of the ephemeris in use: another one for each ephemeris of a satellite
     """
 
     available: NDArray[np.bool_]
@@ -27,6 +28,7 @@ class Broadcast:
     frequency: NDArray[np.int64]
     iod: NDArray[np.int64]
     ura: NDArray[np.int64]
+    ephemeris: NDArray[np.int64]
 
 
 class Constellation(Protocol):

@@ -109,6 +109,7 @@ class GlonassConstellation:
                 frequency=self.frequency[rows],
                 iod=self.tb_index[rows],
                 ura=np.full(rows.shape, URA),
+                ephemeris=rows,
             ),
         )
 

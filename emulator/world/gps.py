@@ -69,6 +69,7 @@ class GpsConstellation:
                 frequency=np.zeros(rows.shape, np.int64),
                 iod=said["iode"].astype(np.int64),
                 ura=np.searchsorted(_URA_LIMITS_M, said["ura_m"]),
+                ephemeris=rows,
             ),
         )
 

@@ -2,6 +2,12 @@
 
 A sky is made of constellations, one for each system. A constellation evaluates its ephemerides for many
 segments at once; the sky keeps the result as polynomials, one minute each, and reads them every epoch.
+
+Broadcast orbits and clocks *are* the truth here (modelled: no satellite flies them). Where one ephemeris
+gives way to the next, the satellite jumps by what the two disagree, decimetres to metres, and says so by
+another `ephemeris` number: a receiver cannot count cycles across that.
+
+Step 1 of RU 2706636 C1: satellites of known orbits transmit at known times.
 """
 
 from __future__ import annotations
@@ -35,7 +41,7 @@ class SkyState:
     clock_m           (n,) as broadcast: to be added to a pseudorange, relativity and group delay inside [m]
     clock_truth_m     (n,) as transmitted: clock_m less what no message tells, the system's offset [m]
     clock_drift_mps   (n,) rate of both [m/s]
-    available, healthy, frequency, iod, ura   (n,) see Broadcast
+    available, healthy, frequency, iod, ura, ephemeris   (n,) see Broadcast
     """
 
     index: NDArray[np.int64]
@@ -50,6 +56,7 @@ class SkyState:
     frequency: NDArray[np.int64]
     iod: NDArray[np.int64]
     ura: NDArray[np.int64]
+    ephemeris: NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +103,7 @@ class Sky:
             b.frequency[row],
             b.iod[row],
             b.ura[row],
+            b.ephemeris[row],
         )
 
     def _build(self, number: int) -> _Chunk:
