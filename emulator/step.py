@@ -89,7 +89,9 @@ def _hear(
     timely = commands.timely(checked.frames, epoch)
     refused[e2e.Verdict.MIXED_EPOCH] += np.count_nonzero(~timely)
     orders = commands.read(craft.codec, checked.frames[timely])
-    prospects = commands.Prospects(world.row_of, scene.sky.available, scene.sky.healthy, scene.in_sight)
+    # Who knows neither time nor place cannot say what the Earth hides: it accepts, and searches in vain.
+    in_sight = scene.in_sight | (not unit.knowledge.warm)
+    prospects = commands.Prospects(world.row_of, scene.sky.available, scene.sky.healthy, in_sight)
     channels, result = commands.obey(unit.channels, orders, craft.vehicle.channels, prospects, scene.t_ns)
     answers = (frames.answers_part(craft.stationery, orders, result),) if len(orders) else ()
     return channels, checked.counters, refused, answers

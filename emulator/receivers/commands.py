@@ -54,7 +54,7 @@ class Prospects:
     """What a receiver knows of the sky when it weighs a command.
 
     row_of      (SATELLITES,) row of the sky by satellite index, -1 none
-    available, healthy, in_sight   (n,) by row
+    available, healthy, in_sight   (n,) by row; in_sight is True where the receiver cannot tell
     """
 
     row_of: Numbers

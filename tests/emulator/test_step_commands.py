@@ -84,6 +84,18 @@ def test_the_impossible_is_refused_and_changes_nothing(order, result):
     assert bench.tracked(blocks[1], 1) == bench.tracked(blocks[0], 1)
 
 
+def test_a_cold_unit_cannot_tell_what_the_earth_hides_and_waits():
+    the_world = bench.world(soyuz(cold_s=4))
+    hidden = hidden_satellite(the_world)
+    orders = bench.orders({epoch: [command(1, 0, TRACK, hidden)] for epoch in (1, 6)})
+    states, blocks, _ = bench.run(the_world, 7, orders)
+    assert [state.units[0].knowledge.warm for state in states] == [False] * 4 + [True] * 3
+    assert [bench.answers(blocks[epoch])[0][2] for epoch in (1, 6)] == [ACCEPTED, RESULT["BEHIND_EARTH"]]
+    channels = states[-1].units[0].channels
+    assert channels.target[0, 0] == the_world.row_of[satellites.parse(hidden)]
+    assert channels.lock[0, 0] == LOCK["SEARCH"]
+
+
 def test_unhealthy_satellites_are_refused_and_left_alone():
     the_world = bench.world(soyuz())
     sick = next(iter(bench.tracked(bench.run(the_world, 1)[1][0], 1).values()))
