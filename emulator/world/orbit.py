@@ -31,6 +31,10 @@ _CONVERGED_ULP = 8
 _MOST_ITERATIONS = 40
 _LOWEST_PERIGEE_KM = 100.0
 
+_HIGHEST_APOGEE_KM = 101_000.0
+"""The bus ends at 109.95e6 m from the Earth's centre (NAV_X, NAV_Y, NAV_Z): 2.4 % above this. Elements given
+over a pole at the lowest perigee leave out the energy of J2 there, and their apogee grows by 2.0 %."""
+
 Array = NDArray[np.float64]
 
 
@@ -171,10 +175,20 @@ def state_of_elements(orbit: scenario.Orbit) -> tuple[Array, Array]:
 
 
 def build_orbit(orbit: scenario.Orbit, start_ns: int) -> Orbit:
-    """The orbit a scenario describes, starting at GPS time start_ns; ScenarioError if it meets the Earth."""
-    perigee_km = (semi_major_axis_m(orbit) * (1 - orbit.eccentricity) - EQUATORIAL_RADIUS_M) / 1e3
+    """The orbit a scenario describes, starting at GPS time start_ns.
+
+    ScenarioError if it meets the Earth, or goes where the bus has no coordinates for it.
+    """
+    perigee_km, apogee_km = (
+        (semi_major_axis_m(orbit) * (1 + way * orbit.eccentricity) - EQUATORIAL_RADIUS_M) / 1e3
+        for way in (-1, 1)
+    )
     if perigee_km < _LOWEST_PERIGEE_KM:
         raise scenario.ScenarioError(
             f"craft.orbit: perigee at {perigee_km:.0f} km; allowed is {_LOWEST_PERIGEE_KM:.0f} km and above"
+        )
+    if apogee_km > _HIGHEST_APOGEE_KM:
+        raise scenario.ScenarioError(
+            f"craft.orbit: apogee at {apogee_km:.0f} km; allowed is {_HIGHEST_APOGEE_KM:.0f} km and below"
         )
     return Orbit(start_ns, *state_of_elements(orbit), forces.total(orbit.forces))

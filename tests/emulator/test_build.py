@@ -18,6 +18,10 @@ from tests.emulator import bench
             r"craft\.soyuz\.attitude\.profile: the turn from 0 s to 10 s reaches 16\.9 deg/s; allowed 6\.9",
         ),
         ({"orbit": {"altitude_km": 415, "eccentricity": 0.1, "inclination_deg": 50}}, "perigee"),
+        (
+            {"orbit": {"semi_major_axis_km": 60000, "eccentricity": 0.85, "inclination_deg": 50}},
+            "apogee at 104622 km; allowed is 101000 km and below",
+        ),
     ],
 )
 def test_one_line_for_what_cannot_be(tables, says):

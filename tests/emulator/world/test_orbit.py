@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from dbc import gpstime
+from dbc.contract import KIND_BY_NAME
 from emulator import scenario
 from emulator.world import forces
 from emulator.world.earth import MU_M3PS2, ROTATION_RPS, eci_to_ecef, rotation_angle_rad
@@ -203,3 +204,18 @@ def test_any_order_of_questions_gives_the_same_orbit():
 def test_an_orbit_that_meets_the_earth_is_refused_in_one_line():
     with pytest.raises(scenario.ScenarioError, match=r"perigee at -\d+ km; allowed is 100 km and above$"):
         build_orbit(elements(altitude_km=400, eccentricity=0.3, inclination_deg=50), START_NS)
+
+
+def test_the_highest_orbit_stays_where_the_bus_has_coordinates():
+    """The worst for its margin: elements given 105 km above the pole, where they lack most of J2's energy."""
+    nav = KIND_BY_NAME["NAV_X"].signals[-1]
+    reach_m = nav.raw_range[1] * nav.factor
+    perigee_m, apogee_m = 6_378_137.0 + 105e3, 6_378_137.0 + 100_999.9e3
+    axis_m = (perigee_m + apogee_m) / 2
+    polar = {"inclination_deg": 90, "arg_perigee_deg": 90, "eccentricity": 1 - perigee_m / axis_m}
+    orbit = build_orbit(elements(semi_major_axis_km=axis_m / 1e3, **polar), START_NS)
+    half_s = np.pi * np.sqrt(axis_m**3 / MU_M3PS2)
+    times_s = half_s * np.linspace(0.97, 1.08, 12)
+    radius_m = [np.linalg.norm(orbit.at(START_NS + round(t * 1e9)).pos_ecef_m) for t in times_s]
+    assert 1 < np.argmax(radius_m) < 10
+    assert 1.01 * apogee_m < max(radius_m) < reach_m
