@@ -213,7 +213,7 @@ def _epochs(world, epochs: int, conductor, truth, status, stop, say) -> int:
         conductor.end(played, reason)
     finally:
         standing = _standing(world, played, conductor, time.monotonic() - begun_s)
-        status.tell("ended", reason=reason, **standing, **_tallied(conductor))
+        status.tell("ended", reason=reason, **standing, **_tallied(conductor, state))
         say(f"{reason.lower()} after {played} epochs, {standing['epochs_unanswered']} unanswered")
     return played
 
@@ -230,12 +230,15 @@ def _standing(world, played: int, conductor, wall_s: float) -> dict:
     }
 
 
-def _tallied(conductor) -> dict:
+def _tallied(conductor, state) -> dict:
+    from emulator.records import commands_rejected
+
     tally = conductor.tally
     percentiles = {f"p{p}": tally.latency.percentile_s(p) for p in (50, 99)}
     return {
         "frames": {"sent": tally.sent, "received": tally.received, "lost": conductor.lost},
         "epoch_latency_ms": {k: None if v is None else round(v * 1e3, 4) for k, v in percentiles.items()},
+        "commands_rejected": commands_rejected(state),
     }
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc.codec import Codec
+from dbc.e2e import Verdict
 from dbc.vehicle import Vehicle
 from emulator.factors.registry import Factor
 from emulator.receivers import frames, search
@@ -81,3 +82,9 @@ class EmulatorState:
     """All craft between epochs, in the scenario's order."""
 
     units: tuple[UnitState, ...]
+
+
+def commands_rejected(state: EmulatorState) -> dict[str, int]:
+    """Command frames that all craft have rejected so far, by reason; only reasons that occurred."""
+    total = sum(unit.refused for unit in state.units)
+    return {verdict.name: int(total[verdict]) for verdict in Verdict if total[verdict]}

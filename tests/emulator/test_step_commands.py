@@ -8,6 +8,7 @@ import pytest
 from dbc import e2e, frames, satellites
 from emulator.receivers.channels import LOCK
 from emulator.receivers.commands import RESULT
+from emulator.records import commands_rejected
 from emulator.scene import scene_of
 from emulator.signals import geometry
 from tests.emulator import bench
@@ -186,6 +187,8 @@ def test_a_corrupted_or_repeated_frame_is_counted_and_not_answered():
     assert refused.sum() == 2
     assert refused[4] == 1  # CORRUPTED
     assert refused[2] == 1  # REPEATED
+    assert commands_rejected(states[-1]) == {"CORRUPTED": 1, "REPEATED": 1}
+    assert commands_rejected(states[0]) == {}
 
 
 @pytest.mark.parametrize("answered", range(16))

@@ -83,7 +83,7 @@ def test_a_new_ephemeris_is_one_slip_of_its_satellite_and_of_no_other(jump_m):
 @pytest.mark.realdata
 @pytest.mark.parametrize(("start", "known"), [("2012-10-31T00:29:56", "R08"), ("2012-10-31T00:59:56", "G10")])
 def test_the_real_sky_jumps_only_with_a_slip(start, known):
-    """Minutes at which many ephemerides change, each with a satellite that jumps a third of a metre or more."""
+    """Minutes at which many ephemerides change; each has a satellite that jumps by over 0.3 m."""
     sky = {
         "gps": [str(data_file("navigation/brdc3050.12n.gz"))],
         "glonass": [str(data_file("navigation/brdc3050.12g.gz"))],
