@@ -28,6 +28,9 @@ class ScenarioError(ValueError):
 
 
 class Time(Strict):
+    """Start on the GPS scale, length and step. Noise is drawn anew in each epoch, white from one to the next,
+    which holds for intervals of 1 s and more; shorter ones are for dynamics, not for statistics of noise."""
+
     start_gps: datetime
     duration_s: Annotated[float, Field(gt=0, le=31 * 86400)] = 600
     epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
@@ -46,7 +49,12 @@ class Time(Strict):
 
 
 class Sky(Strict):
-    """Each system: "nominal", "none", or navigation files."""
+    """Each system: "nominal", "none", or navigation files.
+
+    glonass_offset_ns  what no message tells: positive lengthens GLONASS pseudoranges, that is GLONASS system
+                       time behind GPS (a signal sent at GPS time t is stamped earlier than t)
+    ray_height_km      a ray that passes the Earth lower than this counts as hidden
+    """
 
     gps: str | list[str] = "nominal"
     glonass: str | list[str] = "nominal"
@@ -55,7 +63,11 @@ class Sky(Strict):
 
 
 class Orbit(Strict):
-    """Osculating elements at the start, true equator of date."""
+    """Osculating elements at the start, true equator of date.
+
+    Navigation satellites radiate equally in all directions (`emulator.signals.link`): what is seen and
+    measured is right in low orbits; high ones fly, but see too many satellites too well.
+    """
 
     semi_major_axis_km: Annotated[float, Field(ge=6500, le=100_000)] | None = None
     altitude_km: Annotated[float, Field(ge=150, le=90_000)] | None = None

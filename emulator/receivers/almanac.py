@@ -2,8 +2,8 @@
 
 The unit's almanac is one. Its receivers deal the satellites out among themselves, one place further in
 every pass, so that each satellite passes once a cycle and each receiver sends all of them in turn.
-Predictions are the truth as coarse as the message (250 m, 1 m/s) and never old (modelled: a real almanac
-is off by kilometres, which no choice of satellites notices).
+Predictions are the truth as coarse as the message (250 m, 1 m/s) and never old, age 0 h (modelled: a real
+almanac is off by kilometres, which no choice of satellites notices). Cold receivers have it too.
 """
 
 from __future__ import annotations

@@ -5,6 +5,10 @@ A channel is idle, or it is set on a satellite. Set on one, it searches while th
 Without a signal it goes back to search and waits there for as long as it is set.
 
 The receivers of a craft are one unit: they share time, almanac and every ephemeris one of them collects.
+Modelled: times of acquisition are what the scenario says, a signal strong enough is found and never lost
+while it stays so, phase locks without half-cycle doubts, and a receiver runs from before the run to its end.
+
+Step 2 and block 1 of RU 2706636 C1: an antenna's channels track satellites inside its field of view.
 """
 
 from __future__ import annotations
@@ -106,7 +110,7 @@ def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -
 def advance(
     channels: Channels, knowledge: Knowledge, signal: Flags, pace: Pace, t_ns: int
 ) -> tuple[Channels, Knowledge, Flags]:
-    """Search, hold and measure for one epoch.
+    """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
 
     signal   (m, n) whether a satellite's signal is strong enough at an antenna
     returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch

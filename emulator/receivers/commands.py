@@ -108,7 +108,7 @@ def _refusals(commands: Commands, counts: Numbers, prospects: Prospects) -> Numb
 def obey(
     channels: Channels, commands: Commands, counts: Numbers, prospects: Prospects, t_ns: int
 ) -> tuple[Channels, Numbers]:
-    """Channels after the commands, and the result (c,) of each.
+    """Channels after the commands, and the result (c,) of each: permission 9 -> 1 of RU 2706636 C1.
 
     counts  (m,) channels of each receiver
     """

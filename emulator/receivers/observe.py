@@ -1,4 +1,8 @@
-"""Observations: what the measuring channels of a craft tell of their satellites in one epoch."""
+"""Observations: what the measuring channels of a craft tell of their satellites in one epoch.
+
+Step 3 and block 2 of RU 2706636 C1: ranges from times of transmission and reception, and the satellites'
+coordinates with them.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +58,8 @@ def observe(
     factors: Mapping[str, Factor],
     words: NDArray[np.uint64] | None,
 ) -> tuple[Observations, Channels]:
-    """Observations of one craft, and its channels with the carrier phases' ambiguities.
+    """Observations of one craft, and its channels with the carrier phases' ambiguities: block 2 of
+    RU 2706636 C1 for all its antennas at once.
 
     begins    (m, k) channels whose phase starts now
     factors   error factors that are on, by name

@@ -5,6 +5,10 @@ that obey no command are set on the best satellites by the rule, of those whose 
 that are healthy and on none of its commanded channels. A satellite that is no longer among the best is
 dropped; one that still is stays on its channel (modelled: receivers differ; RU 2654321 describes the
 effect of the first rule, the same satellites in all receivers).
+
+Receivers are oracles here: they know which signals reach their antenna and never search where there is
+none, cold ones too. A real receiver searches by almanac and hope, longer and in another order; how long
+finding takes is modelled by the times of acquisition alone (`channels.Pace`).
 """
 
 from __future__ import annotations

@@ -2,7 +2,9 @@
 
 Source of the formulas: Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9 (2nd ed., 5.6):
 code loop early minus late, power discriminator, wide front end; Costas loop; frequency lock loop.
-Errors of different epochs are independent (modelled: loops of 0.5 Hz and faster forget within a second).
+Errors of different epochs are independent: noise is white from epoch to epoch (modelled: loops of 0.5 Hz
+and faster forget within a second). So it is right for intervals of 1 s and more; of closer epochs a real
+loop repeats part of its error, and averages over them come out too good here.
 """
 
 from __future__ import annotations

@@ -3,6 +3,9 @@
 Quaternions are Hamilton, scalar first, passive: v_body = C(q) v_ecef. The orbital frame (LVLH) has
 z to nadir, y along the negative orbit normal (starboard), x completing it (fore); turns from it are
 yaw-pitch-roll, 3-2-1. Orbit plane and rates are those of inertial motion, written in ECEF axes.
+
+Step 5 and block 4 of RU 2706636 C1: the attitude of the spacecraft in the Greenwich frame. The unit is
+without error (modelled: what it puts on the bus is the truth, rounded there).
 """
 
 from __future__ import annotations

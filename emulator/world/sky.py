@@ -7,7 +7,7 @@ Broadcast orbits and clocks *are* the truth here (modelled: no satellite flies t
 gives way to the next, the satellite jumps by what the two disagree, decimetres to metres, and says so by
 another `ephemeris` number: a receiver cannot count cycles across that.
 
-Step 1 of RU 2706636 C1: satellites of known orbits transmit at known times.
+Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
 """
 
 from __future__ import annotations
