@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc.satellites import SATELLITES
-from flightsw.earth import LIGHT_MPS, MU_M3_S2, ROTATION_RPS
+from dbc.satellites import GLONASS, NUMBERS, SATELLITES
+from flightsw.earth import EQUATOR_M, LIGHT_MPS, MU_M3_S2, ROTATION_RPS
 from flightsw.epoch import AlmanacRows, Measurements
 
 MAX_AGE_NS = 900 * 10**9
@@ -46,11 +46,31 @@ def no_predictions() -> Predictions:
     )
 
 
+def plausible(
+    sat: NDArray[np.int64], pos_ecef_m: NDArray[np.float64], vel_ecef_mps: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(n,) satellites of a known system, outside the Earth and bound to it; pos, vel (3, n), any instant."""
+    x, y, _ = pos_ecef_m
+    vx, vy, vz = vel_ecef_mps
+    r2 = np.einsum("in,in->n", pos_ecef_m, pos_ecef_m)
+    inertial2 = (vx - ROTATION_RPS * y) ** 2 + (vy + ROTATION_RPS * x) ** 2 + vz * vz
+    return (
+        (sat < (GLONASS + 1) * NUMBERS)
+        & (sat % NUMBERS > 0)
+        & (r2 > EQUATOR_M**2)
+        & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
+    )
+
+
 def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -> Predictions:
-    """The table with this epoch's almanac frames and tracked satellites."""
+    """The table with this epoch's almanac frames and tracked satellites.
+
+    Almanac frames that describe no orbit are passed over; what stood before stands. `m` has been judged.
+    """
+    rows = rows.where(plausible(rows.sat, rows.pos_ecef_m.T, rows.vel_ecef_mps.T))
     keep = ~(table.tracked[rows.sat] & (t_ns - table.t_ns[rows.sat] < TRACKED_AGE_NS))
     pos, vel, when = table.pos_ecef_m.copy(), table.vel_ecef_mps.copy(), table.t_ns.copy()
-    known, tracked = table.known & (t_ns - table.t_ns < MAX_AGE_NS), table.tracked.copy()
+    known, tracked = table.known & (np.abs(t_ns - table.t_ns) < MAX_AGE_NS), table.tracked.copy()
     healthy = table.healthy.copy()
 
     sat = rows.sat[keep]

@@ -78,6 +78,12 @@ class AlmanacRows:
     vel_ecef_mps: NDArray[np.float64]
     healthy: NDArray[np.bool_]
 
+    def where(self, which: NDArray[np.bool_]) -> AlmanacRows:
+        """The rows that `which` (n,) marks."""
+        if which.all():
+            return self
+        return AlmanacRows(*(getattr(self, name)[which] for name in self.__slots__))
+
 
 @dataclass(frozen=True, slots=True)
 class Acks:

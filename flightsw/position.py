@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from dbc.satellites import GLONASS, NUMBERS
 from flightsw import ranging
 from flightsw.adjust import Solution, adjusted, least_squares
+from flightsw.consistency import agree, culprit
 from flightsw.earth import LIGHT_MPS
 from flightsw.epoch import Measurements
 from flightsw.sigma import range_variance_m2, rate_variance_m2ps2
@@ -35,11 +36,8 @@ MAX_PDOP = 655.35
 FARTHEST_M = LATEST_M = 109_900_000.0
 """What NAV_X..NAV_Z and NAV_CLOCK can carry; an estimate beyond is no fix."""
 
-EXCLUSIONS = 1
-"""Measurements that one epoch may lose to the consistency check."""
-
-_FALSE_ALARM_SIGMA = 4.265
-"""Normal quantile of a false alarm rate of 1e-5 of the consistency check."""
+FASTEST_MPS = 13_421.0
+"""What NAV_VX..NAV_VZ and NAV_DRIFT can carry; a rate beyond is no velocity."""
 
 
 class NoFix(IntEnum):
@@ -60,6 +58,7 @@ class Fix:
 
     items        (c,) which clock each bias and drift is: domain 0..7 or GLONASS_OFFSET
     clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
+    velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
     covariance_m2        (3, 3) of the position
     pdop         over the measurements used
     used         (n,) bool, which of the measurements offered are in the fix
@@ -69,10 +68,10 @@ class Fix:
     """
 
     position_m: NDArray[np.float64]
-    velocity_mps: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64] | None
     items: tuple[int, ...]
     clock_m: NDArray[np.float64]
-    drift_mps: NDArray[np.float64]
+    drift_mps: NDArray[np.float64] | None
     covariance_m2: NDArray[np.float64]
     pdop: float
     used: NDArray[np.bool_]
@@ -143,24 +142,23 @@ def _intersect(
     return NoFix.NO_CONVERGENCE
 
 
-def _chi2_limit(freedom: int) -> float:
-    """Quantile of chi-square at the false alarm rate. Source: Wilson & Hilferty, PNAS 17 (1931) 684"""
-    spread = 2 / (9 * freedom)
-    return freedom * (1 - spread + _FALSE_ALARM_SIGMA * np.sqrt(spread)) ** 3
-
-
-def _outlier(s: _Spheres, variance_m2: NDArray[np.float64]) -> int | None:
-    """Row of the measurement that the others contradict most, None if all agree.
-
-    Global test of the weighted residuals, then the largest normalised residual.
-    Source: Baarda, A testing procedure for use in geodetic networks, 1968
-    """
-    freedom = len(variance_m2) - s.design.shape[1]
-    if freedom < 1 or (s.residual_m**2 / variance_m2).sum() <= _chi2_limit(freedom):
-        return None
-    explained = np.einsum("ni,ij,nj->n", s.design, s.solution.covariance, s.design)
-    left = np.maximum(variance_m2 - explained, 1e-6 * variance_m2)
-    return int(np.argmax(s.residual_m**2 / left))
+def _adjusted(
+    m: Measurements,
+    lever_m: NDArray[np.float64],
+    domain: NDArray[np.int64],
+    start_m: NDArray[np.float64],
+    ura_scale: float,
+) -> tuple[_Spheres, tuple[int, ...], NDArray[np.float64], bool] | NoFix:
+    """Intersection of all that is offered, clock items, variances (n,), and whether the ranges agree."""
+    items, clocks = clock_columns(domain, m.sat >= GLONASS * NUMBERS)
+    needed = 4 + (GLONASS_OFFSET in items)
+    if len(set(m.sat.tolist())) < needed or len(m) < 3 + len(items):
+        return NoFix.TOO_FEW_SATELLITES
+    variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat, ura_scale)
+    spheres = _intersect(m, lever_m, clocks, variance, start_m)
+    if isinstance(spheres, NoFix):
+        return spheres
+    return spheres, items, variance, agree(spheres.residual_m, variance, 3 + len(items))
 
 
 def _consistent(
@@ -169,36 +167,30 @@ def _consistent(
     domain: NDArray[np.int64],
     start_m: NDArray[np.float64],
     ura_scale: float,
-) -> tuple[_Spheres, NDArray[np.intp], tuple[int, ...]] | NoFix:
-    """Intersection after at most EXCLUSIONS outliers: geometry, rows used, clock items."""
+) -> tuple[_Spheres, tuple[int, ...], NDArray[np.intp]] | NoFix:
+    """Intersection, after the exclusion of at most one satellite; clock items; rows used."""
     rows = np.arange(len(m))
-    variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat, ura_scale)
-    for excluded in range(EXCLUSIONS + 1):
-        items, clocks = clock_columns(domain, m.sat >= GLONASS * NUMBERS)
-        needed = 4 + (GLONASS_OFFSET in items)
-        if len(set(m.sat.tolist())) < needed or len(m) < 3 + len(items):
-            return NoFix.TOO_FEW_SATELLITES if not excluded else NoFix.INCONSISTENT_RANGES
-        spheres = _intersect(m, lever_m, clocks, variance, start_m)
-        if isinstance(spheres, NoFix):
-            return spheres if not excluded else NoFix.INCONSISTENT_RANGES
-        worst = _outlier(spheres, variance)
-        if worst is None:
-            return spheres, rows, items
-        rest = np.delete(np.arange(len(m)), worst)
-        m, lever_m, domain, variance, rows = (
-            m[rest],
-            lever_m[:, rest],
-            domain[rest],
-            variance[rest],
-            rows[rest],
-        )
-    return NoFix.INCONSISTENT_RANGES
+    found = _adjusted(m, lever_m, domain, start_m, ura_scale)
+    if isinstance(found, NoFix):
+        return found
+    spheres, items, variance, good = found
+    if not good:
+        suspect = culprit(m.sat, spheres.design, spheres.residual_m, variance)
+        if suspect is None:
+            return NoFix.INCONSISTENT_RANGES
+        rows = rows[m.sat != suspect]
+        found = _adjusted(m[rows], lever_m[:, rows], domain[rows], start_m, ura_scale)
+        if isinstance(found, NoFix) or not found[-1]:
+            return NoFix.INCONSISTENT_RANGES
+        spheres, items, *_ = found
+    return spheres, items, rows
 
 
 def _rates(
     m: Measurements, s: _Spheres, lever_rate_mps: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Velocity (3,) of the centre of mass and clock rates (c,) from range rates.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Velocity (3,) of the centre of mass and clock rates (c,) from range rates, after the exclusion of at
+    most one satellite; None if the range rates contradict each other.
 
     dP/dt = clock rate + rho' - satellite clock rate (1 - rho' / c), all by GPS time.
     """
@@ -209,8 +201,20 @@ def _rates(
     design = s.design.copy()
     design[:, :3] *= gain[:, None]
     y = m.range_rate_mps + m.clock_drift_mps - stretch * static + gain * lever
-    x = adjusted(design, y, 1 / rate_variance_m2ps2(m.cn0_dbhz))
-    return x[:3], x[3:]
+    variance = rate_variance_m2ps2(m.cn0_dbhz)
+    x = adjusted(design, y, 1 / variance)
+    residual = y - design @ x
+    if not agree(residual, variance, len(x)):
+        suspect = culprit(m.sat, design, residual, variance)
+        if suspect is None:
+            return None
+        rows = m.sat != suspect
+        # A clock heard on the excluded satellite only has no rate any more: not observable.
+        solution = least_squares(design[rows], y[rows], 1 / variance[rows])
+        if solution is None or not agree((y - design @ solution.x)[rows], variance[rows], len(x)):
+            return None
+        x = solution.x
+    return (x[:3], x[3:]) if max(map(abs, x.tolist())) <= FASTEST_MPS else None
 
 
 def solve(
@@ -236,17 +240,17 @@ def solve(
             break
     if isinstance(found, NoFix):
         return found
-    spheres, rows, items = found
+    spheres, items, rows = found
     pdop = sqrt(sum(spheres.solution.cofactor.diagonal()[:3].tolist()))
     if pdop > MAX_PDOP:
         return NoFix.SINGULAR_GEOMETRY
     farthest, latest = (max(map(abs, v.tolist())) for v in (spheres.position_m, spheres.clock_m))
-    if farthest > FARTHEST_M or latest > LATEST_M:
+    if not (farthest <= FARTHEST_M and latest <= LATEST_M):
         return NoFix.NO_CONVERGENCE
     every = len(rows) == len(m)
     velocity, drift = _rates(
         m if every else m[rows], spheres, lever_rate_mps if every else lever_rate_mps[:, rows]
-    )
+    ) or (None, None)
     used = np.zeros(len(m), bool)
     used[rows] = True
     residual = np.full(len(m), np.nan)

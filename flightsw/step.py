@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from dbc import e2e
 from dbc.codec import Codec, codec
 from dbc.frames import FrameBatch
-from dbc.satellites import GLONASS, NUMBERS, SATELLITES
+from dbc.satellites import SATELLITES
 from dbc.vehicle import Vehicle, faults
 from flightsw import almanac, angles, commander, intake, publish
 from flightsw.assign import Options, Policy, policy
@@ -20,7 +20,6 @@ from flightsw.attitude import Attitude, attitude_now, levers_ecef
 from flightsw.boresight import boresights_ecef
 from flightsw.coast import propagate
 from flightsw.commander import Commander, Commands
-from flightsw.earth import EQUATOR_M
 from flightsw.epoch import Epoch, Mark, Measurements, nothing
 from flightsw.position import Fix, NoFix, solve
 from flightsw.rejections import no_rejections
@@ -44,11 +43,14 @@ class FlightConfig:
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
-    """Where the craft is, by the last fix or carried on from it; epochs since that fix."""
+    """Where the craft is, by the last fix or carried on from it; epochs since that fix.
+
+    The velocity is that of the last fix that had one, carried on; None if there was none.
+    """
 
     t_ns: int
     position_m: NDArray[np.float64]
-    velocity_mps: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64] | None
     age: int
 
 
@@ -142,7 +144,9 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     navigation = _carried(state.navigation, t_ns)
     fix = _fix(config, attitude, offered, _domains(config, epoch), navigation)
     if isinstance(fix, Fix):
-        navigation = Navigation(t_ns, fix.position_m, fix.velocity_mps, 0)
+        carried = None if navigation is None else navigation.velocity_mps
+        velocity = carried if fix.velocity_mps is None else fix.velocity_mps
+        navigation = Navigation(t_ns, fix.position_m, velocity, 0)
         if commander.taken_over(commanding):
             commanding = commander.used(commanding, offered.sat[fix.used], epoch.mark.epoch)
     state = replace(
@@ -159,20 +163,13 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
 
 
 def _sound(m: Measurements) -> NDArray[np.bool_]:
-    """(n,) of a known system, with an unambiguous range and a satellite where satellites can be."""
-    outside = np.einsum("in,in->n", m.pos_sv_m, m.pos_sv_m) > EQUATOR_M**2
-    return (
-        (m.sat < (GLONASS + 1) * NUMBERS)
-        & (m.sat % NUMBERS > 0)
-        & (m.lock == FULL_LOCK)
-        & (m.ura < NO_URA)
-        & outside
-    )
+    """(n,) with an unambiguous range and a satellite that moves as satellites can."""
+    return (m.lock == FULL_LOCK) & (m.ura < NO_URA) & almanac.plausible(m.sat, m.pos_sv_m, m.vel_sv_mps)
 
 
 def _carried(navigation: Navigation | None, t_ns: int) -> Navigation | None:
-    """The last position carried on to now."""
-    if navigation is None:
+    """The last position carried on to now; without a velocity it leads nowhere."""
+    if navigation is None or navigation.velocity_mps is None:
         return None
     dt_s = (t_ns - navigation.t_ns) * 1e-9
     if not 0 <= dt_s <= MAX_COAST_S:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -171,3 +173,37 @@ def test_earths_turn_during_the_flight():
         sent = s.ecef_from_eci(-tau) @ orbit.at(-tau)
         ray = rays(sent[:, None], (s.ecef_from_eci(0) @ craft)[:, None])
         assert ray.range_m[0] == pytest.approx(s.C * tau, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("what", "pos_scale", "vel_scale"),
+    [("in the Earth", 0.2, 1.0), ("at its centre", 0.0, 1.0), ("off", 1.0, 2.5)],
+)
+def test_almanac_rows_that_are_no_orbit_leave_what_was_known(what, pos_scale, vel_scale):
+    sky = s.constellation()
+    m = nothing().measurements
+    sound = almanac_rows([1, 2, 70], sky, 0.0)
+    table = almanac.updated(almanac.no_predictions(), sound, m, s.T0_NS)
+    assert np.flatnonzero(table.known).tolist() == [1, 2, 70]
+    scale = np.array([1.0, pos_scale, 1.0])[:, None], np.array([1.0, vel_scale, 1.0])[:, None]
+    bad = replace(sound, pos_ecef_m=sound.pos_ecef_m * scale[0], vel_ecef_mps=sound.vel_ecef_mps * scale[1])
+    again = almanac.updated(table, bad, m, s.T0_NS + 10**9)
+    assert again.t_ns[[1, 2, 70]].tolist() == [s.T0_NS + 10**9, s.T0_NS, s.T0_NS + 10**9], what
+    assert np.array_equal(again.pos_ecef_m[2], sound.pos_ecef_m[1])
+    fresh = almanac.updated(almanac.no_predictions(), bad, m, s.T0_NS)
+    assert np.flatnonzero(fresh.known).tolist() == [1, 70]
+
+
+@pytest.mark.parametrize("sat", [0, 64, 2 * 64 + 5, 7 * 64 + 63])
+def test_almanac_of_no_known_satellite_is_not_used(sat):
+    rows = replace(almanac_rows([1], s.constellation(), 0.0), sat=np.array([sat]))
+    table = almanac.updated(almanac.no_predictions(), rows, nothing().measurements, s.T0_NS)
+    assert not table.known.any()
+
+
+@pytest.mark.parametrize("orbit", [(26_560e3, 55), (25_510e3, 64.8), (42_164e3, 0), (7_000e3, 98)])
+def test_every_closed_orbit_is_plausible(orbit):
+    radius, inclination = orbit
+    sky = {1: s.Circle(radius, np.radians(inclination), 0.4, 2.0)}
+    rows = almanac_rows([1], sky, 0.0)
+    assert almanac.plausible(rows.sat, rows.pos_ecef_m.T, rows.vel_ecef_mps.T).all()

@@ -161,6 +161,103 @@ def test_one_outlier_is_excluded(bias_m):
         assert errors(c, fix)[0] < 1e-4
 
 
+def test_one_satellite_wrong_on_all_antennas_is_excluded_whole():
+    c = craft()
+    nine = [sat for _, sat in in_view(c, 9)]
+    m = measurements(s.observe(c, [(a, sat) for a in range(4) for sat in nine], SKY))
+    for bad in nine:
+        wrong = m.sat == bad
+        fix = fix_of(c, replace(m, pseudorange_m=m.pseudorange_m + 200.0 * wrong))
+        assert isinstance(fix, Fix) and np.array_equal(fix.used, ~wrong)
+        assert errors(c, fix)[0] < 1e-5
+
+
+DOMAINS = [(0, 0, 0, 0), (0, 1, 0, 1), (0, 1, 2, 2), (0, 1, 2, 3)]
+
+
+def separate(domain):
+    n = max(domain) + 1
+    return craft(domain=domain, clock_s=(1e-3, -8e-4, 2e-4, 6e-4)[:n], rate=(1e-8, 2e-8, -3e-8, 0)[:n])
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_one_satellite_too_many_tells_that_something_is_wrong_but_not_what(domain):
+    """One degree of freedom: whichever is left out, the rest fits. 300 m on one must not become a fix."""
+    c = separate(domain)
+    gps = [sat for sat in SKY if sat < 64]
+    unknowns = 3 + len(set(domain))
+    pairs = in_view(c, unknowns + 1, sats=gps)
+    m = measurements(s.observe(c, pairs, SKY))
+    assert len(m) == unknowns + 1 and isinstance(fix_of(c, m), Fix)
+    for k in range(len(m)):
+        p = m.pseudorange_m.copy()
+        p[k] += 3000.0
+        found = fix_of(c, replace(m, pseudorange_m=p))
+        assert found == NoFix.INCONSISTENT_RANGES, k
+
+
+def test_five_satellites_on_four_antennas_are_no_better_than_five():
+    """Sixteen degrees of freedom, but any four satellites agree among themselves."""
+    c = craft()
+    five = [sat for _, sat in in_view(c, 5, sats=[sat for sat in SKY if sat < 64])]
+    m = measurements(s.observe(c, [(a, sat) for a in range(4) for sat in five], SKY))
+    for bad in five:
+        assert fix_of(c, replace(m, pseudorange_m=m.pseudorange_m + 300.0 * (m.sat == bad))) == (
+            NoFix.INCONSISTENT_RANGES
+        )
+
+
+@pytest.mark.parametrize("count", [5, 6, 8])
+def test_no_sound_satellite_is_taken_for_the_faulty_one(count):
+    """With noise, random geometry and faults of all sizes: right, none, or too small to be seen."""
+    rng = np.random.default_rng(7)
+    excluded = 0
+    for _ in range(15):
+        c = craft(s.Circle(6_793e3, 0.9, *rng.uniform(0, 6, 2)))
+        gps = [sat for sat in SKY if sat < 64]
+        rng.shuffle(gps)
+        m = measurements(s.observe(c, in_view(c, count, sats=gps), SKY, rates=False))
+        sigma = np.sqrt(range_variance_m2(m.cn0_dbhz, m.ura, m.sat))
+        for bias_m in (10.0, 30.0, 300.0, 3000.0):
+            bad = rng.integers(len(m))
+            p = m.pseudorange_m + sigma * rng.normal(size=len(m))
+            p[bad] += bias_m
+            found = fix_of(c, replace(m, pseudorange_m=p))
+            if isinstance(found, Fix) and not found.used.all():
+                assert np.flatnonzero(~found.used).tolist() == [bad]
+                excluded += 1
+    assert (excluded > 0) == (count > 5)
+
+
+@pytest.mark.parametrize("domain", [(0, 0, 0, 0), (0, 1, 2, 3)])
+def test_satellite_with_a_wrong_range_rate_is_excluded_from_the_velocity(domain):
+    c = separate(domain)
+    m = measurements(s.observe(c, in_view(c, 16), SKY))
+    m.range_rate_mps[5] += 30.0
+    fix = fix_of(c, m)
+    assert fix.used.all() and max(errors(c, fix)) < 1e-3
+    assert fix.drift_mps[: max(domain) + 1] / s.C == pytest.approx(c.clock_rate, abs=1e-12)
+
+
+def test_contradicting_range_rates_are_a_position_without_velocity():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 9), SKY))
+    m.range_rate_mps[2] += 40.0
+    m.range_rate_mps[6] -= 70.0
+    fix = fix_of(c, m)
+    assert fix.velocity_mps is None and fix.drift_mps is None
+    assert np.linalg.norm(fix.position_m - s.truth_ecef(c)[0]) < 1e-4
+
+
+def test_velocity_beyond_what_the_bus_carries_is_none():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 9), SKY))
+    limit = 2**27 * 1e-4  # 28 bits signed of 0.1 mm/s
+    for beyond in (13_400.0, limit + 100.0):
+        fix = fix_of(c, replace(m, range_rate_mps=m.range_rate_mps + beyond))
+        assert (fix.velocity_mps is None) == (beyond > limit)
+
+
 def test_two_outliers_are_no_fix():
     c = craft()
     m = measurements(s.observe(c, in_view(c, 9), SKY))
