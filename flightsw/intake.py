@@ -23,11 +23,11 @@ from dbc import e2e, gpstime
 from dbc.codec import IDENTIFIERS, Codec
 from dbc.contract import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
 from dbc.e2e import Verdict
+from dbc.forms import Reader, reader
 from dbc.frames import SFF_MASK, FrameBatch
 from dbc.satellites import NUMBERS, SATELLITES
 from flightsw.epoch import Acks, AlmanacRows, AttitudeReport, Epoch, Mark, Measurements, nothing
 from flightsw.rejections import Reason, Tally
-from flightsw.wire import Reader, payload, reader
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,22 +71,21 @@ _GROUPS: dict[str, tuple[tuple[str, ...], int]] = {
 def plan(codec: Codec) -> Plan:
     base_of = np.full(IDENTIFIERS, -1, np.int64)
     mask_of = np.zeros(IDENTIFIERS, np.int64)
+    everything = reader(codec, [kind for kinds, _ in _GROUPS.values() for kind in kinds])
     groups, base = {}, 0
     for name, (kinds, keys) in _GROUPS.items():
         numbers = [n for kind, n in codec.can_id_of if kind == kinds[0] and n <= MAX_RECEIVERS]
         count = keys * max(1, *numbers)
         where = {}
         for position, kind in enumerate(kinds):
-            layout = codec.kinds[kind]
-            where |= {layout.signals[i]: (position, k) for k, i in enumerate(payload(layout))}
+            where |= {signal: (position, k) for k, signal in enumerate(everything.signals[kind])}
             for number in numbers:
                 can_id = codec.can_id_of[kind, number]
                 base_of[can_id] = base + position * count + max(number - 1, 0) * keys
                 mask_of[can_id] = keys - 1
         groups[name] = Group(base, count, len(kinds), where)
         base += count * len(kinds)
-    kinds = [kind for kinds, _ in _GROUPS.values() for kind in kinds]
-    return Plan(reader(codec, kinds), groups, base, base_of, mask_of)
+    return Plan(everything, groups, base, base_of, mask_of)
 
 
 def intake(

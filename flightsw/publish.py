@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dbc.codec import Codec
 from dbc.contract import FLIGHT_NODE
-from dbc.frames import FrameBatch, batch, concat
+from dbc.forms import Form, form
+from dbc.frames import WIDTH, FrameBatch, batch, concat
 from dbc.satellites import NUMBERS
 from flightsw.commander import Commands, signal_of
 from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix
-from flightsw.wire import Sheet, sheet
 
 MODE_NONE, MODE_POSITION_VELOCITY = 0, 2
 
@@ -28,24 +30,31 @@ class NodeState(IntEnum):
     DEGRADED = 3
 
 
-def _frames(page: Sheet, values: list[float], t_ns: int) -> FrameBatch:
-    return FrameBatch(np.full(len(page.can_id), t_ns), page.can_id, page.length, page.write(values))
+@dataclass(frozen=True, slots=True, eq=False)
+class Page:
+    """A form with the identifiers and lengths (k,) of its frames."""
+
+    form: Form
+    can_id: NDArray[np.uint32]
+    length: NDArray[np.uint8]
+
+    def frames(self, values: list[float], t_ns: int) -> FrameBatch:
+        """From the values of one frame after another; what does not fit saturates."""
+        payloads, _ = self.form.write(np.array(values, float)[:, None])
+        return FrameBatch(np.full(len(self.can_id), t_ns), self.can_id, self.length, payloads[0])
 
 
 @cache
-def _heartbeat_sheet(codec: Codec) -> Sheet:
-    return sheet(codec, [("HEARTBEAT", FLIGHT_NODE)])
-
-
-@cache
-def _sheet(codec: Codec, items: int, receivers: int) -> Sheet:
+def _page(codec: Codec, items: int, receivers: int) -> Page:
     """Navigation of a fix with so many clock items, none meaning no fix, and the heartbeat."""
     kinds = ["NAV_STATUS"]
     if items:
         kinds += [f"NAV_{v}{axis}" for v in ("", "V") for axis in "XYZ"]
         kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * items + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
-    return sheet(codec, [(kind, 0) for kind in kinds] + [("HEARTBEAT", FLIGHT_NODE)])
+    can_id = [codec.can_id_of[kind, 0] for kind in kinds] + [codec.can_id_of["HEARTBEAT", FLIGHT_NODE]]
+    kinds.append("HEARTBEAT")
+    return Page(form(codec, kinds), np.array(can_id, np.uint32), np.full(len(kinds), WIDTH, np.uint8))
 
 
 def _used(m: Measurements, fix: Fix, receivers: int) -> list[int]:
@@ -86,7 +95,8 @@ def _command_frames(codec: Codec, commands: Commands, t_ns: int) -> FrameBatch:
 
 
 def heartbeat(codec: Codec, state: NodeState, boot_count: int, t_ns: int) -> FrameBatch:
-    return _frames(_heartbeat_sheet(codec), [state, boot_count, codec.hash], t_ns)
+    data = codec.encode("HEARTBEAT", {"state": state, "boot_count": boot_count, "contract_hash": codec.hash})
+    return batch(codec.can_id_of["HEARTBEAT", FLIGHT_NODE], data, t_ns=t_ns)
 
 
 def block(
@@ -100,12 +110,12 @@ def block(
 ) -> FrameBatch:
     """Navigation, commands, heartbeat; unprotected yet. `m` are the measurements offered to the fix."""
     if isinstance(fix, NoFix):
-        page = _sheet(codec, 0, 0)
+        page = _page(codec, 0, 0)
         values = [MODE_NONE, fix, 0, 0, 0.0, NodeState.DEGRADED]
     else:
-        page = _sheet(codec, len(fix.items), receivers)
+        page = _page(codec, len(fix.items), receivers)
         values = [*_fix_values(m, fix, receivers), NodeState.RUNNING]
-    frames = _frames(page, [*values, boot_count, codec.hash], t_ns)
+    frames = page.frames([*values, boot_count, codec.hash], t_ns)
     if commands is None or not len(commands):
         return frames
     return concat([frames[:-1], _command_frames(codec, commands, t_ns), frames[-1:]])

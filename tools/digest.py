@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dbc import e2e
 from dbc.bits import frame_bits
 from dbc.codec import Codec
-from dbc.contract import CHANNELS, HEADER, MEASUREMENT_KINDS, VALUES
+from dbc.contract import CHANNELS, HEADER_NAMES, MEASUREMENT_KINDS, VALUES
 from dbc.frames import SFF_MASK, FrameBatch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
 from tools.geometry import distinct_pdop, distinct_satellites
@@ -25,7 +25,6 @@ from tools.ledger import CommandLedger
 Columns = Mapping[str, NDArray]
 
 NO_FIX = 0
-_HEADER = {signal.name for signal in HEADER}
 _FIX_SIGNALS = {
     **{f"NAV_{a}": (f"{a.lower()}_m",) for a in "XYZ"},
     **{f"NAV_V{a}": (f"v{a.lower()}_mps",) for a in "XYZ"},
@@ -243,7 +242,7 @@ def _cells(kinds: _ByKind, epochs: int) -> _Cells:
         row, number, signals = kinds(kind)
         cell = (row * shape[1] + number - 1) * CHANNELS + signals["channel"]
         count[cell] += 1
-        for name in signals.keys() - _HEADER - {"channel"}:
+        for name in signals.keys() - HEADER_NAMES - {"channel"}:
             grid = np.zeros(len(count), signals[name].dtype)
             grid[cell] = signals[name]
             values[name] = grid.reshape(shape)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from dbc import gpstime, satellites
 from dbc.codec import Codec
 from dbc.contract import ATTITUDE_NODE, MEASUREMENT_KINDS, TIME_NODE, VALUES
+from dbc.forms import Form, form
 from dbc.frames import WIDTH, FrameBatch
 from emulator.receivers.channels import FULL, Numbers
 from emulator.receivers.commands import Commands
-from emulator.receivers.form import Form, form
 from emulator.receivers.observe import Observations
 from emulator.signals.bands import BY_SYSTEM
 from emulator.world.sky import SkyState
