@@ -1,13 +1,14 @@
 """The vehicle file: what flight software and emulator both know of the spacecraft, nominal.
 
 TOML, one table per antenna. Body axes: x fore, y starboard, z nadir when the craft flies in orbital
-attitude; origin in the centre of mass. See `emulator/vehicles/soyuz-ms.toml`.
+attitude; origin in the centre of mass. See `dbc/vehicles/soyuz-ms.toml`.
 """
 
 from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
@@ -119,6 +120,24 @@ def load(path: Path) -> Vehicle:
         reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
         raise VehicleError(f"{path}: {reason}") from None
     return parse(text, str(path))
+
+
+def shipped() -> dict[str, Path]:
+    """Vehicle files that come with the bench, by name."""
+    folder = Path(str(resources.files("dbc"))) / "vehicles"
+    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
+
+
+def find(name: str, folder: Path = Path()) -> Path:
+    """A vehicle file by path (relative to a folder) or shipped name, with or without .toml."""
+    beside = folder / name
+    if beside.is_file():
+        return beside
+    known = shipped()
+    stem = name.removesuffix(".toml")
+    if stem not in known:
+        raise VehicleError(f"vehicle '{name}': no such file; shipped are {', '.join(known)}")
+    return known[stem]
 
 
 def faults(error: ValidationError, origin: str) -> list[str]:

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, create_model, field_validator, model_validator
 
-from dbc import gpstime
+from dbc import gpstime, vehicle
 from dbc.vehicle import Strict, faults
 from emulator.factors.registry import FACTORS
 
@@ -214,10 +214,7 @@ def find(name: str) -> Path:
 
 def vehicle_path(craft: Craft, scenario_path: Path) -> Path:
     """A craft's vehicle file: beside the scenario, or shipped."""
-    beside = scenario_path.parent / craft.vehicle
-    if beside.is_file():
-        return beside
-    return Path(str(resources.files("emulator") / "vehicles" / Path(craft.vehicle).name))
+    return vehicle.find(craft.vehicle, scenario_path.parent)
 
 
 def parse(document: dict, origin: str) -> Scenario:

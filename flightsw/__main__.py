@@ -12,7 +12,6 @@ os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS
 import argparse
 import gc
 from collections.abc import Sequence
-from pathlib import Path
 
 EXAMPLES = """\
 examples:
@@ -33,7 +32,12 @@ class Parser(argparse.ArgumentParser):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments, also for `gnss-hil fly`."""
     add = parser.add_argument
-    add("--vehicle", metavar="FILE", type=Path, required=True, help="the spacecraft's antennas")
+    add(
+        "--vehicle",
+        metavar="FILE",
+        required=True,
+        help="vehicle file, or a shipped one by name",
+    )
     add("--bus", metavar="BUS", required=True, help="where the emulator is, or will be")
     add("--policy", metavar="NAME", default="patent", help="which antenna tracks which satellite")
     add("--option", metavar="K=V", action="append", default=[], help="an option of the policy")
@@ -63,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         from flightsw.step import configure
 
         try:
-            craft = vehicle.load(arguments.vehicle)
+            craft = vehicle.load(vehicle.find(arguments.vehicle))
             config = configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
         except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
             return _failed(2, error)

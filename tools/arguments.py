@@ -88,7 +88,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         "--nav", action="append", type=Path, metavar="FILE",
         help="broadcast navigation file (RINEX 2 or 3, .gz accepted), repeatable; together they are the sky",
     )  # fmt: skip
-    add("--vehicle", type=Path, metavar="FILE", help="vehicle file instead of the scenario's")
+    add("--vehicle", metavar="FILE", help="vehicle file, or name of a shipped one, instead of the scenario's")
     add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
     add(
         "--option", action="append", type=option, default=[], metavar="K=V",

@@ -69,7 +69,10 @@ def make(arguments: Namespace, refuse_overload: bool = True) -> Plan:
         raise Mistake(
             f"--vehicle: {path} has {len(scenario.craft)} craft; name their vehicles in the scenario"
         )
-    files = [arguments.vehicle or scenarios.vehicle_path(craft, path) for craft in scenario.craft]
+    files = [
+        vehicles.find(arguments.vehicle) if arguments.vehicle else scenarios.vehicle_path(craft, path)
+        for craft in scenario.craft
+    ]
     loaded = tuple(vehicles.load(file) for file in files)
     texts = tuple(Path(file).read_text("utf-8") for file in files)
     flights = tuple(map(_flight, scenario.craft, loaded))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import resources
-
 import numpy as np
 import pytest
 
-from dbc.vehicle import VehicleError, load, parse
+from dbc.vehicle import VehicleError, find, load, parse
 
-SOYUZ = resources.files("emulator.vehicles") / "soyuz-ms.toml"
+SOYUZ = find("soyuz-ms")
 TEXT = SOYUZ.read_text("utf-8")
 
 
@@ -60,3 +58,13 @@ def test_a_file_that_is_not_there(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(VehicleError, match="not UTF-8 text"):
         load(tmp_path / "binary.toml")
+
+
+def test_shipped_vehicles_are_found_by_name(tmp_path):
+    assert find("soyuz-ms") == find("soyuz-ms.toml")
+    (tmp_path / "soyuz-ms.toml").write_text(TEXT)
+    assert find("soyuz-ms.toml", tmp_path) == tmp_path / "soyuz-ms.toml"
+    with pytest.raises(
+        VehicleError, match=r"vehicle 'mir': no such file; shipped are soyuz-ms-4clocks, soyuz-ms"
+    ):
+        find("mir", tmp_path)

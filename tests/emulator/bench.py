@@ -1,8 +1,5 @@
 """A soyuz on the nominal sky, stepped by hand."""
 
-from importlib import resources
-from pathlib import Path
-
 import numpy as np
 
 from dbc import e2e, frames, satellites, vehicle
@@ -11,7 +8,7 @@ from emulator import build, scenario
 from emulator.step import emulate_step
 
 CODEC = codec(4)
-VEHICLE = vehicle.load(Path(str(resources.files("emulator") / "vehicles" / "soyuz-ms.toml")))
+VEHICLE = vehicle.load(vehicle.find("soyuz-ms"))
 QUIET = {"code_noise": False, "carrier_noise": False, "doppler_noise": False}
 QUICK = {"hot_s": 0, "warm_s": 0, "cold_s": 0, "ephemeris_s": 0}
 

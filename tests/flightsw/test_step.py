@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import emulator
 from dbc import e2e, vehicle
 from dbc.frames import EMPTY, concat
 from flightsw.position import Fix, NoFix
@@ -17,7 +15,7 @@ from tests.flightsw import synthetic as s
 from tests.flightsw.bench import AUTO, CODEC, FakeBus, decoded, position_of
 from tests.flightsw.test_position import craft
 
-SOYUZ = vehicle.load(Path(emulator.__file__).parent / "vehicles" / "soyuz-ms.toml")
+SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 SKY = s.constellation()
 TRACK, AUTONOMOUS = 1, 2
 

@@ -19,7 +19,7 @@ import pytest
 from tests.system import buslog
 
 DBC = Path(str(resources.files("dbc") / "gnss.dbc"))
-VEHICLE = tomllib.loads((resources.files("emulator.vehicles") / "soyuz-ms.toml").read_text("utf-8"))
+VEHICLE = tomllib.loads((resources.files("dbc") / "vehicles" / "soyuz-ms.toml").read_text("utf-8"))
 
 # A satellite nobody tracks is known from the almanac only: 250 m steps, up to 20 s of linear extrapolation.
 TIE_DEG = 0.02

@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dbc import vehicle
 from dbc.contract import BENCH_FIRST
 from dbc.frames import from_wire
 from dbc.link import bench
 from dbc.link.hub import Hub, PrivateFolder
 
-VEHICLE = Path(__file__).parents[2] / "emulator" / "vehicles" / "soyuz-ms.toml"
+VEHICLE = vehicle.find("soyuz-ms")
 EPOCHS = 150
 
 

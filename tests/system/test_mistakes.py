@@ -12,11 +12,12 @@ from pathlib import Path
 
 import pytest
 
+from dbc.vehicle import find
 from emulator.scenario import shipped
 from tools.cli import main
 
 SOYUZ = shipped()["soyuz"].read_text("utf-8")
-VEHICLE = (shipped()["soyuz"].parent.parent / "vehicles" / "soyuz-ms.toml").read_text("utf-8")
+VEHICLE = find("soyuz-ms").read_text("utf-8")
 RINEX = """\
      2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE
                                                             END OF HEADER
@@ -137,7 +138,7 @@ unknown option in the file
     policy 'patent': hysterisis_deg: unknown key
 vehicle of the file missing
     $ run {no_vehicle}.toml
-    sojuz-ms\.toml: No such file
+    vehicle 'sojuz-ms\.toml': no such file; shipped are soyuz-ms
 unknown figure expected
     $ run {expectation}.toml
     expect\.soyuz\.satelites\.mean: no such figure
@@ -221,7 +222,7 @@ navigation folder
     --nav: .*directory
 vehicle missing
     $ run --vehicle nowhere.toml
-    nowhere\.toml: No such file
+    vehicle 'nowhere.toml': no such file; shipped are
 antennas contradict
     $ run --vehicle {receivers_clash}.toml
     antenna receivers are \[1, 1, 3, 4\]; each of 1 to 4 once

@@ -18,6 +18,7 @@ import polars as pl
 import pytest
 
 from dbc.link.hub import Hub, PrivateFolder
+from dbc.vehicle import find
 from emulator.scenario import shipped
 from tests.realdata import data_file
 from tools.cli import main
@@ -336,10 +337,8 @@ def test_two_craft_have_a_bus_each(tmp_path):
 
 
 def test_a_craft_with_two_antennas_speaks_a_contract_of_its_own(tmp_path):
-    vehicle = (
-        (shipped()["soyuz"].parent.parent / "vehicles" / "soyuz-ms.toml").read_text().split("[[antenna]]")
-    )
-    (tmp_path / "pair.toml").write_text("[[antenna]]".join(vehicle[:3]))
+    parts = find("soyuz-ms").read_text().split("[[antenna]]")
+    (tmp_path / "pair.toml").write_text("[[antenna]]".join(parts[:3]))
     arguments = ["--vehicle", str(tmp_path / "pair.toml"), "--duration", "45", "--quiet", "--out"]
     assert main(["run", *arguments, str(tmp_path / "run")]) == 0
     assert summary_of(tmp_path / "run")["craft"]["soyuz"]["satellites_tracked"]["max"] <= 12

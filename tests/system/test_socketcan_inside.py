@@ -16,13 +16,14 @@ from pathlib import Path
 import can
 import pytest
 
+from dbc import vehicle
 from dbc.contract import BENCH_FIRST
 from dbc.frames import EFF_FLAG, RTR_FLAG, batch, concat
 from dbc.link.base import LinkError, open_link
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
 from tests.dbc.bench_frames import mark
 
-VEHICLE = Path(__file__).parents[2] / "emulator" / "vehicles" / "soyuz-ms.toml"
+VEHICLE = vehicle.find("soyuz-ms")
 
 pytestmark = pytest.mark.socketcan
 

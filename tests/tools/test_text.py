@@ -99,7 +99,7 @@ def test_worst_frame_is_the_worst_there_is():
 
 
 def test_budget_refuses_above_the_limit_with_the_numbers():
-    craft = vehicle.load(scenarios.shipped()["soyuz"].parent.parent / "vehicles" / "soyuz-ms.toml")
+    craft = vehicle.load(vehicle.find("soyuz-ms"))
     fits, full = (budget(craft, interval_s, 54, 20.0) for interval_s in (1.0, 0.05))
     assert fits.refusal("soyuz") is None
     assert fits.worst_percent == pytest.approx(100 * fits.frames(True) * 135 / 1e6)
