@@ -1,7 +1,10 @@
 """An epoch's frames of one craft: what its receivers, attitude unit and time source put on the bus.
 
 Order: time mark, answers to commands, attitude; for each receiver its channels, tag and status; almanac;
-heartbeats.
+heartbeats. These are arrows 2 -> 3, 2 -> 7 and 4 -> 5 of RU 2706636 C1.
+
+Modelled, so constant on the bus: every node runs since its first start (RUNNING, boot_count 1), no phase
+has a half-cycle doubt (half_cycle 0), and the almanac is never old (age_h 0).
 """
 
 from __future__ import annotations
@@ -27,6 +30,9 @@ RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
 _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")
 
 CN0_TOP_DBHZ = 63.75
+COUNTER_HZ = 10e6
+"""Counter by which a receiver tags its latch, to 100 ns: diagnostic. Clocks are found from pseudoranges."""
+
 _HEAD = ("TIME_MARK", "TIME_GPS", "TIME_FINE", "ATT_Q01", "ATT_Q23", "ATT_RATE")
 _MARK_FRAMES = 3
 _CLOSING = ("TAG", "STATUS")
@@ -107,7 +113,8 @@ def head_parts(
     quaternion: NDArray,
     rate_body_rps: NDArray,
 ) -> tuple[Part, Part]:
-    """Time mark and attitude: filled in together, but answers go between them."""
+    """Time mark and attitude: filled in together, but answers go between them. The attitude is what block 4
+    of RU 2706636 C1 puts out."""
     week, second, nanosecond = gpstime.week_second_ns(t_ns)
     q, w = quaternion.tolist(), rate_body_rps.tolist()
     values = {
@@ -135,10 +142,18 @@ def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part
     return _part(paper.answer, paper.answer_id[commands.receiver - 1], values)
 
 
+def tag_offset_ns(clock_s: NDArray) -> NDArray:
+    """Whole periods of the counter in the clocks' offsets (m,) from the time mark, towards the past [ns].
+
+    Modelled: the mark stands on a tick of true time.
+    """
+    return np.floor(clock_s * COUNTER_HZ) * (1e9 / COUNTER_HZ)
+
+
 def receivers_part(
     paper: Stationery, seen: Observations, sky: SkyState, clock_s: NDArray, clock_domain: Numbers, state: int
 ) -> Part:
-    """For each receiver its channels and its closing frames.
+    """For each receiver its channels and its closing frames: what block 2 of RU 2706636 C1 puts out.
 
     A channel with a value that the bus cannot carry (a range rate of 14 km/s) is left out whole, and not
     counted in STATUS.
@@ -153,7 +168,7 @@ def receivers_part(
     closing, _ = paper.closing.fill(
         m,
         {
-            "tag_offset_ns": clock_s * 1e9,
+            "tag_offset_ns": tag_offset_ns(clock_s),
             "clock_domain": clock_domain,
             "frames": k * tracking + 1,
             "channels_tracking": tracking,

@@ -6,7 +6,6 @@ import pytest
 from dbc import e2e, frames, gpstime, satellites
 from dbc.codec import codec
 from emulator import build
-from emulator.receivers import frames as frames_of
 from emulator.step import emulate_step
 from tests.emulator import bench
 
@@ -143,12 +142,6 @@ def test_status_counts_and_tags(quiet):
     assert status["almanac_satellites"].tolist() == [48] * 4
     behind_ns = 1e9 * truths[5]["clock_s"][0] - tag["tag_offset_ns"]
     assert (behind_ns >= 0).all() and (behind_ns < 100).all()
-
-
-def test_tags_count_ticks_of_100_ns():
-    """A counter shows the last tick, before the mark and after: -1 ns is the tick before."""
-    offsets_s = np.array([-100.5e-9, -1e-9, 0.0, 99.5e-9, 1_234_567.89e-9])
-    assert frames_of.tag_offset_ns(offsets_s).tolist() == [-200, -100, 0, 0, 1_234_500]
 
 
 def test_the_tag_does_not_tell_the_clock(quiet):

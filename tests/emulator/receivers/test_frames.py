@@ -50,3 +50,9 @@ def test_signal_strength_saturates():
     block = frames.block([part(seen)], 0)
     assert bench.channels(block)["cn0_dbhz"].tolist() == [63.75, 45.25]
     assert block.data.shape == (len(block), WIDTH)
+
+
+def test_tags_count_ticks_of_100_ns():
+    """A counter shows the last tick, before the mark and after: -1 ns is the tick before."""
+    offsets_s = np.array([-100.5e-9, -1e-9, 0.0, 99.5e-9, 1_234_567.89e-9])
+    assert frames.tag_offset_ns(offsets_s).tolist() == [-200, -100, 0, 0, 1_234_500]
