@@ -19,7 +19,7 @@ from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
 
 pytestmark = pytest.mark.slow
 
-DURATION_S = 90
+DURATION_S = 600
 FLY = f"{shlex.quote(sys.executable)} -m flightsw --quiet --once"
 
 
