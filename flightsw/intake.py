@@ -7,7 +7,9 @@ its consequence. The rules:
 - Of two frames that say the same thing in one epoch the first stands.
 - A channel counts when all its ten frames are there; a lost frame takes out its own channel, nothing else.
   So a status that announces more frames than came changes nothing: the missing ones have done their harm.
-- Without a complete time mark nothing else of the block is used: an epoch without a time is no epoch.
+- A node whose heartbeat names another contract is not used at all in that block.
+- Without a complete time mark of a time that exists nothing else of the block is used: an epoch without a
+  time is no epoch.
 - The mark is the last one in the block; if a link merged two blocks, the older epoch's frames are rejected.
 """
 
@@ -26,8 +28,12 @@ from dbc.e2e import Verdict
 from dbc.forms import Reader, reader
 from dbc.frames import SFF_MASK, FrameBatch
 from dbc.satellites import NUMBERS, SATELLITES
+from flightsw import nodes
 from flightsw.epoch import Acks, AlmanacRows, AttitudeReport, Epoch, Mark, Measurements, nothing
 from flightsw.rejections import Reason, Tally
+
+LAST_WEEK = np.iinfo(np.int64).max // gpstime.NS_PER_WEEK - 1
+"""The last whole week, 15249 (AD 2272), that 64 bits of nanoseconds can tell."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +106,8 @@ def intake(
     screened = e2e.screen(codec, frames, counters)
     tally = Tally(rejected)
     tally.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
-    where, good = plan(codec), screened.frames
+    nodes.count_silent(codec, screened.frames, counters, tally)
+    where, good = plan(codec), nodes.of_our_contract(codec, screened.frames, tally)
     base = where.base_of[good.can_id]
     if not (base >= 0).all():
         good = good[base >= 0]
@@ -125,9 +132,13 @@ def intake(
         found = values[group]
         return keys, {signal: found[k, :, c] for signal, (k, c) in where.groups[name].where.items()}
 
-    mark = _mark(*read("mark"), mark_nibble)
+    marks, said = read("mark")
+    mark = _mark(marks, said, mark_nibble)
     if mark is None:
-        tally.add(Reason.NO_TIME_MARK, can_id, np.ones(len(good), bool))
+        bad = np.zeros(len(good), bool)
+        bad[complete["mark"][1]] = True
+        tally.add(Reason.BAD_TIME_MARK, can_id, bad)
+        tally.add(Reason.NO_TIME_MARK, can_id, ~bad)
         return nothing(screened.lost), screened.counters, tally.counts
     if len(rows) < len(good):
         tally.add(Verdict.MIXED_EPOCH, can_id, nibble != mark_nibble)
@@ -173,28 +184,37 @@ def _count_left(tally: Tally, can_id, rows, slot, table, complete) -> None:
     tally.add(Reason.INCOMPLETE, can_id, left & first)
 
 
-def restarted(codec: Codec, frames: FrameBatch, session: int) -> bool:
-    """Whether the block holds an intact TIME_MARK of another session, whatever its counter: after a restart
-    of the sender counters start anew, and the old ones must not keep the new session out."""
-    mark_id = codec.can_id_of["TIME_MARK", 0]
-    for row in np.flatnonzero(frames.can_id == mark_id).tolist():
-        data = frames.data[row : row + 1]
-        layout = codec.kinds["TIME_MARK"]
-        i = layout.signals.index("session")
-        if int(data.view("<u8")[0, 0]) >> int(layout.shift[i]) & int(layout.mask[i]) == session:
-            continue
-        if frames.length[row] == 8 and e2e.crc(frames.can_id[row : row + 1], data)[0] == data[0, 0]:
-            return True
-    return False
+def admitted(
+    codec: Codec, frames: FrameBatch, session: int, rejected: NDArray[np.int64]
+) -> tuple[FrameBatch, NDArray[np.int64], bool]:
+    """Frames without stray time marks of another session, the next counts, and whether another session has
+    begun: then counters start anew, and the old ones must not keep the new session out.
+
+    It has if the block, read without memory, carries a complete time mark of it and none of this session.
+    A stray mark is kept away from the counters too, or it would cost the epochs after it.
+    """
+    found = nodes.strangers(codec, frames, session)
+    if found is None:
+        return frames, rejected, False
+    which, alone = found
+    if alone:
+        fresh, *_ = intake(codec, frames, e2e.fresh_counters(), rejected)
+        if fresh.mark is not None:
+            return frames, rejected, True
+    tally = Tally(rejected)
+    tally.add(Reason.OTHER_SESSION, frames.can_id & SFF_MASK, which)
+    return frames[~which], tally.counts, False
 
 
 def _mark(keys, v, nibble: int) -> Mark | None:
-    """The time mark, if its three frames are there and of the epoch they say."""
+    """The time mark, if its three frames are there, of the epoch they say and of a time that exists."""
     if not len(keys):
         return None
     names = ("session", "epoch", "week", "second", "nanosecond", "leap")
     session, epoch, week, second, nanosecond, leap = (int(v[name][0]) for name in names)
     if epoch % 16 != nibble:
+        return None
+    if week > LAST_WEEK or second >= gpstime.S_PER_WEEK or nanosecond >= gpstime.NS_PER_S:
         return None
     return Mark(session, epoch, gpstime.from_week(week, second, nanosecond), leap)
 

@@ -18,7 +18,7 @@ from flightsw.commander import Commands, signal_of
 from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix
 
-MODE_NONE, MODE_POSITION_VELOCITY = 0, 2
+MODE_NONE, MODE_POSITION, MODE_POSITION_VELOCITY = 0, 1, 2
 
 
 class NodeState(IntEnum):
@@ -45,12 +45,13 @@ class Page:
 
 
 @cache
-def _page(codec: Codec, items: int, receivers: int) -> Page:
-    """Navigation of a fix with so many clock items, none meaning no fix, and the heartbeat."""
+def _page(codec: Codec, mode: int, items: int, receivers: int) -> Page:
+    """Navigation of a fix with so many clock items, and the heartbeat."""
+    moving = mode == MODE_POSITION_VELOCITY
     kinds = ["NAV_STATUS"]
-    if items:
-        kinds += [f"NAV_{v}{axis}" for v in ("", "V") for axis in "XYZ"]
-        kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * items + ["NAV_SIGMA", "NAV_CORR"]
+    if mode != MODE_NONE:
+        kinds += [f"NAV_{v}{axis}" for v in ("", "V")[: 1 + moving] for axis in "XYZ"]
+        kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * (items * moving) + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
     can_id = [codec.can_id_of[kind, 0] for kind in kinds] + [codec.can_id_of["HEARTBEAT", FLIGHT_NODE]]
     kinds.append("HEARTBEAT")
@@ -65,13 +66,15 @@ def _used(m: Measurements, fix: Fix, receivers: int) -> list[int]:
     return [value for number, mask in enumerate(masks, 1) for value in (number, mask)]
 
 
-def _fix_values(m: Measurements, fix: Fix, receivers: int) -> list[float]:
+def _fix_values(m: Measurements, fix: Fix, mode: int, receivers: int) -> list[float]:
     sigma = np.sqrt(np.diagonal(fix.covariance_m2)).tolist()
     (_, xy, xz), (_, _, yz), _ = fix.covariance_m2.tolist()
     pairs = lambda rates: [v for pair in zip(fix.items, rates.tolist(), strict=True) for v in pair]  # noqa: E731
+    moving = mode == MODE_POSITION_VELOCITY
     return [
-        MODE_POSITION_VELOCITY, NoFix.FIX, fix.satellites, int(fix.used.sum()), fix.pdop,
-        *fix.position_m.tolist(), *fix.velocity_mps.tolist(), *pairs(fix.clock_m), *pairs(fix.drift_mps),
+        mode, NoFix.FIX, fix.satellites, int(fix.used.sum()), fix.pdop,
+        *fix.position_m.tolist(), *(fix.velocity_mps.tolist() if moving else ()),
+        *pairs(fix.clock_m), *(pairs(fix.drift_mps) if moving else ()),
         *sigma, xy / (sigma[0] * sigma[1]), xz / (sigma[0] * sigma[2]), yz / (sigma[1] * sigma[2]),
         *_used(m, fix, receivers),
     ]  # fmt: skip
@@ -110,11 +113,12 @@ def block(
 ) -> FrameBatch:
     """Navigation, commands, heartbeat; unprotected yet. `m` are the measurements offered to the fix."""
     if isinstance(fix, NoFix):
-        page = _page(codec, 0, 0)
+        page = _page(codec, MODE_NONE, 0, 0)
         values = [MODE_NONE, fix, 0, 0, 0.0, NodeState.DEGRADED]
     else:
-        page = _page(codec, len(fix.items), receivers)
-        values = [*_fix_values(m, fix, receivers), NodeState.RUNNING]
+        mode = MODE_POSITION if fix.velocity_mps is None else MODE_POSITION_VELOCITY
+        page = _page(codec, mode, len(fix.items), receivers)
+        values = [*_fix_values(m, fix, mode, receivers), NodeState.RUNNING]
     frames = page.frames([*values, boot_count, codec.hash], t_ns)
     if commands is None or not len(commands):
         return frames

@@ -1,4 +1,5 @@
-"""Frames that are not used: counted by reason and identifier, each reason with its consequence."""
+"""Frames that are not used: counted by reason and identifier, each reason with its consequence. So are nodes
+that send none (TIMED_OUT), once an epoch at their heartbeat's identifier."""
 
 from __future__ import annotations
 
@@ -13,20 +14,28 @@ from dbc.e2e import Verdict
 
 
 class Reason(IntEnum):
-    """Why a frame that passed protection is not used; numbered on from `dbc.e2e.Verdict`."""
+    """Why a frame that passed protection is not used, or is missed; numbered on from `dbc.e2e.Verdict`."""
 
     NO_TIME_MARK = 16
     SURPLUS = 17
     INCOMPLETE = 18
+    BAD_TIME_MARK = 19
+    OTHER_SESSION = 20
+    OTHER_CONTRACT = 21
+    TIMED_OUT = 22
 
 
-REASONS = 19
+REASONS = max(Reason) + 1
 
 CONSEQUENCE: dict[int, str] = {
     **e2e.CONSEQUENCE,
     Reason.NO_TIME_MARK: "frame ignored, the epoch has no time",
     Reason.SURPLUS: "frame ignored, the first of this epoch stands",
     Reason.INCOMPLETE: "frame ignored, the others of its group are missing",
+    Reason.BAD_TIME_MARK: "frame ignored, its time mark names no time or another epoch",
+    Reason.OTHER_SESSION: "frame ignored, no complete time mark of that session opens the block",
+    Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
+    Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not say is not used",
 }
 
 

@@ -117,8 +117,11 @@ def flight_step(
     config: FlightConfig, state: FlightState, inbox: FrameBatch
 ) -> tuple[FlightState, FrameBatch]:
     """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
-    if state.mark is not None and intake.restarted(config.codec, inbox, state.mark.session):
-        state = initial_state(config)
+    if state.mark is not None:
+        session = state.mark.session
+        inbox, rejected, restarted = intake.admitted(config.codec, inbox, session, state.rejected)
+        # What was counted stays counted; all else belongs to the session.
+        state = replace(initial_state(config) if restarted else state, rejected=rejected, lost=state.lost)
     epoch, received, rejected = intake.intake(config.codec, inbox, state.received, state.rejected)
     state = replace(state, received=received, rejected=rejected, lost=state.lost + epoch.lost)
     if epoch.mark is None:

@@ -77,8 +77,9 @@ def almanac_frames(receiver, sky, t, sats):
 class FakeBus:
     """Receivers of `channels` channels each, on `craft`'s antennas."""
 
-    def __init__(self, craft, sky, channels=6, delay=1, session=7, almanac=True):
+    def __init__(self, craft, sky, channels=6, delay=1, session=7, almanac=True, nodes=()):
         self.craft, self.sky, self.delay, self.session, self.almanac = craft, sky, delay, session, almanac
+        self.nodes = nodes  # others that send heartbeats
         antennas = len(craft.domain)
         self.shape = antennas, channels
         self.doing = np.full(self.shape, AUTO)
@@ -141,9 +142,9 @@ class FakeBus:
             parts.append(frames("STATUS", {"frames": 10 * mine + 1, "channels_tracking": mine}, receiver))
         if self.almanac:
             parts += almanac_frames(1, self.sky, t, list(self.sky)[epoch % 4 :: 4])
-        for receiver, boot in enumerate(self.boots, 1):
+        for node, boot in [*enumerate(self.boots, 1), *((node, 1) for node in self.nodes)]:
             beat = {"state": 2, "boot_count": boot, "contract_hash": CODEC.hash}
-            parts.append(frames("HEARTBEAT", beat, receiver))
+            parts.append(frames("HEARTBEAT", beat, node))
         out, self.counters = e2e.protect(CODEC, concat(parts), self.counters, epoch)
         return out
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from dbc import e2e
 from dbc.e2e import Verdict
 from dbc.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from flightsw.intake import intake, restarted
+from flightsw.intake import admitted, intake
 from flightsw.rejections import Reason, no_rejections, rejection_table
 from tests.flightsw import synthetic as s
-from tests.flightsw.bench import CODEC, FakeBus
+from tests.flightsw.bench import CODEC, FakeBus, frames
 from tests.flightsw.test_position import craft
 
 
@@ -28,8 +28,8 @@ def taken(*batches, counters=None):
     """Epoch of the last batch, and counts by reason, after the batches one by one."""
     counters = e2e.fresh_counters() if counters is None else counters
     rejected = no_rejections()
-    for frames in batches:
-        epoch, counters, rejected = intake(CODEC, frames, counters, rejected)
+    for block in batches:
+        epoch, counters, rejected = intake(CODEC, block, counters, rejected)
     return epoch, {reason: n for reason in range(len(rejected)) if (n := int(rejected[reason].sum()))}
 
 
@@ -108,6 +108,7 @@ def test_repeated_block_brings_nothing(blocks):
     assert epoch.mark is None and len(epoch.measurements) == 0
     # Almanac frames come several to a stream and epoch: repeated, their counters are out of sequence.
     assert rejected[Verdict.REPEATED] == len(blocks[1]) - 36
+    assert rejected.pop(Reason.TIMED_OUT) == 4, "who only repeats himself says nothing"
     assert sum(rejected.values()) == len(blocks[1])
 
 
@@ -207,12 +208,111 @@ def test_nothing_at_all():
     assert epoch.mark is None and rejected == {}
 
 
-def test_restart_is_told_by_an_intact_mark_only(blocks):
+def begun(block, session=7):
+    return admitted(CODEC, block, session, no_rejections())[2]
+
+
+def test_restart_is_told_by_a_complete_time_mark_only(blocks):
     other = FakeBus(craft(), {}, session=8).block(0)
-    assert not restarted(CODEC, blocks[0], 7)
-    assert restarted(CODEC, other, 7)
+    assert not begun(blocks[0]) and begun(other)
+    for kind in ("TIME_MARK", "TIME_GPS", "TIME_FINE"):
+        row = where(other, kind)
+        assert not begun(changed(other, row[0], 3)), kind
+        assert not begun(without(other, row)), kind
+    # Both sessions in a block: the next block will tell.
+    assert not begun(concat([blocks[0], other])) and not begun(concat([other, blocks[0]]))
+
+
+def test_restart_needs_the_epoch_it_names(blocks):
+    other = FakeBus(craft(), {}, session=8).block(0)
     row = where(other, "TIME_MARK")[0]
-    assert not restarted(CODEC, changed(other, row, 3), 7)
+    assert not begun(resealed(other, row, lambda word: word ^ 1 << 32))
+
+
+def resealed(block, row, change):
+    """With a changed payload, validly protected."""
+    data = block.data.copy()
+    data[row] = np.array([change(int(data[row].view("<u8")[0])) & 2**64 - 1], "<u8").view(np.uint8)
+    data[row, 0] = e2e.crc(block.can_id[row : row + 1], data[row : row + 1])[0]
+    return FrameBatch(block.t_ns, block.can_id, block.length, data)
+
+
+def put(block, row, kind, **values):
+    """The frame of that row with these values instead, same counter and epoch."""
+    header = int(block.data[row].view("<u8")[0]) & 0xFFFF
+    payload = int(CODEC.encode(kind, values)[0].view("<u8")[0])
+    return resealed(block, row, lambda _: payload | header)
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "good"),
+    [
+        ("TIME_GPS", {"week": 15249, "second": 604_799}, True),
+        ("TIME_GPS", {"week": 15250, "second": 0}, False),
+        ("TIME_GPS", {"week": 65535, "second": 604_799}, False),
+        ("TIME_GPS", {"week": 1712, "second": 604_800}, False),
+        ("TIME_FINE", {"nanosecond": 999_999_999}, True),
+        ("TIME_FINE", {"nanosecond": 1_000_000_000}, False),
+        ("TIME_MARK", {"session": 7, "epoch": 16}, True),
+        ("TIME_MARK", {"session": 7, "epoch": 17}, False),
+    ],
+)
+def test_mark_of_a_time_that_does_not_exist_is_refused(blocks, kind, values, good):
+    block = put(blocks[0], where(blocks[0], kind)[0], kind, **values)
+    epoch, rejected = taken(block)
+    assert (epoch.mark is not None) == good
+    if good:
+        assert epoch.mark.t_ns < 2**63 and rejected == {}
+    else:
+        assert rejected == {Reason.BAD_TIME_MARK: 3, Reason.NO_TIME_MARK: len(block) - 3}
+
+
+def test_node_of_another_contract_is_not_used(blocks):
+    row = where(blocks[0], "HEARTBEAT", 2)[0]
+    block = put(blocks[0], row, "HEARTBEAT", state=2, boot_count=1, contract_hash=CODEC.hash ^ 1)
+    epoch, rejected = taken(block)
+    theirs = np.isin(CODEC.number_of[block.can_id], [2])
+    assert rejected == {Reason.OTHER_CONTRACT: int(theirs.sum())} and theirs.sum() == 63
+    assert sorted(set(epoch.measurements.receiver.tolist())) == [0, 2, 3]
+    assert epoch.boots.tolist()[:4] == [1, -1, 1, 1]
+
+
+def test_time_node_of_another_contract_gives_no_time(blocks):
+    beat = frames("HEARTBEAT", {"state": 2, "contract_hash": 1}, 10)
+    beat, _ = e2e.protect(CODEC, beat, e2e.fresh_counters(), 0)
+    epoch, rejected = taken(concat([blocks[0], beat]))
+    assert epoch.mark is None
+    assert rejected == {Reason.OTHER_CONTRACT: 4, Reason.NO_TIME_MARK: len(blocks[0]) - 3}
+
+
+def test_silent_node_is_counted_once_an_epoch(blocks):
+    dumb = [without(b, np.flatnonzero(CODEC.number_of[b.can_id] == 3)) for b in blocks]
+    assert Reason.TIMED_OUT not in taken(*dumb)[1], "never heard, hence not missed"
+    counters, rejected = e2e.fresh_counters(), no_rejections()
+    for frames_in, missed in ((blocks[0], 0), (dumb[1], 1), (EMPTY, 5)):
+        _, counters, rejected = intake(CODEC, frames_in, counters, rejected)
+        assert rejected[Reason.TIMED_OUT].sum() == missed
+    table = rejection_table(CODEC, rejected)
+    assert [(row[1], row[2]) for row in table if row[0] == "TIMED_OUT"] == [
+        ("0x701 RX1", 1), ("0x702 RX2", 1), ("0x703 RX3", 2), ("0x704 RX4", 1),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("number", "closing"),
+    [(3, "STATUS"), (9, "ATT_RATE"), (10, "TIME_FINE")],
+    ids=["RX3", "ATT", "TIME"],
+)
+def test_node_that_closes_its_epoch_is_not_silent_for_want_of_a_heartbeat(number, closing):
+    bus = FakeBus(craft(), s.constellation(), nodes=(9, 10))
+    first, second = bus.block(0), bus.block(1)
+    name = CODEC.sender_of[CODEC.can_id_of["HEARTBEAT", number]]
+    mine = np.array([CODEC.sender_of[i] == name for i in second.can_id])
+    closes = CODEC.kind_of[second.can_id] == CODEC.kinds[closing].number
+    beats = CODEC.kind_of[second.can_id] == CODEC.kinds["HEARTBEAT"].number
+    for gone, missed in ((mine & beats, 0), (mine & closes, 0), (mine & (beats | closes), 1), (mine, 1)):
+        _, rejected = taken(first, second[~gone])
+        assert rejected.get(Reason.TIMED_OUT, 0) == missed
 
 
 def test_rejections_are_explained(blocks):

@@ -12,7 +12,7 @@ from dbc.frames import EMPTY, concat
 from flightsw.position import Fix, NoFix
 from flightsw.step import configure, flight_step, heartbeat, initial_state
 from tests.flightsw import synthetic as s
-from tests.flightsw.bench import AUTO, CODEC, FakeBus, decoded, position_of
+from tests.flightsw.bench import AUTO, CODEC, FakeBus, decoded, mark_frames, position_of
 from tests.flightsw.test_position import craft
 
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
@@ -261,6 +261,55 @@ def test_new_session_starts_fresh(flight):
     again, answers, _ = fly(bus, config, 1, states[-1])
     _, expected, _ = fly(FakeBus(soyuz(), SKY, session=8), config, 1)
     assert answers == expected and again[0].mark.session == 8
+
+
+def test_new_session_keeps_what_was_counted(flight):
+    _, config, states, _, blocks = flight
+    noisy, _ = flight_step(config, states[-1], concat([blocks[-1][:40], blocks[-1][:40]]))
+    counted = noisy.rejected.copy()
+    assert counted.sum() > 40
+    again, _ = flight_step(config, replace(noisy, lost=3), FakeBus(soyuz(), SKY, session=8).block(0))
+    assert np.array_equal(again.rejected, counted) and again.lost == 3 and again.mark.session == 8
+
+
+@pytest.mark.parametrize("epoch", [11, 27, 40], ids=["this epoch's nibble", "likewise", "another"])
+@pytest.mark.parametrize("counter", range(15))
+@pytest.mark.parametrize("place", [0, 1, 3, -1])
+def test_stray_time_mark_of_another_session_costs_nothing(flight, place, counter, epoch):
+    _, config, states, answers, blocks = flight
+    stray, _ = e2e.protect(CODEC, mark_frames(epoch, s.T0_NS, session=8)[0], e2e.fresh_counters(), epoch)
+    stray.data[0, 1] = stray.data[0, 1] & 0xF0 | counter
+    stray.data[0, 0] = e2e.crc(stray.can_id, stray.data)[0]
+    block = blocks[-1]
+    place %= len(block)
+    state, answer = flight_step(config, states[-2], concat([block[:place], stray, block[place:]]))
+    assert answer == answers[-1]
+    assert np.array_equal(state.received, states[-1].received)
+    assert int(state.rejected.sum() - states[-1].rejected.sum()) == 1
+
+
+def test_wrong_range_rates_give_a_position_without_velocity(flight):
+    bus, config, states, _, blocks = flight
+    block, data = blocks[-1], blocks[-1].data.copy()
+    rows = np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["RATE"].number)[::3]
+    for k, row in enumerate(rows.tolist()):
+        data[row, 2:] = CODEC.encode(
+            "RATE",
+            {"channel": data[row, 2] & 31, "range_rate_mps": 900.0 * (k - 3), "cn0_dbhz": 45, "lock": 5},
+        )[0, 2:]
+        data[row, 0] = e2e.crc(block.can_id[row : row + 1], data[row : row + 1])[0]
+    state, answer = flight_step(config, states[-2], replace(block, data=data))
+    assert status(answer, "mode") == 1 and error_m(bus.craft, answer, 11) < 0.004
+    kinds = {CODEC.layouts[k].name for k in CODEC.kind_of[answer.can_id]}
+    assert not kinds & {"NAV_VX", "NAV_VY", "NAV_VZ", "NAV_DRIFT"} and "NAV_CLOCK" in kinds
+    # What carries the position on is the velocity from before; J2, which this sky lacks, is 0.01 m/s^2.
+    assert np.linalg.norm(state.navigation.velocity_mps - s.truth_ecef(bus.craft, 11.0)[1]) < 0.02
+    # Without any from before the position leads nowhere: the next epoch starts without one.
+    cold, _ = flight_step(config, initial_state(config), replace(block, data=data))
+    assert isinstance(cold.fix, Fix) and cold.navigation.velocity_mps is None
+    mark, _ = e2e.protect(CODEC, concat(mark_frames(12, s.T0_NS + 12 * 10**9)), cold.received, 12)
+    assert flight_step(config, state, mark)[0].navigation.age == 1
+    assert flight_step(config, cold, mark)[0].navigation is None
 
 
 def test_corrupted_channel_is_out_of_the_fix_and_the_others_stay(flight):
