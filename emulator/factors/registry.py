@@ -12,6 +12,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from dbc.registry import table
 from dbc.vehicle import Strict
 
 
@@ -50,14 +51,7 @@ class Row:
     source: str
 
 
-def _table(*rows: Row) -> dict[str, Row]:
-    table = {row.name: row for row in rows}
-    if len(table) != len(rows):
-        raise ValueError("two factors have the same name")
-    return table
-
-
-FACTORS = _table(
+FACTORS = table(
     Row("code_noise", CodeNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., DLL thermal noise"),
     Row(
         "carrier_noise", CarrierNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., PLL thermal noise"

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dbc.registry import table
 from emulator.receivers.channels import NOTHING, Channels, Flags, Numbers
 from emulator.signals.view import View
 
@@ -27,6 +28,7 @@ from emulator.signals.view import View
 class Rule:
     """A rule of search: what it says, and its cost (m, n) from view and satellite index (n,); least first."""
 
+    name: str
     says: str
     cost: Callable[[View, Numbers], NDArray[np.float64]]
 
@@ -35,11 +37,11 @@ def _by_satellite(values, view: View):
     return np.broadcast_to(values, view.angle_rad.shape)
 
 
-RULES: dict[str, Rule] = {
-    "elevation": Rule("highest above the horizon first", lambda v, index: _by_satellite(-v.sin_elevation, v)),
-    "boresight": Rule("nearest to the antenna's axis first", lambda v, index: v.angle_rad),
-    "prn": Rule("lowest number first, GPS before GLONASS", lambda v, index: _by_satellite(index, v)),
-}
+RULES = table(
+    Rule("elevation", "highest above the horizon first", lambda v, i: _by_satellite(-v.sin_elevation, v)),
+    Rule("boresight", "nearest to the antenna's axis first", lambda v, i: v.angle_rad),
+    Rule("prn", "lowest number first, GPS before GLONASS", lambda v, i: _by_satellite(i, v)),
+)
 
 
 def choose(rule: Rule, channels: Channels, eligible: Flags, view: View, index: Numbers) -> Numbers:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dbc.registry import table
 from flightsw.assign import patent
 from flightsw.assign.options import Options
 
@@ -25,14 +26,7 @@ class Policy:
     summary: str
 
 
-def _table(*rows: Policy) -> dict[str, Policy]:
-    table = {row.name: row for row in rows}
-    if len(table) != len(rows):
-        raise ValueError("two policies have the same name")
-    return table
-
-
-POLICIES = _table(
+POLICIES = table(
     Policy(
         "patent",
         patent.PatentOptions,

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from dbc.registry import table
 from flightsw.assign import POLICIES, policy
 from flightsw.assign.patent import PatentOptions, assign
-from flightsw.assign.registry import _table
 
 DEG = np.pi / 180
 
@@ -125,8 +125,8 @@ def test_registry():
     assert list(POLICIES) == ["patent", "prototype"]
     with pytest.raises(ValueError, match="policy 'best': not known; there are patent, prototype"):
         policy("best")
-    with pytest.raises(ValueError, match="same name"):
-        _table(POLICIES["patent"], POLICIES["patent"])
+    with pytest.raises(ValueError, match="two rows are named .patent."):
+        table(POLICIES["patent"], POLICIES["patent"])
     for row in POLICIES.values():
         assert row.source and row.summary
         assert all(f.description for f in row.options.model_fields.values())
