@@ -125,7 +125,7 @@ def test_registry():
     assert list(POLICIES) == ["patent", "prototype"]
     with pytest.raises(ValueError, match="policy 'best': not known; there are patent, prototype"):
         policy("best")
-    with pytest.raises(ValueError, match="two rows are named .patent."):
+    with pytest.raises(ValueError, match=r"two rows are named 'patent'"):
         table(POLICIES["patent"], POLICIES["patent"])
     for row in POLICIES.values():
         assert row.source and row.summary
