@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc.codec import IDENTIFIERS, STREAMS, Codec
-from dbc.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, SFF_MASK, FrameBatch
+from dbc.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, SFF_MASK, FrameBatch
 
 COUNTERS = 15
 MAX_DELTA = 3
@@ -192,7 +192,7 @@ def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
     can_id = frames.can_id
     verdict = np.zeros(len(frames), np.uint8)
     for verdict_if, failed in (
-        (Verdict.UNKNOWN_ID, codec.kind_of[can_id & SFF_MASK] < 0),
+        (Verdict.UNKNOWN_ID, (codec.kind_of[can_id & SFF_MASK] < 0) | (can_id & EFF_MASK > SFF_MASK)),
         (Verdict.WRONG_LENGTH, frames.length != 8),
         (Verdict.REMOTE, can_id & RTR_FLAG != 0),
         (Verdict.EXTENDED, can_id & EFF_FLAG != 0),

@@ -15,6 +15,12 @@ be UNKNOWN. The rules:
 - What contradicts an acknowledgement (another satellite measured, a receiver restarted) makes the channel
   unknown again; it is commanded anew.
 - Until the first acknowledgement the receivers' own choice is used; too long without a fix, it is again.
+
+The price of the first assignment: receivers that search by themselves all measure the same half dozen
+satellites. From one antenna each these are few (PDOP 28 instead of 14) or, with an oscillator in every
+receiver and hence eight unknowns, too few: no fix for the half minute in which the new channels collect
+ephemerides. Keeping the duplicates as long would bridge it, but one satellite on one antenna is what step 8
+of the patent is about. So the gap stands, once in a flight; the position is carried on meanwhile.
 """
 
 from __future__ import annotations

@@ -158,6 +158,7 @@ def test_attitude_needs_all_its_frames(blocks):
     ("can_id", "length", "verdict"),
     [
         (0x3FF, 8, Verdict.UNKNOWN_ID),
+        (0x100 | 1 << 20, 8, Verdict.UNKNOWN_ID),
         (0x100, 7, Verdict.WRONG_LENGTH),
         (0x100 | RTR_FLAG, 8, Verdict.REMOTE),
         (0x100 | EFF_FLAG, 8, Verdict.EXTENDED),
