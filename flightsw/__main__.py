@@ -104,7 +104,17 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
         journey = follow(link, Follower(config.codec), heartbeat(config), play, stop, arguments.once)
     finally:
         link.close()
+        if not arguments.quiet:
+            _tell_rejections(config.codec, state.rejected)
     return 0 if arguments.once and journey.runs_ended else INTERRUPTED
+
+
+def _tell_rejections(codec, rejected) -> None:
+    """What was heard and not used: where, how often, why, and with what consequence."""
+    from flightsw.rejections import rejection_table
+
+    for reason, where, count, consequence in rejection_table(codec, rejected):
+        print(f"flightsw: {count} x {reason} at {where}: {consequence}", file=sys.stderr, flush=True)
 
 
 def _options(pairs: Sequence[str]) -> dict[str, float | bool | str]:
