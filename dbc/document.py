@@ -65,7 +65,8 @@ def document() -> str:
 
 Written by `python -m dbc.document` from the contract; the conventions are in [contract.md](contract.md).
 All signals are little-endian (Intel); start bit 0 is the lowest bit of byte 0. Protected messages carry
-`e2e_crc` (bits 0-7), `e2e_counter` (8-11) and `epoch_mod16` (12-15) before the signals listed.
+`e2e_crc` (bits 0-7), `e2e_counter` (8-11) and `epoch_mod16` (12-15) before the signals listed. Kinds that
+repeat per receiver or node are named after their sender in the DBC: `RX1_RANGE`, `ATT_HEARTBEAT`.
 
 ## Contract hash
 
