@@ -24,7 +24,7 @@ from tools.ledger import CommandLedger
 
 Columns = Mapping[str, NDArray]
 
-NO_FIX = 0
+_POSITION, _POSITION_VELOCITY = 1, 2  # NavMode
 _FIX_SIGNALS = {
     **{f"NAV_{a}": (f"{a.lower()}_m",) for a in "XYZ"},
     **{f"NAV_V{a}": (f"v{a.lower()}_mps",) for a in "XYZ"},
@@ -200,18 +200,24 @@ def _times(kinds: _ByKind, epochs: int) -> NDArray[np.int64]:
 
 
 def _fixes(kinds: _ByKind, epochs: int) -> dict[str, NDArray]:
-    """The navigation block of each epoch, (e,) arrays; nan where there is none."""
+    """The navigation block of each epoch, (e,) arrays; nan where there is none.
+
+    A fix is valid if all frames came that its mode promises. One of mode POSITION has no velocity.
+    """
     out: dict[str, NDArray] = {}
-    complete = np.ones(epochs, bool)
     for kind, names in _FIX_SIGNALS.items():
         row, _, values = kinds(kind)
         for name in names:
             out[name] = np.full(epochs, np.nan)
             out[name][row] = values[name]
-        if kind != "NAV_STATUS":
-            complete &= ~np.isnan(out[names[0]])
+    position_only = out["mode"] == _POSITION
+    for axis in "xyz":
+        out[f"v{axis}_mps"][position_only] = np.nan
+    placed, moving = (
+        ~np.isnan([out[name.format(a)] for a in "xyz"]).any(axis=0) for name in ("{}_m", "v{}_mps")
+    )
     out["reported"] = ~np.isnan(out["mode"])
-    out["valid"] = out["reported"] & complete & (out["mode"] > NO_FIX)
+    out["valid"] = placed & (position_only | moving & (out["mode"] == _POSITION_VELOCITY))
     row, _, clock = kinds("NAV_CLOCK")
     order = np.argsort(-clock["item"], kind="stable")  # the lowest domain is written last and stands
     domains = order[clock["item"][order] < len(VALUES["ClockItem"]) - 1]

@@ -43,7 +43,8 @@ def statistics(values, names: Sequence[str]) -> dict[str, float | int | None]:
 
 
 def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """3-D position [m] and velocity [m/s] errors of valid fixes that truth knows the instant of."""
+    """3-D position [m] and velocity [m/s] errors of valid fixes that truth knows the instant of; nan for the
+    velocity of a fix without one."""
     valid = fixes["valid"]
     t_ns = fixes["t_ns"][valid]
     if not len(rows) or not len(t_ns):

@@ -8,7 +8,10 @@ import pytest
 from dbc import codec, e2e
 from dbc.frames import EMPTY, FrameBatch, batch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
+from emulator.truth import TRUTH
+from tools import tables
 from tools.digest import Digest
+from tools.summary import craft_summary
 
 CODEC = codec.codec(4)
 WEEK, SECOND = 1712, 259_200
@@ -144,6 +147,49 @@ def test_an_epoch_without_fix_is_a_row_that_is_not_valid():
 @pytest.mark.parametrize("kind", ["NAV_X", "NAV_VZ"])
 def test_a_fix_with_a_frame_missing_is_not_valid(kind):
     block = Sender().block(0, *FIVE, navigation(used=USED))
+    digest, _ = digested(block[block.can_id != CODEC.can_id_of[kind, 0]])
+    assert digest.fixes["valid"].tolist() == [False]
+
+
+@pytest.mark.parametrize("velocity_sent", [False, True], ids=["without-velocity", "with-idle-velocity"])
+def test_a_fix_of_position_alone_is_valid_and_has_no_velocity(velocity_sent):
+    sender, velocity_ids = Sender(), [CODEC.can_id_of[f"NAV_V{axis}", 0] for axis in "XYZ"]
+    alone = navigation(mode=1, used=USED)
+    if not velocity_sent:
+        alone = alone[~np.isin(alone.can_id, velocity_ids)]
+    digest, _ = digested(sender.block(0, *FIVE, alone), sender.block(1, *FIVE, navigation(used=USED)))
+    fixes = digest.fixes
+    assert fixes["valid"].tolist() == [True, True]
+    assert fixes["satellites_used"].tolist() == [5, 5]
+    assert np.isnan(fixes["vx_mps"]).tolist() == [True, False]
+
+    truth = np.zeros(2, TRUTH)
+    truth["t_gps_ns"], truth["position_ecef_m"] = fixes["t_ns"], CRAFT_M + [[3, 0, 0], [1, 0, 0]]
+    truth["velocity_ecef_mps"] = [0, 1, 2.5]
+    figures = craft_summary(digest, truth)
+    assert figures["fixes"] == 2
+    assert (figures["position_error_m"]["max"], figures["velocity_error_mps"]["max"]) == (3, 0.5)
+
+
+def test_the_velocity_of_a_fix_without_one_is_null_in_the_table(tmp_path):
+    import polars
+
+    digest, _ = digested(Sender().block(0, *FIVE, navigation(mode=1, used=USED)))
+    tables.write_fixes_and_truth(tmp_path, {"soyuz": digest}, None)
+    row = polars.read_parquet(tmp_path / "fixes.parquet").row(0, named=True)
+    assert (row["valid"], row["mode"], row["vx_ecef_mps"]) == (True, "POSITION", None)
+    assert row["x_ecef_m"] == pytest.approx(CRAFT_M[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("mode", [3, 7])
+def test_a_fix_of_unknown_mode_is_not_valid(mode):
+    digest, _ = digested(Sender().block(0, *FIVE, navigation(mode=mode, used=USED)))
+    assert digest.fixes["valid"].tolist() == [False]
+
+
+@pytest.mark.parametrize("kind", ["NAV_Y", "NAV_Z"])
+def test_a_fix_of_position_alone_with_a_frame_missing_is_not_valid(kind):
+    block = Sender().block(0, *FIVE, navigation(mode=1, used=USED))
     digest, _ = digested(block[block.can_id != CODEC.can_id_of[kind, 0]])
     assert digest.fixes["valid"].tolist() == [False]
 
