@@ -29,11 +29,12 @@ _CLASS_OF_STATUS = {2: Mistake, 3: Missing}
 
 @dataclass(slots=True, eq=False)
 class Child:
-    """A process of the bench, and the file that catches its last words."""
+    """A process of the bench, and the file that catches its last words; `sent_away` once we ended it."""
 
     name: str
     process: subprocess.Popen
     words: Path
+    sent_away: bool = False
 
     @property
     def running(self) -> bool:
@@ -65,6 +66,7 @@ class Child:
     def leave(self) -> None:
         """End it: asked first, killed when it does not listen."""
         if self.running:
+            self.sent_away = True
             self.process.terminate()
             if not self.wait(LEAVE_S):
                 self.process.kill()

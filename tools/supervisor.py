@@ -18,6 +18,7 @@ from dbc.codec import Codec
 from dbc.link.hub import PrivateFolder
 from tools.arguments import EXTERNAL, OURS
 from tools.children import LEAVE_S, Child, StatusReader, emulator_command, flight_command, start
+from tools.errors import Failed
 from tools.folder import RunFolder
 from tools.outcome import Outcome
 from tools.plan import Plan, vehicle_name
@@ -120,7 +121,8 @@ class _Watch:
     def until_over(self, emulator: Child, flights: list[Child], stop: Callable[[], bool]) -> str:
         """Rounds until all have left; why the run broke off, "" if it did not.
 
-        A run that never began is an error: of the one who refused, in his words.
+        A run that never began is an error: of the one who refused, in his words, else of the first to end
+        by itself. Whoever we sent away is to blame for nothing.
         """
         failure = ""
         while emulator.running:
@@ -138,10 +140,9 @@ class _Watch:
             bus.finish()
         self.status.poll()
         if failure and not self._epochs:
-            refused = next(
-                (child for child in (emulator, *flights) if child.process.returncode in (2, 3)), None
-            )
-            raise (refused or next(c for c in (*flights, emulator) if c.process.returncode)).refusal()
+            by_themselves = (child for child in (emulator, *flights) if not child.sent_away)
+            refused = next((child for child in by_themselves if child.process.returncode in (2, 3)), None)
+            raise refused.refusal() if refused else Failed(failure)
         return failure
 
     def _trouble(self, emulator: Child, flights: list[Child]) -> str:

@@ -411,6 +411,25 @@ def test_a_flight_software_that_cannot_start_is_told_and_leaves_nothing(tmp_path
     assert not (tmp_path / "run").exists()
 
 
+def test_a_flight_software_that_leaves_at_once_is_the_one_to_blame(tmp_path, capsys):
+    assert main(["run", "--flight", "true", "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    assert capsys.readouterr().err == "gnss-hil: flight software of soyuz ended with status 0\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):
+    process = started(tmp_path / "run")
+    deadline = time.monotonic() + 30
+    while "emulator" not in (children := children_of(process.pid)):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    os.kill(children["emulator"], signal.SIGKILL)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert err == "gnss-hil: emulator killed by SIGKILL\n"
+    assert not (tmp_path / "run").exists()
+
+
 def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
     with PrivateFolder() as private, Hub(private / "bus"):
         bus = f"embedded:{private / 'bus'}"
