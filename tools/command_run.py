@@ -49,7 +49,7 @@ def run(arguments: Namespace) -> int:
             raise Mistake(
                 f"--bus {arguments.bus}: each of {len(plan.names)} craft has its own bus; use embedded"
             )
-        check_bus(arguments.bus)
+        check_bus(arguments.bus, plan.codecs[0], ("FLIGHT",) if arguments.flight == EXTERNAL else ())
     folder = RunFolder(arguments.out or default_path(plan.scenario.name))
     recording = _Recording()
     try:

@@ -4,22 +4,40 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from dbc.codec import Codec
 from dbc.frames import EMPTY, FrameBatch, concat
-from dbc.link.base import LinkClosed, frames_from_wire, open_link
+from dbc.link.base import LinkClosed, LinkError, frames_from_wire, is_shared, open_link
 from dbc.link.hub import Hub
+from dbc.link.occupied import occupied
 from tools.errors import Failed
 
 QUEUE_PIECES = 4096
 """Pieces of the bus that may wait for the recorder; then the bus waits."""
 
 
-def check_bus(spec: str) -> None:
-    """LinkError if a bus cannot be joined; asked before a run folder is made."""
-    open_link(spec).close()
+LISTEN_S = 1.2
+"""How long a shared bus is listened to: a bench at real time speaks once a second."""
+
+
+def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
+    """LinkError if a bus cannot be joined, or another bench plays there; asked before a run folder is made.
+
+    awaited  nodes that may be there already
+    """
+    link = open_link(spec)
+    try:
+        others = {*codec.sender_of} - {"", *awaited}
+        heard = occupied(link, codec, others, LISTEN_S) if is_shared(spec) else set()
+    except LinkClosed as error:
+        raise LinkError(f"bus '{spec}': {error or 'gone'}") from None
+    finally:
+        link.close()
+    if heard:
+        raise LinkError(f"bus '{spec}': {', '.join(sorted(heard))} of another bench can be heard there")
 
 
 class Ear:

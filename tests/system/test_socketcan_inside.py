@@ -155,6 +155,19 @@ def test_an_emulator_refuses_a_bus_where_another_one_plays(link):
     )
 
 
+def test_a_run_refuses_a_bus_where_another_bench_plays(link, tmp_path):
+    folder = tmp_path / "run"
+    bench = run("tools.cli", "run", "--bus", "socketcan:vcan0", "--out", str(folder))
+    while bench.poll() is None:
+        link.send(mark(5))
+        time.sleep(1.0)  # the rhythm of a bench at real time
+    assert bench.returncode == 3
+    assert bench.stderr.read() == (
+        "gnss-hil: bus 'socketcan:vcan0': TIME of another bench can be heard there\n"
+    )
+    assert not folder.exists()
+
+
 def test_two_processes_fly_on_vcan_without_a_loss(candump, tmp_path):
     flight = run("flightsw", "--vehicle", str(VEHICLE), "--bus", "socketcan:vcan0", "--once", "--quiet")
     status = tmp_path / "status"
