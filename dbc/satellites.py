@@ -33,8 +33,10 @@ def number_of(sat_index):
 
 
 def name(sat_index: int) -> str:
-    """RINEX name of a satellite: 'G07', 'R21'."""
-    return f"{SYSTEM_LETTERS[int(sat_index) // NUMBERS]}{int(sat_index) % NUMBERS:02d}"
+    """RINEX name of a satellite: 'G07', 'R21'; '7:63' of a system that has no letter."""
+    system, number = divmod(int(sat_index), NUMBERS)
+    prefix = SYSTEM_LETTERS[system] if system < len(SYSTEM_LETTERS) else f"{system}:"
+    return f"{prefix}{number:02d}"
 
 
 def parse(text: str) -> int:

@@ -18,13 +18,14 @@ from tools.truth import Truth
 
 _ROWS_PER_PART = 200_000
 _TRUTH_ROWS = 10_000
-_SATELLITE_NAMES = np.array([satellites.name(i) if i < 448 else "" for i in range(satellites.SATELLITES)])
+_SATELLITE_NAMES = np.array([satellites.name(i) for i in range(satellites.SATELLITES)])
 
 
 def _labels(table: str, raw) -> np.ndarray:
-    names = VALUES[table]
-    lookup = np.array([names.get(i, str(i)) for i in range(max(names) + 1)])
-    return lookup[np.asarray(raw, int)]
+    """Names of raw values; the number itself where the table has no name for it."""
+    names, raw = VALUES[table], np.asarray(raw, int)
+    lookup = np.array([names.get(i, str(i)) for i in range(raw.max(initial=0) + 1)])
+    return lookup[raw]
 
 
 def _seconds(t_ns) -> np.ndarray:

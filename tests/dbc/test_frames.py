@@ -36,7 +36,15 @@ def test_satellite_names(name, system, number):
     assert satellites.name(index) == name
 
 
-@pytest.mark.parametrize("text", ["", "G7", "X01", "G00", "G64", "g01"])
+def test_every_index_has_a_name_of_its_own():
+    """Three bits of system and six of number pass the contract, named by RINEX or not."""
+    names = [satellites.name(i) for i in range(satellites.SATELLITES)]
+    assert len(set(names)) == satellites.SATELLITES
+    assert names[satellites.index(7, 63)] == "7:63"
+    assert names[satellites.index(7, 0)] == "7:00"
+
+
+@pytest.mark.parametrize("text", ["", "G7", "X01", "G00", "G64", "g01", "7:63"])
 def test_no_satellite_names(text):
     with pytest.raises(ValueError, match="not a satellite name"):
         satellites.parse(text)

@@ -164,7 +164,7 @@ def test_a_fix_of_position_alone_is_valid_and_has_no_velocity(velocity_sent):
     assert np.isnan(fixes["vx_mps"]).tolist() == [True, False]
 
     truth = np.zeros(2, TRUTH)
-    truth["t_gps_ns"], truth["position_ecef_m"] = fixes["t_ns"], CRAFT_M + [[3, 0, 0], [1, 0, 0]]
+    truth["t_gps_ns"], truth["position_ecef_m"] = fixes["t_ns"], CRAFT_M + np.diag([3, 1, 0])[:2]
     truth["velocity_ecef_mps"] = [0, 1, 2.5]
     figures = craft_summary(digest, truth)
     assert figures["fixes"] == 2

@@ -1,0 +1,72 @@
+"""Tables of whatever the contract lets pass: values that its value tables do not name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dbc import codec, e2e
+from dbc.frames import FrameBatch, batch, concat
+from tools import tables
+from tools.digest import Digest
+from tools.summary import build
+
+polars = pytest.importorskip("polars")
+
+CODEC = codec.codec(4)
+FACTS = {"scenario": "extremes", "pace": "lockstep", "epoch_interval_s": 1.0, "epochs_unanswered": 0}
+
+
+def at_maximum(can_id: int) -> FrameBatch:
+    """The frame with every bit behind its protection header set."""
+    return batch([can_id], np.full((1, 8), 255, np.uint8))
+
+
+def extremes(epoch: int) -> list[FrameBatch]:
+    """An epoch of all protected frames of the bus, every field at its maximum; its times are ordinary."""
+    times = {
+        "TIME_MARK": {"session": 1, "epoch": epoch},
+        "TIME_GPS": {"week": 1712, "second": epoch},
+        "TIME_FINE": {"nanosecond": 0, "leap": 16},
+    }
+    opening = [batch([CODEC.can_id_of[kind, 0]], CODEC.encode(kind, said, 1)) for kind, said in times.items()]
+    others = [
+        at_maximum(can_id)
+        for (kind, _), can_id in CODEC.can_id_of.items()
+        if kind not in times and CODEC.protected_of[can_id]
+    ]
+    return [*opening, *others]
+
+
+def test_every_field_at_its_maximum_reaches_the_tables_and_the_summary(tmp_path):
+    counters, channels = e2e.fresh_counters(), []
+    digest = Digest(CODEC, channels.append)
+    for epoch in range(3):
+        frames, counters = e2e.protect(CODEC, concat(extremes(epoch)), counters, epoch)
+        digest.feed(frames)
+    digest.finish()
+    assert digest.traffic.rejected == {}
+
+    tables.write_fixes_and_truth(tmp_path, {"soyuz": digest}, None)
+    table = tables.ParquetTable(tmp_path / "channels.parquet")
+    for cells in channels:
+        table.add(tables.channel_columns("soyuz", cells))
+    table.close()
+
+    fixes = polars.read_parquet(tmp_path / "fixes.parquet")
+    assert (fixes["mode"].to_list(), fixes["no_fix"].to_list()) == (["7"] * 3, ["15"] * 3)
+    assert not fixes["valid"].any()
+    cells = polars.read_parquet(tmp_path / "channels.parquet")
+    assert cells.height == 3 * 4
+    assert set(cells["satellite"]) == {"7:63"}
+    assignments = polars.read_parquet(tmp_path / "assignments.parquet")
+    assert set(assignments["satellite"]) == {"7:63"}
+    assert set(assignments["event"]) == {"ack", "command", "repeat"}
+    figures = build(FACTS, {"soyuz": digest}, None)["craft"]["soyuz"]
+    assert (figures["fixes"], figures["assignment"]["rejected"]) == (0, 3 * 4)
+
+
+@pytest.mark.parametrize(("table", "raw"), [("NavMode", 7), ("NoFix", 15), ("Signal", 15), ("Lock", 7)])
+def test_what_a_value_table_does_not_name_is_its_number(table, raw):
+    first = tables.VALUES[table][0]
+    assert tables._labels(table, np.array([raw, 0])).tolist() == [str(raw), first]
