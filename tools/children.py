@@ -9,6 +9,7 @@ import subprocess
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,11 +30,11 @@ _CLASS_OF_STATUS = {2: Mistake, 3: Missing}
 
 @dataclass(slots=True, eq=False)
 class Child:
-    """A process of the bench, and the file that catches its last words; `sent_away` once we ended it."""
+    """A process of the bench, and the file that catches its last words if any; `sent_away`: we ended it."""
 
     name: str
     process: subprocess.Popen
-    words: Path
+    words: Path | None
     sent_away: bool = False
 
     @property
@@ -47,6 +48,8 @@ class Child:
         return f"{self.name} {how}{self.last_words(': ')}"
 
     def last_words(self, before: str = "") -> str:
+        if self.words is None:
+            return ""
         lines = self.words.read_text("utf-8", "replace").strip().splitlines()
         return before + lines[-1] if lines else ""
 
@@ -76,16 +79,17 @@ class Child:
 def start(
     name: str,
     command: Sequence[str],
-    words: Path,
+    words: Path | None,
     told: Mapping[str, str] | None = None,
     pass_fds: Sequence[int] = (),
 ) -> Child:
     """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order.
 
-    words  file for its stderr;  told  what it finds in its environment besides ours
+    words  file for its stderr; None lets it pass to ours
+    told   what it finds in its environment besides ours
     """
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(told or {})}
-    with words.open("wb") as stream:
+    with nullcontext() if words is None else words.open("wb") as stream:
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
             process_group=0,

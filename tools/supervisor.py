@@ -73,8 +73,13 @@ def play(
                 continue
             ours = arguments.flight == OURS
             command = flight_command(plan, vehicle, i, spec) if ours else shlex.split(arguments.flight)
-            told = {"GNSS_HIL_BUS": spec, "GNSS_HIL_VEHICLE": str(vehicle), "GNSS_HIL_CRAFT": name}
-            flights.append(start(f"flight software of {name}", command, private / f"flight-{i}", told))
+            told = {
+                "GNSS_HIL_BUS": spec,
+                "GNSS_HIL_VEHICLE": str(vehicle.absolute()),
+                "GNSS_HIL_CRAFT": name,
+            }
+            words = private / f"flight-{i}" if ours else None  # a stranger's traceback is for its author
+            flights.append(start(f"flight software of {name}", command, words, told))
             stack.callback(flights[-1].leave)
         watch = _Watch(plan, buses, progress, StatusReader(reading))
         failure = watch.until_over(emulator, flights, stop)

@@ -360,11 +360,13 @@ import os, sys
 from flightsw.__main__ import main
 here = os.environ
 assert here["GNSS_HIL_CRAFT"] == "soyuz"
+assert os.path.isabs(here["GNSS_HIL_VEHICLE"])
 sys.exit(main(["--bus", here["GNSS_HIL_BUS"], "--vehicle", here["GNSS_HIL_VEHICLE"], "--once"]))
 """
 
 
-def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path):
+def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # a run folder named from here, as people do
     (tmp_path / "other.py").write_text(OTHER)
     command = f"{sys.executable} {tmp_path / 'other.py'}"
     arguments = [
@@ -374,7 +376,7 @@ def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path)
         "--duration",
         DURATION,
         "--out",
-        str(tmp_path / "run"),
+        "run",
         "--quiet",
     ]
     assert main(arguments) == 0
@@ -415,6 +417,18 @@ def test_a_flight_software_that_leaves_at_once_is_the_one_to_blame(tmp_path, cap
     assert main(["run", "--flight", "true", "--out", str(tmp_path / "run"), "--quiet"]) == 1
     assert capsys.readouterr().err == "gnss-hil: flight software of soyuz ended with status 0\n"
     assert not (tmp_path / "run").exists()
+
+
+def test_the_traceback_of_another_flight_software_reaches_its_author(tmp_path, capfd):
+    (tmp_path / "other.py").write_text("raise RuntimeError('the antenna fell off')\n")
+    command = f"{sys.executable} {tmp_path / 'other.py'}"
+    assert main(["run", "--flight", command, "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    lines = capfd.readouterr().err.splitlines()
+    assert lines[0].startswith("Traceback")
+    assert lines[-2:] == [
+        "RuntimeError: the antenna fell off",
+        "gnss-hil: flight software of soyuz ended with status 1",
+    ]
 
 
 def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):
