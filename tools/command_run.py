@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 from argparse import Namespace
@@ -74,8 +75,8 @@ def check_combination(arguments: Namespace) -> None:
             f"--pace {arguments.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
             "use --bus embedded"
         )
-    if arguments.junit and not arguments.junit.resolve().parent.is_dir():
-        raise Mistake(f"--junit {arguments.junit}: no such folder {arguments.junit.parent}")
+    if arguments.junit:
+        _check_junit(arguments.junit)
     if arguments.flight == OURS:
         return
     if arguments.bus == "inline":
@@ -89,9 +90,22 @@ def check_combination(arguments: Namespace) -> None:
         import shlex
         import shutil
 
-        words = shlex.split(arguments.flight)
+        try:
+            words = shlex.split(arguments.flight)
+        except ValueError as error:
+            raise Mistake(f"--flight {arguments.flight!r}: not a command: {error}") from None
         if not words or shutil.which(words[0]) is None:
             raise Mistake(f"--flight {arguments.flight!r}: no such program")
+
+
+def _check_junit(path: Path) -> None:
+    """A verdict that could not be written is told before the run, not after it."""
+    if not path.absolute().parent.is_dir():
+        raise Mistake(f"--junit {path}: no such folder {path.parent}")
+    if path.is_dir():
+        raise Mistake(f"--junit {path}: is a folder; name a file")
+    if not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
+        raise Mistake(f"--junit {path}: cannot be written: Permission denied")
 
 
 @contextmanager
@@ -183,7 +197,10 @@ def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     print(f"\nrun folder: {folder.path}")
     lines = [outcome.failure] if outcome.failure else []
     if arguments.junit:
-        junit.write(arguments.junit, summary, lines)
+        try:
+            junit.write(arguments.junit, summary, lines)
+        except OSError as error:
+            lines.append(f"--junit {arguments.junit}: {error.strerror}")
     lines += [] if outcome.interrupted else missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)

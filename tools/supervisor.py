@@ -31,6 +31,10 @@ from tools.watch import standing
 TURN_S = 0.03
 """Rhythm of the supervisor: how long frames may wait to be recorded."""
 
+NO_ANSWER = (
+    "the flight software does not answer BENCH_SYNC, every epoch waits for it in vain; use --pace realtime"
+)
+
 FAREWELL_S = 1.0
 """At the end of a run the flight software may be gone this much before the emulator."""
 
@@ -81,7 +85,7 @@ def play(
             words = private / f"flight-{i}" if ours else None  # a stranger's traceback is for its author
             flights.append(start(f"flight software of {name}", command, words, told))
             stack.callback(flights[-1].leave)
-        watch = _Watch(plan, buses, progress, StatusReader(reading))
+        watch = _Watch(plan, buses, progress, StatusReader(reading), lockstep)
         failure = watch.until_over(emulator, flights, stop)
         return watch.outcome(failure, interrupted=stop())
 
@@ -121,6 +125,8 @@ class _Watch:
     buses: list[_Bus]
     progress: Progress
     status: StatusReader
+    lockstep: bool
+    advised: bool = False
     begun: float = field(default_factory=time.perf_counter)
 
     def until_over(self, emulator: Child, flights: list[Child], stop: Callable[[], bool]) -> str:
@@ -165,10 +171,18 @@ class _Watch:
         for bus in self.buses:
             bus.take()
         self.status.poll()
+        self._advise()
         first = self.buses[0]
         if first.last is not None and self.progress.due():
             simulated_s = (first.last.number + 1) * self.plan.scenario.time.epoch_interval_s
             self.progress.show(standing(first.codec, first.last.frames, simulated_s))
+
+    def _advise(self) -> None:
+        """Once, when lockstep goes on without a single answer: it looks hung, and is not."""
+        epochs, unanswered = (self.status.last.get(key, 0) for key in ("epoch", "epochs_unanswered"))
+        if self.lockstep and not self.advised and 0 < epochs == unanswered:
+            self.advised = True
+            self.progress.note(NO_ANSWER)
 
     @property
     def _epochs(self) -> int:

@@ -244,6 +244,9 @@ run folder cannot be
 flight software that there is not
     $ run --flight nosuch
     --flight 'nosuch': no such program
+flight software with an open quotation
+    $ run --flight sh'unclosed
+    --flight .*'unclosed.*: not a command: No closing quotation
 flight software without a bus
     $ run --flight external --bus inline
     --flight external with --bus inline: inline has no bus to join
@@ -253,6 +256,9 @@ policy for somebody else's flight software
 verdict into a folder that there is not
     $ run --junit nowhere/verdict.xml
     --junit nowhere/verdict\.xml: no such folder nowhere
+verdict into a folder itself
+    $ run --junit {taken}
+    --junit .*taken: is a folder; name a file
 report of nothing
     $ report nowhere
     nowhere: no such run folder

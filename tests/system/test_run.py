@@ -17,11 +17,17 @@ import numpy as np
 import polars as pl
 import pytest
 
+from dbc.codec import codec
 from dbc.link.hub import Hub, PrivateFolder
 from dbc.vehicle import find
 from emulator.scenario import shipped
 from tests.realdata import data_file
+from tools import supervisor
+from tools.children import StatusReader
 from tools.cli import main
+from tools.progress import Progress
+from tools.sequence import Sequencer
+from tools.taps import Ear
 
 DURATION = "70"
 FILES = {
@@ -429,6 +435,36 @@ def test_the_traceback_of_another_flight_software_reaches_its_author(tmp_path, c
         "RuntimeError: the antenna fell off",
         "gnss-hil: flight software of soyuz ended with status 1",
     ]
+
+
+@pytest.mark.parametrize(
+    ("lockstep", "statuses", "notes"),
+    [
+        (True, [(0, 0), (1, 1), (2, 2)], 1),
+        (True, [(1, 0), (2, 1)], 0),
+        (False, [(1, 1)], 0),
+    ],
+)
+def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, statuses, notes):
+    reading, writing = os.pipe()
+    bus = supervisor._Bus(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None)
+    progress = Progress("soyuz", 600, quiet=True)
+    watch = supervisor._Watch(None, [bus], progress, StatusReader(reading), lockstep)
+    for epoch, unanswered in statuses:
+        said = {"epoch": epoch, "epochs_unanswered": unanswered}
+        os.write(writing, json.dumps(said).encode() + b"\n")
+        watch._round()
+    assert capsys.readouterr().err == (supervisor.NO_ANSWER + "\n") * notes
+    os.close(reading)
+    os.close(writing)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")
+def test_a_verdict_that_finds_no_room_is_one_line_after_the_run(tmp_path, capsys):
+    arguments = ["run", "--bus", "inline", "--duration", "20", "--out", str(tmp_path / "run"), "--quiet"]
+    assert main([*arguments, "--junit", "/dev/full"]) == 1
+    assert capsys.readouterr().err == "gnss-hil: --junit /dev/full: No space left on device\n"
+    assert summary_of(tmp_path / "run")["epochs"] == 20
 
 
 def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):
