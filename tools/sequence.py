@@ -11,9 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dbc import e2e
 from dbc.codec import IDENTIFIERS, Codec
 from dbc.contract import BENCH_FIRST, BENCH_LAST
 from dbc.frames import SFF_MASK, FrameBatch, concat
+
+_FARTHEST = 10_000
+"""Epochs by which a mark may be ahead of the last one. Nobody misses more and goes on listening."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,9 @@ class Epoch:
 
 class Sequencer:
     """Turns frames as heard into epochs in canonical order.
+
+    The first time mark with a sound CRC begins the run, later ones of its session each open an epoch if they
+    lead on. Any other mark is a frame of the epoch it is heard in, for the digest to reject.
 
     A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
     epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.
@@ -40,14 +47,20 @@ class Sequencer:
         self._done_id = codec.can_id_of["BENCH_DONE", 0]
         self._sync_id = codec.can_id_of["BENCH_SYNC", 0]
         self._heartbeat = codec.kinds["HEARTBEAT"].number
+        self._session = -1
         self._epoch: int | None = None
         self._heard: list[FrameBatch] = []
         self._answers: list[FrameBatch] = []
         self._pending: list[FrameBatch] = []
         self._answered = -1
         self._announced = -1
-        self.declared = 0
-        """Frames that the senders of all blocks say they sent."""
+        self._opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
+        self._declared = 0
+
+    @property
+    def declared(self) -> int:
+        """Frames that the senders of all blocks say they sent; 0 if any epoch lacks what one of them says."""
+        return self._declared if self._dones == self._syncs >= self._opened else 0
 
     def hear(self, frames: FrameBatch) -> list[Epoch]:
         """Epochs that these frames completed."""
@@ -59,13 +72,32 @@ class Sequencer:
             self._take(frames[begin:i])
             begin = i + 1
             if can_id[i] == self._mark_id:
-                closed += self.finish(keep_pending=True)
-                self._epoch = int(self._codec.decode("TIME_MARK", frames.data[i : i + 1])["epoch"][0])
-                self._heard.append(frames[i : i + 1])
+                if self._opens(frames[i : i + 1]):
+                    closed += self.finish(keep_pending=True)
+                    self._open(frames[i : i + 1])
+                else:
+                    self._take(frames[i : i + 1])
             else:
                 self._steer(int(can_id[i]), frames.data[i : i + 1])
         self._take(frames[begin:])
         return closed
+
+    def _label(self, mark: FrameBatch) -> tuple[int, int]:
+        """Session and epoch that a mark names."""
+        said = self._codec.decode("TIME_MARK", mark.data)
+        return int(said["session"][0]), int(said["epoch"][0])
+
+    def _opens(self, mark: FrameBatch) -> bool:
+        """Whether an epoch begins here: the mark is intact and leads on from the last one."""
+        if mark.length[0] != 8 or mark.data[0, 0] != e2e.crc(mark.can_id, mark.data)[0]:
+            return False
+        session, epoch = self._label(mark)
+        return self._epoch is None or (session == self._session and 0 < epoch - self._epoch <= _FARTHEST)
+
+    def _open(self, mark: FrameBatch) -> None:
+        self._session, self._epoch = self._label(mark)
+        self._opened += 1
+        self._heard.append(mark)
 
     def finish(self, keep_pending: bool = False) -> list[Epoch]:
         """The epoch in hand, closed; at the end of the run also what no BENCH_DONE claimed."""
@@ -96,7 +128,8 @@ class Sequencer:
             said = self._codec.decode("BENCH_SYNC", data)
             if said["epoch"][0] > self._announced:
                 self._announced = int(said["epoch"][0])
-                self.declared += int(said["count"][0])
+                self._syncs += 1
+                self._declared += int(said["count"][0])
         elif can_id == self._done_id:
             said = self._codec.decode("BENCH_DONE", data)
             self._close_answer(int(said["epoch"][0]), int(said["count"][0]))
@@ -104,7 +137,8 @@ class Sequencer:
     def _close_answer(self, epoch: int, count: int) -> None:
         first = self._answered < 0
         if epoch > self._answered:
-            self.declared += count
+            self._dones += 1
+            self._declared += count
         if self._lockstep:
             block = concat(self._pending)
             self._pending = []

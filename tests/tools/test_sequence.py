@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dbc import codec
+from dbc import codec, e2e
 from dbc.frames import FrameBatch, batch, concat
 from dbc.link import bench
 from tools.sequence import Sequencer
@@ -19,9 +19,14 @@ def frame(name: str, mark: int, number: int = 0) -> FrameBatch:
     return batch([CODEC.can_id_of[name, number]], bytes([0, 0, mark, 0, 0, 0, 0, 0]))
 
 
+def time_mark(epoch: int, session: int = SESSION) -> FrameBatch:
+    payload = CODEC.encode("TIME_MARK", {"session": session, "epoch": epoch}, 1)
+    mark = batch([CODEC.can_id_of["TIME_MARK", 0]], payload)
+    return e2e.protect(CODEC, mark, e2e.fresh_counters(), epoch)[0]
+
+
 def emulated(epoch: int) -> FrameBatch:
-    mark = CODEC.encode("TIME_MARK", {"session": SESSION, "epoch": epoch}, 1)
-    return concat([batch([CODEC.can_id_of["TIME_MARK", 0]], mark), frame("RANGE", epoch, 1)])
+    return concat([time_mark(epoch), frame("RANGE", epoch % 256, 1)])
 
 
 def flown(epoch: int) -> FrameBatch:
@@ -89,6 +94,66 @@ def test_foreign_frames_are_kept():
 def test_at_other_paces_order_is_as_heard():
     heard = [GREETING, flown(0)[:1], emulated(0), flown(0), sync(0), emulated(1)]
     assert recorded(*heard, lockstep=False) == [(0, concat([emulated(0), flown(0)])), (1, emulated(1))]
+
+
+def spoilt(mark: FrameBatch, bit: int = 61) -> FrameBatch:
+    """The mark with one bit of its epoch turned over on the way."""
+    data = mark.data.copy()
+    data[0, bit // 8] ^= 1 << bit % 8
+    return FrameBatch(mark.t_ns, mark.can_id, mark.length, data)
+
+
+def cut(mark: FrameBatch) -> FrameBatch:
+    return FrameBatch(mark.t_ns, mark.can_id, mark.length - 1, mark.data)
+
+
+FALSE_MARKS = {
+    "corrupted": spoilt(time_mark(1)),
+    "wrong-length": cut(time_mark(1)),
+    "repeated": time_mark(0),
+    "absurdly-far": time_mark(4_000_000_000),
+    "other-session": time_mark(1, SESSION + 1),
+}
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+@pytest.mark.parametrize("false", FALSE_MARKS.values(), ids=FALSE_MARKS)
+def test_a_mark_that_opens_no_epoch_is_a_frame_like_any_other(false, lockstep):
+    heard = [emulated(0), false, sync(0), flown(0), done(0), *PLAIN[4:]]
+    first = concat([emulated(0), false, flown(0)])
+    assert recorded(*heard, lockstep=lockstep) == [(0, first), CANONICAL[1]]
+
+
+def test_a_replayed_mark_does_not_turn_time_back():
+    heard = [*PLAIN, time_mark(0), emulated(2)]
+    second = concat([emulated(1), time_mark(0), flown(1)])
+    assert recorded(*heard) == [CANONICAL[0], (1, second), (2, emulated(2))]
+
+
+@pytest.mark.parametrize(
+    "false", [spoilt(time_mark(0)), cut(time_mark(0))], ids=["corrupted", "wrong-length"]
+)
+def test_no_run_begins_with_a_spoilt_mark(false):
+    assert recorded(false, GREETING, *PLAIN) == CANONICAL
+
+
+def test_marks_that_were_lost_do_not_hold_up_the_next():
+    assert recorded(emulated(0), emulated(900)) == [(0, emulated(0)), (900, emulated(900))]
+
+
+def declared_after(*heard: FrameBatch) -> int:
+    sequencer = Sequencer(CODEC, lockstep=False)
+    sequencer.hear(concat(heard))
+    return sequencer.declared
+
+
+def test_what_was_sent_is_unknown_unless_every_epoch_was_declared_by_both():
+    assert declared_after() == 0
+    assert declared_after(*PLAIN) == 8
+    assert declared_after(*PLAIN[:3], *PLAIN[4:]) == 0, "an epoch without DONE"
+    assert declared_after(*PLAIN[:7]) == 0, "the last epoch without DONE"
+    assert declared_after(emulated(0), flown(0), done(0), *PLAIN[4:]) == 0, "an epoch without SYNC"
+    assert declared_after(*[f for f in PLAIN if f.can_id[-1] != bench.DONE_ID]) == 0, "never a DONE"
 
 
 def test_declared_counts_each_block_once():
