@@ -89,8 +89,9 @@ def craft_summary(digest: Digest, rows: np.ndarray) -> dict[str, Any]:
 
 
 def frames_summary(digests: Mapping[str, Digest], sent: int | None) -> dict[str, Any]:
-    """Frames of all buses. `sent` is what the senders' bench frames declare; without them, what was heard and
-    what the counters of the streams miss."""
+    """Frames of all buses. `sent` is what the senders' bench frames declare. Where they declare nothing, or
+    less than was heard because one of them does not declare, it is what was heard and what the counters of
+    the streams miss."""
     traffic = [d.traffic for d in digests.values()]
     received = sum(t.received for t in traffic)
     missing = sum(t.lost for t in traffic)
@@ -98,7 +99,8 @@ def frames_summary(digests: Mapping[str, Digest], sent: int | None) -> dict[str,
     for t in traffic:
         for reason, count in t.rejected.items():
             rejected[reason] = rejected.get(reason, 0) + count
-    sent = received + missing if sent is None else sent
+    if sent is None or sent < received:
+        sent = received + missing
     return {"sent": sent, "received": received, "lost": max(sent - received, missing), "rejected": rejected}
 
 
@@ -114,11 +116,14 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
 
     facts    what only the run itself knows: scenario, seed, policy, ..., real_time_factor, epoch_latency_ms
     digests  by craft name
+
+    At a free pace nobody has to answer bench frames: there unanswered epochs are no figure.
     """
     rows = {name: truth.of(name) if truth and name in truth.craft else np.zeros(0) for name in digests}
     figures = {name: craft_summary(digest, rows[name]) for name, digest in digests.items()}
     return {
         **{k: v for k, v in facts.items() if k not in ("expect", "frames_sent")},
+        "epochs_unanswered": facts["epochs_unanswered"] if facts["pace"] == "lockstep" else None,
         "frames": frames_summary(digests, facts.get("frames_sent")),
         "bus_load_percent": load_percent(digests, facts["epoch_interval_s"]),
         "expectations": judge(facts.get("expect", {}), figures),
