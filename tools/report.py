@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, ValidationError
 
 from dbc import vehicle
 from dbc.codec import Codec, codec
@@ -13,8 +15,39 @@ from emulator import scenario as scenarios
 from emulator.scenario import Scenario
 from tools import tables, truth
 from tools.digest import Digest
+from tools.errors import Mistake
 from tools.folder import FACTS, LOG, SCENARIO, SUMMARY, TRUTH, write_json
 from tools.summary import build
+
+
+class _Bus(BaseModel):
+    interface: str | None
+    channel: str | None
+
+
+class _Latency(BaseModel):
+    p50: float | None
+    p99: float | None
+
+
+class _Facts(BaseModel):
+    """What run.json has to hold for a summary; null where a run died before it was known."""
+
+    scenario: str
+    seed: int
+    policy: str
+    pace: str | None
+    bus: _Bus
+    reproducible: bool
+    interrupted: bool
+    duration_s: float
+    epoch_interval_s: Annotated[float, Field(gt=0)]
+    epochs: int
+    epochs_unanswered: int | None
+    real_time_factor: float | None
+    epoch_latency_ms: _Latency
+    frames_sent: int | None
+    expect: dict[str, dict[Literal["min", "max"], float]]
 
 
 def bus_names(craft: Sequence[str]) -> list[str]:
@@ -47,9 +80,18 @@ def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest])
 
 
 def read_facts(folder: Path) -> dict[str, Any] | None:
-    """What the run noted of itself; None if it died before."""
+    """What the run noted of itself; None if it died before. Mistake if the file is damaged."""
     path = folder / FACTS
-    return json.loads(path.read_text("utf-8")) if path.exists() else None
+    if not path.exists():
+        return None
+    text = path.read_bytes()
+    try:
+        _Facts.model_validate_json(text, strict=True)
+        return json.loads(text)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = ".".join(map(str, fault["loc"]))
+        raise Mistake(f"{path}: is damaged: {where}{': ' if where else ''}{fault['msg']}") from None
 
 
 def read_scenario(folder: Path) -> tuple[Scenario, list[Codec]]:
