@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from typing import TextIO
 
 from tools.errors import INTERRUPTED, PROGRAM, Mistake
 
@@ -142,20 +143,49 @@ def _told(error: BaseException) -> tuple[int, str] | None:
     ):
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):
             return status, str(error)
+    if isinstance(error, OSError) and error.strerror:  # disk full, no permission
+        return 1, f"{error.filename or 'standard output'}: {error.strerror}"  # files have names
     return None
+
+
+def _open_missing_streams() -> None:
+    """A process may be started with stdout or stderr closed; then what it says there goes nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the rest of the process
+
+
+def _empties(stream: TextIO) -> bool:
+    """Whether a stream gets rid of what it holds."""
+    try:
+        stream.flush()
+    except OSError:
+        return False
+    return True
+
+
+def _give_up_unwritable() -> None:
+    """What a stream cannot get rid of is dropped, or the interpreter would complain of it at its end."""
+    for stream in (sys.stdout, sys.stderr):
+        if not _empties(stream):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; the exit status."""
     argv = list(sys.argv[1:] if argv is None else argv)
+    _open_missing_streams()
     try:
-        return _dispatch(argv)
+        status = _dispatch(argv)
+        sys.stdout.flush()  # at the interpreter's end a failure would have no words
+        return status
     except SystemExit as request:  # argparse's --help
         return int(request.code or 0)
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has left
-        sys.stderr.close()
         return 0
     except Exception as error:
         told = _told(error)
@@ -165,6 +195,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         for line in text.splitlines() or [type(error).__name__]:
             print(f"{PROGRAM}: {line}", file=sys.stderr)
         return status
+    finally:
+        _give_up_unwritable()
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     check_combination(arguments)
     from tools import plan as plans
-    from tools.folder import RunFolder, default_path
+    from tools.folder import RunFolder, default_path, naming
 
     plan = plans.make(arguments)
     if arguments.bus not in ("inline", "embedded"):
@@ -54,8 +54,9 @@ def run(arguments: Namespace) -> int:
     folder = RunFolder(arguments.out or default_path(plan.scenario.name))
     recording = _Recording()
     try:
-        folder.describe(plan)
-        outcome, digests = _play(plan, arguments, folder, recording)
+        with naming(folder.path):
+            folder.describe(plan)
+            outcome, digests = _play(plan, arguments, folder, recording)
     except BaseException:
         if recording.begun:
             print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
@@ -189,10 +190,12 @@ def _play_processes(plan, arguments, folder, recorder, progress, stop):
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
     from tools import junit, report
+    from tools.folder import naming
     from tools.text import missed, render
 
-    digests = digests or report.from_log(folder.path, plan.names, plan.codecs)
-    summary = report.write(folder.path, facts_of(plan, arguments, outcome), digests)
+    with naming(folder.path):
+        digests = digests or report.from_log(folder.path, plan.names, plan.codecs)
+        summary = report.write(folder.path, facts_of(plan, arguments, outcome), digests)
     print(render(summary))
     print(f"\nrun folder: {folder.path}")
     lines = [outcome.failure] if outcome.failure else []

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,16 @@ def _remove_if_empty(path: Path) -> None:
         path.rmdir()
     except OSError:
         return  # somebody else has put something there
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """An OSError that does not say where it arose (a write does not) arose in `path`."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:
