@@ -26,6 +26,7 @@ bench: $(STAMP)
 venv: $(STAMP)
 
 $(STAMP): pyproject.toml
+	@echo 'installing into $(VENV) (a minute or so) ...'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	touch $@

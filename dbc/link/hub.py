@@ -28,6 +28,9 @@ QUEUE_BYTES = 1 << 20
 
 _SUN_PATH_BYTES = 107  # struct sockaddr_un.sun_path, less the closing zero
 
+_PREFIX, _NAME_BYTES = "gnss-hil-", 16
+"""Of private folders, and the room for a socket's name in them."""
+
 Tap = Callable[[int, bytes], None]
 """Called in the hub's thread with the sender's number and whole frames, in bus order."""
 
@@ -254,11 +257,20 @@ def _listen(path: Path) -> socket.socket:
     return sock
 
 
+def _fits(parent: str) -> bool:
+    """Whether a socket's path has room in a private folder within `parent`."""
+    return len(os.fsencode(parent)) + len(f"/{_PREFIX}12345678/") + _NAME_BYTES <= _SUN_PATH_BYTES
+
+
 class PrivateFolder:
-    """A folder of mode 0700 for the bus's socket, removed at the end."""
+    """A folder of mode 0700 for the bus's socket, removed at the end.
+
+    Where the temporary folder's name is so long that a socket's path would not fit, it is in /tmp.
+    """
 
     def __enter__(self) -> Path:
-        self._path = Path(tempfile.mkdtemp(prefix="gnss-hil-"))
+        parent = tempfile.gettempdir()
+        self._path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=parent if _fits(parent) else "/tmp"))
         return self._path
 
     def __exit__(self, *_) -> None:
