@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from xml.etree import ElementTree
@@ -478,6 +479,23 @@ def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path)
     assert process.returncode == 1
     assert err == "gnss-hil: emulator killed by SIGKILL\n"
     assert not (tmp_path / "run").exists()
+
+
+def test_a_long_name_of_the_temporary_folder_is_no_hindrance(tmp_path, monkeypatch):
+    deep = tmp_path / ("d" * 100)
+    deep.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(deep))
+    with PrivateFolder() as private, Hub(private / "can0"):
+        assert private.parent == Path("/tmp")
+        assert private.stat().st_mode & 0o777 == 0o700
+    assert not private.exists() and not list(deep.iterdir())
+
+
+def test_the_private_folder_is_where_temporary_things_belong(monkeypatch):
+    with PrivateFolder() as outer:
+        monkeypatch.setattr(tempfile, "tempdir", str(outer))
+        with PrivateFolder() as private:
+            assert private.parent == outer
 
 
 def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
