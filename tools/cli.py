@@ -22,19 +22,23 @@ os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command; `module` has `add_arguments(parser)` and `run(arguments) -> exit status`."""
+    """A command; its module, `tools.commands.NAME`, has `add_arguments(parser)` and `run(arguments)`, which
+    returns the exit status."""
 
     name: str
-    module: str
     help: str
     examples: tuple[str, ...]
+
+    @property
+    def module(self) -> str:
+        return f"tools.commands.{self.name}"
 
 
 COMMANDS = {
     c.name: c
     for c in (
         Command(
-            "run", "tools.command_run", "play a scenario: emulator, bus, flight software, recorder, summary",
+            "run", "play a scenario: emulator, bus, flight software, recorder, summary",
             (
                 "run",
                 "run soyuz-roll --bus inline",
@@ -43,24 +47,24 @@ COMMANDS = {
             ),
         ),
         Command(
-            "emulate", "tools.command_emulate", "the emulator alone, on a bus of yours",
+            "emulate", "the emulator alone, on a bus of yours",
             ("emulate soyuz --bus socketcan:vcan0 --pace realtime",),
         ),
         Command(
-            "fly", "tools.command_fly", "the flight software alone, on a bus of yours",
+            "fly", "the flight software alone, on a bus of yours",
             ("fly --vehicle soyuz-ms.toml --bus socketcan:vcan0",),
         ),
         Command(
-            "report", "tools.command_report", "rebuild a run's tables and summary from bus.log and truth",
+            "report", "rebuild a run's tables and summary from bus.log and truth",
             ("report runs/soyuz-20121031-001500",),
         ),
-        Command("scenarios", "tools.command_scenarios", "what ships with the bench", ("scenarios",)),
+        Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
-            "vcan", "tools.command_vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",
+            "vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",
             ("vcan up", "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0"),
         ),
         Command(
-            "icd", "tools.command_icd", "the bus contract: DBC, hash, frame budget",
+            "icd", "the bus contract: DBC, hash, frame budget",
             ("icd dbc --receivers 2 > two.dbc", "icd hash", "icd budget soyuz"),
         ),
     )
@@ -138,8 +142,8 @@ def _told(error: BaseException) -> tuple[int, str] | None:
         ("dbc.vehicle", "VehicleError", 2),
         ("dbc.link.base", "LinkError", 3),
         ("emulator.world.orbit", "OrbitError", 2),
-        ("tools.candump", "LogError", 2),
-        ("tools.truth", "TruthError", 2),
+        ("tools.log.candump", "LogError", 2),
+        ("tools.results.truth", "TruthError", 2),
     ):
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):
             return status, str(error)

@@ -21,7 +21,7 @@ from emulator.world import rinex
 from flightsw.step import FlightConfig, configure
 from tools.budget import Budget, budget
 from tools.errors import Mistake
-from tools.summary import metric_names
+from tools.results.summary import metric_names
 
 _LETTERS = {"gps": "G", "glonass": "R"}
 

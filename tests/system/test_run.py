@@ -23,12 +23,14 @@ from dbc.link.hub import Hub, PrivateFolder
 from dbc.vehicle import find
 from emulator.scenario import shipped
 from tests.realdata import data_file
-from tools import supervisor
-from tools.children import StatusReader
+from tools.arguments import unchanged
+from tools.bench import supervisor
+from tools.bench.children import StatusReader
+from tools.bench.sequence import Sequencer
+from tools.bench.taps import Ear
 from tools.cli import main
-from tools.progress import Progress
-from tools.sequence import Sequencer
-from tools.taps import Ear
+from tools.live.progress import Progress
+from tools.plan import make
 
 DURATION = "70"
 FILES = {
@@ -105,9 +107,6 @@ def test_the_flight_softwares_pdop_is_the_geometrys(inline):
 
 
 def test_no_epoch_exceeds_the_frame_budget(inline):
-    from tools.arguments import unchanged
-    from tools.plan import make
-
     (budget,) = make(unchanged("soyuz")).budgets
     seconds = [line.split(b".")[0] for line in (inline / "bus.log").read_bytes().splitlines()]
     counts = np.unique(seconds, return_counts=True)[1]
@@ -448,9 +447,10 @@ def test_the_traceback_of_another_flight_software_reaches_its_author(tmp_path, c
 )
 def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, statuses, notes):
     reading, writing = os.pipe()
-    bus = supervisor._Bus(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None)
-    progress = Progress("soyuz", 600, quiet=True)
-    watch = supervisor._Watch(None, [bus], progress, StatusReader(reading), lockstep)
+    plan = make(unchanged("soyuz"))
+    display = Progress(plan, quiet=True)
+    bus = supervisor._Bus(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
+    watch = supervisor._Watch(plan, [bus], display, StatusReader(reading), lockstep)
     for epoch, unanswered in statuses:
         said = {"epoch": epoch, "epochs_unanswered": unanswered}
         os.write(writing, json.dumps(said).encode() + b"\n")

@@ -8,10 +8,10 @@ import shutil
 import pytest
 
 from emulator import scenario as scenarios
-from tools import report
 from tools.cli import main
 from tools.errors import Mistake
 from tools.folder import FACTS, LOG, SCENARIO
+from tools.results import assemble
 
 WHOLE = {
     "scenario": "soyuz", "seed": 1, "policy": "visible", "pace": "lockstep",
@@ -52,18 +52,18 @@ def test_a_damaged_run_json_is_told_in_one_line_that_names_it(tmp_path, damaged,
 def test_the_line_says_what_is_wrong(tmp_path):
     (tmp_path / FACTS).write_bytes(DAMAGED["key-missing-inside"])
     with pytest.raises(Mistake, match=r"run\.json: .*bus\.interface"):
-        report.read_facts(tmp_path)
+        assemble.read_facts(tmp_path)
 
 
 def test_a_whole_run_json_is_read_as_it_is(tmp_path):
-    assert report.read_facts(tmp_path) is None
+    assert assemble.read_facts(tmp_path) is None
     (tmp_path / FACTS).write_text(TEXT)
-    assert report.read_facts(tmp_path) == WHOLE
+    assert assemble.read_facts(tmp_path) == WHOLE
 
 
 def test_what_report_guesses_of_a_dead_run_can_be_read_again(tmp_path):
     path = scenarios.shipped()["soyuz"]
-    scenario, codecs = scenarios.parse(scenarios.read(path), str(path)), [report.codec(4)]
-    guessed = report.guessed_facts(scenario, {"soyuz": report.Digest(codecs[0])})
+    scenario, codecs = scenarios.parse(scenarios.read(path), str(path)), [assemble.codec(4)]
+    guessed = assemble.guessed_facts(scenario, {"soyuz": assemble.Digest(codecs[0])})
     (tmp_path / FACTS).write_text(json.dumps(guessed))
-    assert report.read_facts(tmp_path) == guessed
+    assert assemble.read_facts(tmp_path) == guessed

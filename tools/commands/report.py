@@ -15,9 +15,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    from tools import report
     from tools.folder import LOG, SCENARIO
-    from tools.text import missed, render
+    from tools.results import assemble
+    from tools.results.text import missed, render
 
     folder = arguments.run
     if not folder.is_dir():
@@ -26,11 +26,11 @@ def run(arguments: Namespace) -> int:
         if not (folder / name).is_file():
             reason = "; a run without a log cannot be reported again" if name == LOG else ""
             raise Mistake(f"{folder}: has no {name}{reason}")
-    scenario, codecs = report.read_scenario(folder)
+    scenario, codecs = assemble.read_scenario(folder)
     craft = [c.name for c in scenario.craft]
-    digests = report.from_log(folder, craft, codecs)
-    facts = report.read_facts(folder) or report.guessed_facts(scenario, digests)
-    summary = report.write(folder, facts, digests)
+    digests = assemble.from_log(folder, craft, codecs)
+    facts = assemble.read_facts(folder) or assemble.guessed_facts(scenario, digests)
+    summary = assemble.write(folder, facts, digests)
     print(render(summary))
     lines = missed(summary)
     for line in lines:

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
 from typing import TextIO
+
+from dbc.frames import FrameBatch
+from tools.live.watch import Standing, standing
+from tools.plan import Plan
 
 TERMINAL_S = 0.2
 PIPE_S = 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class Standing:
-    """simulated_s since the start, and what the last epoch's navigation said; error_m if truth is at hand."""
-
-    simulated_s: float
-    mode: str = ""
-    satellites: int = 0
-    pdop: float = float("nan")
-    error_m: float | None = None
 
 
 def clock(seconds: float) -> str:
@@ -30,11 +22,13 @@ def clock(seconds: float) -> str:
 
 
 class Progress:
-    """Prints standings as they fall due. `due` is cheap: ask it every epoch."""
+    """A `Display` of one line: where the first craft of a plan stands."""
 
-    def __init__(self, name: str, duration_s: float, stream: TextIO | None = None, quiet: bool = False):
-        self._name = name
-        self._duration_s = duration_s
+    def __init__(self, plan: Plan, stream: TextIO | None = None, quiet: bool = False):
+        self._name = plan.scenario.name
+        self._time = plan.scenario.time
+        self._codec = plan.codecs[0]
+        self._last: tuple[int, FrameBatch] | None = None
         self._stream = sys.stderr if stream is None else stream
         self._terminal = self._stream.isatty()
         self._every_s = TERMINAL_S if self._terminal else PIPE_S
@@ -42,10 +36,16 @@ class Progress:
         self._next = float("inf") if quiet else self._begun + self._every_s
         self._width = 0
 
-    def due(self) -> bool:
-        return time.monotonic() >= self._next
+    def hear(self, craft: int, epoch: int, frames: FrameBatch) -> None:
+        if craft == 0:
+            self._last = epoch, frames
 
-    def show(self, standing: Standing) -> None:
+    def refresh(self, unanswered: int = 0) -> None:
+        if self._last is not None and time.monotonic() >= self._next:
+            epoch, frames = self._last
+            self._show(standing(self._codec, frames, (epoch + 1) * self._time.epoch_interval_s))
+
+    def _show(self, standing: Standing) -> None:
         now = time.monotonic()
         self._next = now + self._every_s
         line = self._line(standing, now - self._begun)
@@ -71,8 +71,8 @@ class Progress:
 
     def _line(self, s: Standing, wall_s: float) -> str:
         parts = [
-            f"{self._name}  {clock(s.simulated_s)} of {clock(self._duration_s)}",
-            f"{100 * s.simulated_s / self._duration_s:3.0f} %",
+            f"{self._name}  {clock(s.simulated_s)} of {clock(self._time.duration_s)}",
+            f"{100 * s.simulated_s / self._time.duration_s:3.0f} %",
             f"{s.simulated_s / wall_s:.0f}x" if wall_s > 0 else "",
         ]
         if s.mode in ("", "NO_FIX"):
@@ -80,6 +80,4 @@ class Progress:
         else:
             parts.append(f"{s.satellites} satellites")
             parts.append(f"PDOP {s.pdop:.2f}")
-        if s.error_m is not None:
-            parts.append(f"error {s.error_m:.2f} m")
         return "  ".join(p for p in parts if p)

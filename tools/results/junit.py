@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from tools.text import missed
+from tools.results.text import missed
 
 
 def write(path: Path, summary: Mapping[str, Any], failures: Sequence[str]) -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from dbc import codec, e2e
 from dbc.frames import FrameBatch, batch, concat
-from tools import tables
-from tools.digest import Digest
-from tools.summary import build
+from tools.results import tables
+from tools.results.digest import Digest
+from tools.results.summary import build
 
 polars = pytest.importorskip("polars")
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from dbc import codec
-from tools.digest import Digest, Traffic
-from tools.summary import build, frames_summary
-from tools.text import render
+from tools.results.digest import Digest, Traffic
+from tools.results.summary import build, frames_summary
+from tools.results.text import render
 
 CODEC = codec.codec(4)
 

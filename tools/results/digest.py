@@ -19,8 +19,8 @@ from dbc.codec import Codec
 from dbc.contract import CHANNELS, HEADER_NAMES, MEASUREMENT_KINDS, VALUES
 from dbc.frames import SFF_MASK, FrameBatch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
-from tools.geometry import distinct_pdop, distinct_satellites
-from tools.ledger import CommandLedger
+from tools.results.geometry import distinct_pdop, distinct_satellites
+from tools.results.ledger import CommandLedger
 
 Columns = Mapping[str, NDArray]
 

@@ -9,9 +9,9 @@ from dbc import codec, e2e
 from dbc.frames import EMPTY, FrameBatch, batch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
 from emulator.truth import TRUTH
-from tools import tables
-from tools.digest import Digest
-from tools.summary import craft_summary
+from tools.results import tables
+from tools.results.digest import Digest
+from tools.results.summary import craft_summary
 
 CODEC = codec.codec(4)
 WEEK, SECOND = 1712, 259_200

@@ -18,7 +18,7 @@ from dbc import gpstime
 from dbc.bits import frame_bits
 from dbc.contract import BIT_RATE
 from dbc.frames import EMPTY, FrameBatch, concat
-from tools.candump import format_lines
+from tools.log.candump import format_lines
 
 BATCH_FRAMES = 16_384
 FLUSH_S = 0.5

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dbc.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from tools.candump import LogError, format_lines, parse_lines, read_chunks
+from tools.log.candump import LogError, format_lines, parse_lines, read_chunks
 
 START_US = 1_351_642_484_000_000
 

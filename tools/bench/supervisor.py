@@ -17,16 +17,15 @@ from dataclasses import dataclass, field
 from dbc.codec import Codec
 from dbc.link.hub import PrivateFolder
 from tools.arguments import EXTERNAL, OURS
-from tools.children import LEAVE_S, Child, StatusReader, emulator_command, flight_command, start
+from tools.bench.children import LEAVE_S, Child, StatusReader, emulator_command, flight_command, start
+from tools.bench.outcome import Outcome
+from tools.bench.recorder import Recorder
+from tools.bench.sequence import Epoch, Sequencer
+from tools.bench.taps import Ear, embedded_bus, foreign_bus
 from tools.errors import Failed
 from tools.folder import RunFolder
-from tools.outcome import Outcome
+from tools.live.display import Display
 from tools.plan import Plan, vehicle_name
-from tools.progress import Progress
-from tools.recorder import Recorder
-from tools.sequence import Epoch, Sequencer
-from tools.taps import Ear, embedded_bus, foreign_bus
-from tools.watch import standing
 
 TURN_S = 0.03
 """Rhythm of the supervisor: how long frames may wait to be recorded."""
@@ -44,13 +43,13 @@ def play(
     arguments: Namespace,
     folder: RunFolder,
     recorder: Recorder,
-    progress: Progress,
+    display: Display,
     stop: Callable[[], bool],
 ) -> Outcome:
     """A run of processes; an error if it could not begin."""
     lockstep = arguments.pace == "lockstep"
     buses = [
-        _Bus(number, codec, Ear(), Sequencer(codec, lockstep), recorder)
+        _Bus(number, codec, Ear(), Sequencer(codec, lockstep), recorder, display)
         for number, codec in enumerate(plan.codecs)
     ]
     with ExitStack() as stack:
@@ -73,7 +72,7 @@ def play(
         for i, (name, spec) in enumerate(specs.items()):
             vehicle = folder / vehicle_name(plan.names, i)
             if arguments.flight == EXTERNAL:
-                progress.note(f"waiting for the flight software of {name} on {spec}, vehicle file {vehicle}")
+                display.note(f"waiting for the flight software of {name} on {spec}, vehicle file {vehicle}")
                 continue
             ours = arguments.flight == OURS
             command = flight_command(plan, vehicle, i, spec) if ours else shlex.split(arguments.flight)
@@ -85,7 +84,7 @@ def play(
             words = private / f"flight-{i}" if ours else None  # a stranger's traceback is for its author
             flights.append(start(f"flight software of {name}", command, words, told))
             stack.callback(flights[-1].leave)
-        watch = _Watch(plan, buses, progress, StatusReader(reading), lockstep)
+        watch = _Watch(plan, buses, display, StatusReader(reading), lockstep)
         failure = watch.until_over(emulator, flights, stop)
         return watch.outcome(failure, interrupted=stop())
 
@@ -99,6 +98,7 @@ class _Bus:
     ear: Ear
     sequencer: Sequencer
     recorder: Recorder
+    display: Display
     last: Epoch | None = None
 
     def take(self) -> None:
@@ -114,6 +114,7 @@ class _Bus:
     def _record(self, closed: list[Epoch]) -> None:
         for epoch in closed:
             self.recorder.add(self.number, epoch.number, epoch.frames)
+            self.display.hear(self.number, epoch.number, epoch.frames)
             self.last = epoch
 
 
@@ -123,7 +124,7 @@ class _Watch:
 
     plan: Plan
     buses: list[_Bus]
-    progress: Progress
+    display: Display
     status: StatusReader
     lockstep: bool
     advised: bool = False
@@ -172,17 +173,14 @@ class _Watch:
             bus.take()
         self.status.poll()
         self._advise()
-        first = self.buses[0]
-        if first.last is not None and self.progress.due():
-            simulated_s = (first.last.number + 1) * self.plan.scenario.time.epoch_interval_s
-            self.progress.show(standing(first.codec, first.last.frames, simulated_s))
+        self.display.refresh(self.status.last.get("epochs_unanswered", 0))
 
     def _advise(self) -> None:
         """Once, when lockstep goes on without a single answer: it looks hung, and is not."""
         epochs, unanswered = (self.status.last.get(key, 0) for key in ("epoch", "epochs_unanswered"))
         if self.lockstep and not self.advised and 0 < epochs == unanswered:
             self.advised = True
-            self.progress.note(NO_ANSWER)
+            self.display.note(NO_ANSWER)
 
     @property
     def _epochs(self) -> int:

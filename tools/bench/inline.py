@@ -12,18 +12,17 @@ from emulator import build
 from emulator.journal import TruthLog
 from emulator.step import emulate_step
 from flightsw import step as flight
-from tools.outcome import Outcome
+from tools.bench.outcome import Outcome
+from tools.bench.recorder import Recorder
+from tools.live.display import Display
 from tools.plan import Plan
-from tools.progress import Progress
-from tools.recorder import Recorder
-from tools.watch import standing
 
 
 def play(
     plan: Plan,
     recorder: Recorder,
     truth: TruthLog,
-    progress: Progress,
+    display: Display,
     stop: Callable[[], bool],
 ) -> Outcome:
     """All epochs of a plan, as fast as they go; `stop` ends them early."""
@@ -32,7 +31,7 @@ def play(
     configs = dict(zip(plan.names, plan.flights, strict=True))
     flown = {name: flight.initial_state(config) for name, config in configs.items()}
     answers = dict.fromkeys(plan.names, EMPTY)
-    epochs, interval_s = plan.scenario.time.epochs, plan.scenario.time.epoch_interval_s
+    epochs = plan.scenario.time.epochs
     latency, sent, epoch = Latency(), 0, 0
     gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     begun = time.perf_counter()
@@ -45,10 +44,9 @@ def play(
             frames = concat((blocks[name], answers[name]))
             sent += len(frames)
             recorder.add(bus, epoch, frames)
+            display.hear(bus, epoch, frames)
         truth.add(rows, heard)
         epoch += 1
-        if progress.due():
-            first = plan.names[0]
-            progress.show(standing(configs[first].codec, answers[first], epoch * interval_s, rows[0]))
+        display.refresh()
     wall_s = time.perf_counter() - begun
     return Outcome(epoch, 0, wall_s, latency.percentile_s(50), latency.percentile_s(99), sent, epoch < epochs)

@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> int:
 
     plan = plans.make(arguments)
     if arguments.bus not in ("inline", "embedded"):
-        from tools.taps import check_bus
+        from tools.bench.taps import check_bus
 
         if len(plan.names) > 1:
             raise Mistake(
@@ -139,18 +139,18 @@ class _Recording:
 
 def _play(plan, arguments: Namespace, folder, recording: _Recording):
     """The run itself: outcome, and live digests where no log is kept."""
-    from tools.digest import Digest
-    from tools.folder import LOG
-    from tools.progress import Progress
-    from tools.recorder import Recorder
-    from tools.report import bus_names
+    from tools.bench.recorder import Recorder
+    from tools.folder import LOG, TRUTH
+    from tools.live.display import open_display
+    from tools.results.assemble import bus_names
+    from tools.results.digest import Digest
 
     digests = {}
     time = plan.scenario.time
-    progress = Progress(plan.scenario.name, time.duration_s, quiet=arguments.quiet)
+    display = open_display(plan, folder / TRUTH, arguments.quiet)
     with ExitStack() as stack:
         stop = stack.enter_context(interruptible())
-        stack.callback(progress.close)
+        stack.callback(display.close)
         log = None if arguments.no_log else stack.enter_context((folder / LOG).open("wb"))
         if arguments.no_log:
             digests |= {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
@@ -165,37 +165,37 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
         recording.recorder = recorder
         stack.callback(recorder.flush)
         play = _play_inline if arguments.bus == "inline" else _play_processes
-        outcome = play(plan, arguments, folder, recorder, progress, stop)
+        outcome = play(plan, arguments, folder, recorder, display, stop)
     for digest in digests.values():
         digest.finish()
     return outcome, digests
 
 
-def _play_inline(plan, arguments, folder, recorder, progress, stop):
+def _play_inline(plan, arguments, folder, recorder, display, stop):
     from emulator.journal import TruthLog
     from emulator.truth import TRUTH as ROW
-    from tools import inline
+    from tools.bench import inline
     from tools.folder import TRUTH
 
     with TruthLog(folder / TRUTH, ROW, plan.names) as truth:
-        return inline.play(plan, recorder, truth, progress, stop)
+        return inline.play(plan, recorder, truth, display, stop)
 
 
-def _play_processes(plan, arguments, folder, recorder, progress, stop):
-    from tools import supervisor
+def _play_processes(plan, arguments, folder, recorder, display, stop):
+    from tools.bench import supervisor
 
-    return supervisor.play(plan, arguments, folder, recorder, progress, stop)
+    return supervisor.play(plan, arguments, folder, recorder, display, stop)
 
 
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
-    from tools import junit, report
     from tools.folder import naming
-    from tools.text import missed, render
+    from tools.results import assemble, junit
+    from tools.results.text import missed, render
 
     with naming(folder.path):
-        digests = digests or report.from_log(folder.path, plan.names, plan.codecs)
-        summary = report.write(folder.path, facts_of(plan, arguments, outcome), digests)
+        digests = digests or assemble.from_log(folder.path, plan.names, plan.codecs)
+        summary = assemble.write(folder.path, facts_of(plan, arguments, outcome), digests)
     print(render(summary))
     print(f"\nrun folder: {folder.path}")
     lines = [outcome.failure] if outcome.failure else []

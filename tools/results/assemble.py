@@ -13,11 +13,11 @@ from dbc import vehicle
 from dbc.codec import Codec, codec
 from emulator import scenario as scenarios
 from emulator.scenario import Scenario
-from tools import tables, truth
-from tools.digest import Digest
 from tools.errors import Mistake
 from tools.folder import FACTS, LOG, SCENARIO, SUMMARY, TRUTH, write_json
-from tools.summary import build
+from tools.results import tables, truth
+from tools.results.digest import Digest
+from tools.results.summary import build
 
 
 class _Bus(BaseModel):

@@ -39,7 +39,7 @@ class CommandLedger:
         self._held: dict[tuple[int, int], int] = {}
 
     def take(self, t_ns: NDArray[np.int64], kinds) -> None:
-        """The COMMAND and ACK frames of some epochs (`tools.digest`), t_ns (e,) the times of their marks."""
+        """The COMMAND and ACK frames of some epochs (`digest`), t_ns (e,) the times of their marks."""
         rows = []
         for order, kind in enumerate(("ACK", "COMMAND")):
             epoch, receiver, signals = kinds(kind)

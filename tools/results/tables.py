@@ -12,9 +12,9 @@ from dbc import satellites
 from dbc.codec import Codec
 from dbc.contract import VALUES
 from dbc.gpstime import NS_PER_S
-from tools.candump import read_chunks
-from tools.digest import Digest
-from tools.truth import Truth
+from tools.log.candump import read_chunks
+from tools.results.digest import Digest
+from tools.results.truth import Truth
 
 _ROWS_PER_PART = 200_000
 _TRUTH_ROWS = 10_000

@@ -8,7 +8,7 @@ import pytest
 from dbc import codec, e2e
 from dbc.frames import FrameBatch, batch, concat
 from dbc.link import bench
-from tools.sequence import Sequencer
+from tools.bench.sequence import Sequencer
 
 CODEC = codec.codec(4)
 SESSION = 7

@@ -9,8 +9,8 @@ import numpy as np
 
 from dbc.codec import Codec
 from dbc.contract import BIT_RATE
-from tools.digest import Digest
-from tools.truth import Truth
+from tools.results.digest import Digest
+from tools.results.truth import Truth
 
 
 def _number(value) -> float | int | None:

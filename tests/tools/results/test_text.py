@@ -16,10 +16,14 @@ from dbc.frames import batch
 from emulator import scenario as scenarios
 from emulator.journal import TruthLog
 from emulator.truth import TRUTH
-from tools import toml, truth
+from tools import toml
+from tools.arguments import unchanged
 from tools.budget import WORST_BITS, budget, typical_bits
-from tools.progress import Progress, Standing, clock
-from tools.summary import errors_against_truth, judge, metrics, statistics
+from tools.live.progress import Progress, clock
+from tools.live.watch import Standing
+from tools.plan import make
+from tools.results import truth
+from tools.results.summary import errors_against_truth, judge, metrics, statistics
 
 NAMES = st.text(st.characters(codec="utf-8"), min_size=1, max_size=8)
 VALUES = st.recursive(
@@ -112,10 +116,10 @@ def test_progress_is_one_line_on_a_terminal_and_plain_in_a_pipe():
         def isatty(self):
             return True
 
-    standing = Standing(60.0, "POSITION_VELOCITY", 24, 0.81, 0.5)
+    standing = Standing(60.0, "POSITION_VELOCITY", 24, 0.81)
     for stream, returns in ((Terminal(), 1), (io.StringIO(), 0)):
-        Progress("soyuz", 600, stream).show(standing)
+        Progress(make(unchanged("soyuz")), stream)._show(standing)
         assert stream.getvalue().count("\r") == returns
         assert "00:01:00 of 00:10:00   10 %" in stream.getvalue()
-        assert "24 satellites" in stream.getvalue() and "error 0.50 m" in stream.getvalue()
+        assert "24 satellites" in stream.getvalue()
     assert clock(90061) == "1 d 01:01:01"

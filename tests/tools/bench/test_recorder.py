@@ -11,8 +11,8 @@ import pytest
 from dbc import gpstime
 from dbc.bits import frame_bits
 from dbc.frames import batch, concat
-from tools.candump import parse_lines
-from tools.recorder import Recorder, stamps_us
+from tools.bench.recorder import Recorder, stamps_us
+from tools.log.candump import parse_lines
 
 START_NS = gpstime.from_utc(datetime(2012, 10, 31, 0, 14, 44))
 
@@ -50,7 +50,7 @@ def test_nothing_waits_longer_than_a_batch():
 
 @pytest.mark.parametrize("batch_frames", [1, 3, 10**6])
 def test_several_buses_are_written_epoch_by_epoch(batch_frames, monkeypatch):
-    monkeypatch.setattr("tools.recorder.BATCH_FRAMES", batch_frames)
+    monkeypatch.setattr("tools.bench.recorder.BATCH_FRAMES", batch_frames)
     log = io.BytesIO()
     recorder = Recorder(["can0", "can1"], START_NS, 10**9, log)
     for bus, epoch in ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (1, 2)):

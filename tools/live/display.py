@@ -1,0 +1,31 @@
+"""What shows a run while it goes on: the supervisor and the inline loop know this face and no more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+from dbc.frames import FrameBatch
+from tools.live.progress import Progress
+from tools.plan import Plan
+
+
+class Display(Protocol):
+    """Told of every epoch; draws when it finds it is time to."""
+
+    def hear(self, craft: int, epoch: int, frames: FrameBatch) -> None:
+        """The frames of an epoch, as recorded; called for every epoch, so cheap."""
+
+    def refresh(self, unanswered: int = 0) -> None:
+        """Called often, several times a second at least; `unanswered` epochs so far."""
+
+    def note(self, text: str) -> None:
+        """A line of its own that stays."""
+
+    def close(self) -> None:
+        """Leave the terminal as it was, on a fresh line."""
+
+
+def open_display(plan: Plan, truth: Path, quiet: bool) -> Display:
+    """The display for this terminal, or pipe; `truth` is the file that grows while the run goes on."""
+    return Progress(plan, quiet=quiet)

@@ -1,0 +1,1 @@
+"""Recordings of a bus as files."""
