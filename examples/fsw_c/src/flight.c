@@ -1,0 +1,141 @@
+#include "flight.h"
+
+#include <string.h>
+
+#include "gnss.h"
+#include "vec.h"
+
+/* Another run: nothing of the last one is known but the vehicle. */
+static void forget(struct flight *flight)
+{
+    memset(&flight->intake, 0, sizeof flight->intake);
+    memset(&flight->orders, 0, sizeof flight->orders);
+    memset(&flight->outbox, 0, sizeof flight->outbox);
+    memset(&flight->fix, 0, sizeof flight->fix);
+    memset(flight->start_m, 0, sizeof flight->start_m);
+    for (int a = 0; a < flight->vehicle.antennas; a++)
+        flight->intake.clock_domain[a] = flight->vehicle.antenna[a].clock_domain;
+}
+
+static void command(struct flight *flight)
+{
+    const struct epoch *epoch = &flight->intake.epoch;
+    struct wish wish[MAX_RECEIVERS];
+    bool barred[SATELLITES];
+    double body_from_ecef[3][3];
+    struct sky sky;
+
+    orders_hear(&flight->orders, epoch);
+    if (flight->fix.no_fix == 0 && epoch_attitude(epoch, body_from_ecef)) {
+        sky_look(&flight->intake, flight->fix.position_ecef_m, &sky);
+        orders_barred(&flight->orders, epoch->number, barred);
+        patent_assign(&flight->vehicle, body_from_ecef, &sky, barred, wish);
+        orders_follow(&flight->orders, &flight->vehicle, epoch, wish);
+    } else {
+        orders_endure(&flight->orders, &flight->vehicle);
+    }
+    orders_send(&flight->orders, epoch->number);
+}
+
+/* One epoch: fix, assignment, answer. */
+static void step(struct flight *flight, bool synced)
+{
+    struct outbox *outbox = &flight->outbox;
+    uint32_t epoch = flight->intake.epoch.number;
+
+    intake_close(&flight->intake);
+    solve(&flight->vehicle, &flight->intake, flight->start_m, &flight->fix);
+    bool fixed = flight->fix.no_fix == 0;
+    if (fixed)
+        memcpy(flight->start_m, flight->fix.position_ecef_m, sizeof flight->start_m);
+    command(flight);
+    publish_begin(outbox, epoch);
+    publish_fix(outbox, &flight->vehicle, &flight->fix);
+    publish_orders(outbox, &flight->vehicle, &flight->orders);
+    publish_heartbeat(outbox, fixed ? GNSS_FLIGHT_HEARTBEAT_STATE_RUNNING_CHOICE
+                                    : GNSS_FLIGHT_HEARTBEAT_STATE_DEGRADED_CHOICE);
+    if (synced)
+        publish_done(outbox, flight->follow.session, epoch);
+    follow_stepped(&flight->follow, synced);
+    flight->epochs++;
+    flight->fixes += fixed;
+}
+
+static enum task on_mark(struct flight *flight, const struct can_frame *frame, int64_t now_ms)
+{
+    struct gnss_time_mark_t mark;
+    if (gnss_time_mark_unpack(&mark, frame->data, 8) != 0)
+        return NOTHING;
+    enum task task = follow_mark(&flight->follow, mark.session, mark.epoch, now_ms);
+    if (task == BEGIN)
+        forget(flight);
+    if (task == BEGIN || task == OPEN)
+        intake_open(&flight->intake, mark.epoch);
+    return task;
+}
+
+/* Takes a frame of the spacecraft's. */
+static enum task on_frame(struct flight *flight, const struct can_frame *frame, int64_t now_ms)
+{
+    struct meaning meaning;
+    bool sound = intake_sound(&flight->intake, frame, &meaning);
+    if (sound && meaning.kind == TIME_MARK && !flight->intake.other_contract[NODE_TIME] &&
+        on_mark(flight, frame, now_ms) == STEP_BEFORE)
+        return STEP_BEFORE;
+    if (!flight->follow.running) {
+        if (sound && meaning.kind == HEARTBEAT)
+            intake_greet(&flight->intake, frame, meaning);
+        return NOTHING;
+    }
+    follow_heard(&flight->follow, now_ms);
+    if (!sound)
+        return FRAME;
+    if (meaning.kind == STATUS)
+        follow_status(&flight->follow, meaning.receiver);
+    intake_take(&flight->intake, frame, meaning);
+    return FRAME;
+}
+
+static bool is_bench(const struct can_frame *frame)
+{
+    return frame->can_id >= GNSS_BENCH_SYNC_FRAME_ID && frame->can_id <= GNSS_BENCH_END_FRAME_ID;
+}
+
+bool flight_hear(struct flight *flight, const struct can_frame *frame, int64_t now_ms, bool *again)
+{
+    enum task task =
+        is_bench(frame) ? follow_bench(&flight->follow, frame) : on_frame(flight, frame, now_ms);
+    flight->heard_ms = now_ms;
+    *again = task == STEP_BEFORE;
+    if (task == STEP_BLIND)
+        intake_open(&flight->intake, flight->follow.epoch);
+    if (task == STEP || task == STEP_BLIND || task == STEP_BEFORE)
+        step(flight, task != STEP_BEFORE);
+    if (task == END)
+        flight->ended = true;
+    return task == STEP || task == STEP_BLIND || task == STEP_BEFORE || task == REPEAT;
+}
+
+bool flight_wait(struct flight *flight, int64_t now_ms)
+{
+    int64_t due_ms = follow_due_ms(&flight->follow);
+    if (due_ms < 0 || now_ms < due_ms)
+        return false;
+    step(flight, false);
+    return true;
+}
+
+bool flight_is_waiting(const struct flight *flight, int64_t now_ms)
+{
+    return !flight->follow.running || now_ms - flight->heard_ms >= MS_SILENCE;
+}
+
+struct can_frame flight_greeting(void)
+{
+    struct gnss_flight_heartbeat_t raw = {
+        .state = GNSS_FLIGHT_HEARTBEAT_STATE_READY_CHOICE, .contract_hash = CONTRACT_HASH};
+    struct can_frame frame = {.can_id = GNSS_FLIGHT_HEARTBEAT_FRAME_ID, .can_dlc = 8};
+    (void)gnss_flight_heartbeat_pack(frame.data, &raw, 8); /* fails only for a buffer below 8 bytes */
+    frame.data[0] = e2e_crc(frame.can_id, frame.data);
+    return frame;
+}

@@ -1,0 +1,52 @@
+/* Whose turn it is: cuts what is heard into epochs, in lockstep (BENCH_SYNC) or by time marks and clock. */
+#ifndef FOLLOW_H
+#define FOLLOW_H
+
+#include <linux/can.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+enum task {
+    NOTHING,
+    FRAME,       /* a frame of the spacecraft's */
+    BEGIN,       /* a time mark that begins a run: forget everything, then open its epoch */
+    OPEN,        /* a time mark that opens an epoch */
+    STEP_BEFORE, /* step the open epoch, then hear the same frame again */
+    STEP,        /* the epoch is whole: compute and answer */
+    STEP_BLIND,  /* the same for an epoch whose time mark was not heard: open it first */
+    REPEAT,      /* send the last answer again */
+    END          /* the run is over */
+};
+
+struct follow {
+    bool running;  /* a time mark began a run */
+    bool open;     /* an epoch is open */
+    bool answered; /* some epoch of the run was answered under lockstep */
+    bool lockstep; /* a SYNC was heard in this run */
+    bool first;    /* the run's first epoch: SYNC or a second mark will tell which kind of run it is */
+    uint16_t session;
+    uint32_t epoch;
+    uint32_t answered_epoch;
+    unsigned statuses;       /* bit r: receiver r + 1 has closed its epoch */
+    int64_t mark_ms, last_ms;
+    unsigned heard;          /* frames of the open epoch, of any quality */
+    unsigned long lost;      /* frames that SYNCs announced and nobody heard */
+};
+
+/* A time mark with a sound CRC. */
+enum task follow_mark(struct follow *follow, uint16_t session, uint32_t epoch, int64_t now_ms);
+
+/* A bench frame (BENCH_SYNC, BENCH_END; others are NOTHING). */
+enum task follow_bench(struct follow *follow, const struct can_frame *frame);
+
+/* Any frame of the spacecraft's, after follow_mark for marks. */
+void follow_heard(struct follow *follow, int64_t now_ms);
+void follow_status(struct follow *follow, int receiver);
+
+/* When the open epoch closes by itself [ms], or -1: never. */
+int64_t follow_due_ms(const struct follow *follow);
+
+/* After a step. */
+void follow_stepped(struct follow *follow, bool synced);
+
+#endif
