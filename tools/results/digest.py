@@ -29,7 +29,10 @@ _FIX_SIGNALS = {
     **{f"NAV_{a}": (f"{a.lower()}_m",) for a in "XYZ"},
     **{f"NAV_V{a}": (f"v{a.lower()}_mps",) for a in "XYZ"},
     "NAV_STATUS": ("mode", "no_fix", "satellites", "measurements", "pdop"),
+    "NAV_SIGMA": ("sigma_x_m", "sigma_y_m", "sigma_z_m"),
+    "NAV_CORR": ("rho_xy", "rho_xz", "rho_yz"),
 }
+_ATTITUDE_SIGNALS = {"ATT_Q01": ("q0", "q1"), "ATT_Q23": ("q2", "q3")}
 _HELD_BACK = 2
 """Epochs kept open: an answer may come while the next epoch has begun."""
 
@@ -69,7 +72,9 @@ class Digest:
         self._rejected: Counter[str] = Counter()
         self._lost = 0
         self._received = 0
-        self._bits: list[tuple[int, NDArray]] = []
+        self._bits = _PerEpoch()
+        self._faults = _PerEpoch()
+        self._epochs: list[Columns] = []
         self._fixes: list[Columns] = []
         self.commands = CommandLedger()
 
@@ -90,10 +95,8 @@ class Digest:
         marks = np.flatnonzero(is_mark)
         self._mark_nibbles = np.r_[self._mark_nibbles[-_HELD_BACK:], frames.data[marks, 1] >> 4]
         self._opened += len(marks)
-        first = max(int(ordinal[0]), 0)
-        inside = ordinal >= first
-        bits = np.bincount(ordinal[inside] - first, frame_bits(frames)[inside])
-        self._bits.append((first, bits.astype(np.int64)))
+        self._bits.add(ordinal, frame_bits(frames))
+        self._faults.add(ordinal[~good], np.ones((~good).sum(), np.int64))
         self._hold(screened.frames, ordinal[good])
         self._consume(self._opened - _HELD_BACK)
 
@@ -107,6 +110,7 @@ class Digest:
         late[~self._codec.protected_of[frames.can_id]] = 0
         keep = late < _HELD_BACK
         self._rejected["MIXED_EPOCH"] += int((~keep).sum())
+        self._faults.add(ordinal[~keep], np.ones((~keep).sum(), np.int64))
         held, epochs = self._carry
         self._carry = concat([held, frames[keep]]), np.r_[epochs, (ordinal - late)[keep]]
 
@@ -138,6 +142,7 @@ class Digest:
         known = t_ns >= 0
         reported = fixes.pop("reported") & known
         self._fixes.append({"t_ns": t_ns[reported], **{k: v[reported] for k, v in fixes.items()}})
+        self._epochs.append({"t_ns": t_ns, **_grids(kinds, _ATTITUDE_SIGNALS, epochs)})
         self.commands.take(t_ns, kinds)
         if self._on_channels is not None:
             row = np.nonzero(cells.complete & known[:, None, None])
@@ -148,10 +153,20 @@ class Digest:
     @property
     def fixes(self) -> dict[str, NDArray]:
         """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
-        measurements, pdop as the flight software says; satellites_used, pdop_distinct as computed here."""
-        if not self._fixes:
+        measurements, pdop, sigma_x_m .. rho_yz as the flight software says; satellites_used, pdop_distinct as
+        computed here."""
+        return _joined(self._fixes)
+
+    @property
+    def timeline(self) -> dict[str, NDArray]:
+        """One row per time mark with an instant: t_ns, bits, faults (frames rejected), and the attitude on
+        the bus, q0 .. q3, nan where its frames are missing."""
+        table = _joined(self._epochs)
+        if not table:
             return {}
-        return {name: np.concatenate([f[name] for f in self._fixes]) for name in self._fixes[0]}
+        known = table["t_ns"] >= 0
+        counts = {"bits": self._bits.total(len(known)), "faults": self._faults.total(len(known))}
+        return {name: values[known] for name, values in (table | counts).items()}
 
     @property
     def epochs(self) -> int:
@@ -160,11 +175,46 @@ class Digest:
 
     @property
     def traffic(self) -> Traffic:
-        total = np.zeros(max((first + len(bits) for first, bits in self._bits), default=0), np.int64)
-        for first, bits in self._bits:
-            total[first : first + len(bits)] += bits
         rejected = {reason: n for reason, n in sorted(self._rejected.items()) if n}
-        return Traffic(self._received, self._lost, rejected, total)
+        return Traffic(self._received, self._lost, rejected, self._bits.total(self._opened))
+
+
+class _PerEpoch:
+    """Sums by epoch, added in pieces; what comes before the first epoch is left out."""
+
+    def __init__(self):
+        self._pieces: list[tuple[int, NDArray]] = []
+
+    def add(self, ordinal: NDArray, values: NDArray) -> None:
+        inside = ordinal >= 0
+        if inside.any():
+            first = int(ordinal[inside].min())
+            self._pieces.append(
+                (first, np.bincount(ordinal[inside] - first, values[inside]).astype(np.int64))
+            )
+
+    def total(self, epochs: int) -> NDArray[np.int64]:
+        """(epochs,)"""
+        total = np.zeros(epochs, np.int64)
+        for first, values in self._pieces:
+            total[first : first + len(values)] += values
+        return total
+
+
+def _joined(pieces: list[Columns]) -> dict[str, NDArray]:
+    """One table of its pieces; empty if there is none."""
+    return {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]} if pieces else {}
+
+
+def _grids(kinds: _ByKind, signals: Mapping[str, tuple[str, ...]], epochs: int) -> dict[str, NDArray]:
+    """Signals of kinds that come once an epoch, (e,) each, nan where they did not come."""
+    out: dict[str, NDArray] = {}
+    for kind, names in signals.items():
+        row, _, values = kinds(kind)
+        for name in names:
+            out[name] = np.full(epochs, np.nan)
+            out[name][row] = values[name]
+    return out
 
 
 class _ByKind:
@@ -204,12 +254,7 @@ def _fixes(kinds: _ByKind, epochs: int) -> dict[str, NDArray]:
 
     A fix is valid if all frames came that its mode promises. One of mode POSITION has no velocity.
     """
-    out: dict[str, NDArray] = {}
-    for kind, names in _FIX_SIGNALS.items():
-        row, _, values = kinds(kind)
-        for name in names:
-            out[name] = np.full(epochs, np.nan)
-            out[name][row] = values[name]
+    out = _grids(kinds, _FIX_SIGNALS, epochs)
     position_only = out["mode"] == _POSITION
     for axis in "xyz":
         out[f"v{axis}_mps"][position_only] = np.nan

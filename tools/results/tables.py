@@ -50,7 +50,24 @@ def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> dict:
         | {"clock_bias_m": fixes["clock_bias_m"], "satellites": whole["satellites"], "pdop": fixes["pdop"]}
         | {"mode": _labels("NavMode", fixes["mode"]), "no_fix": _labels("NoFix", fixes["no_fix"])}
         | {"measurements": whole["measurements"], "satellites_used": whole["satellites_used"]}
-        | {"pdop_distinct": fixes["pdop_distinct"]},
+        | {"pdop_distinct": fixes["pdop_distinct"]}
+        | {f"sigma_{a}_ecef_m": fixes[f"sigma_{a}_m"] for a in "xyz"}
+        | {f"rho_{pair}": fixes[f"rho_{pair}"] for pair in ("xy", "xz", "yz")},
+    )
+
+
+def epoch_columns(craft: str, timeline: Mapping[str, np.ndarray]) -> dict:
+    """epochs.parquet: one row per time mark: bits on the bus, frames rejected, attitude as sent."""
+    if not timeline:
+        return {}
+    return _with_craft(
+        craft,
+        {
+            "t_gps_s": _seconds(timeline["t_ns"]),
+            "bits": timeline["bits"],
+            "frames_rejected": timeline["faults"],
+        }
+        | {f"q{i}_body_from_ecef": timeline[f"q{i}"] for i in range(4)},
     )
 
 
@@ -148,8 +165,9 @@ def digest_log(path: Path, buses: Iterable[str], codecs: Iterable[Codec], channe
 
 
 def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Truth | None) -> None:
-    """fixes, assignments and truth tables of a run; digests by craft name."""
+    """fixes, assignments, epochs and truth tables of a run; digests by craft name."""
     for name, columns_of in (
+        ("epochs", lambda craft, d: epoch_columns(craft, d.timeline)),
         ("fixes", lambda craft, d: fix_columns(craft, d.fixes)),
         ("assignments", lambda craft, d: assignment_columns(craft, d.commands.events)),
     ):
