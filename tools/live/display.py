@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Protocol
 
 from dbc.frames import FrameBatch
 from tools.live.progress import Progress
+from tools.live.terminal import Terminal, can_draw
 from tools.plan import Plan
 
 
@@ -26,6 +28,11 @@ class Display(Protocol):
         """Leave the terminal as it was, on a fresh line."""
 
 
-def open_display(plan: Plan, truth: Path, quiet: bool) -> Display:
-    """The display for this terminal, or pipe; `truth` is the file that grows while the run goes on."""
-    return Progress(plan, quiet=quiet)
+def open_display(plan: Plan, truth: Path, quiet: bool, plain: bool = False) -> Display:
+    """The live view if stderr is a terminal, else a line now and then; `truth` is the file that grows while
+    the run goes on, `plain` asks for lines in any case."""
+    if quiet or plain or not can_draw(sys.stderr):
+        return Progress(plan, quiet=quiet)
+    from tools.live.view import LiveView
+
+    return LiveView(plan, truth, Terminal(sys.stderr))

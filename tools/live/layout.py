@@ -1,0 +1,248 @@
+"""The live view as lines for a window: a pure function of where the run stands and how large the window is.
+
+What has no room is left out from the least important on: columns of the channel tables, then channels, which
+are then counted ("+3 more").
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from dbc import gpstime, satellites
+from dbc.contract import VALUES
+from tools.live.progress import clock
+from tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
+from tools.live.standings import CraftStanding, RunStanding
+
+_LOCK = VALUES["Lock"]
+_FULL = "FULL"
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One channel of one antenna of a craft."""
+
+    craft: CraftStanding
+    antenna: int
+    channel: int
+
+    def of(self, name: str):
+        return getattr(self.craft, name)[self.antenna, self.channel]
+
+    def seen(self, name: str):
+        return getattr(self.craft.sight, name)[self.antenna, self.channel]
+
+    @property
+    def delivers(self) -> bool:
+        return self.of("sat") >= 0
+
+    @property
+    def state(self) -> str:
+        """Its lock; ASKED: commanded to a satellite that does not come yet; "-": silent."""
+        if self.delivers:
+            lock = self.seen("lock")
+            return "?" if math.isnan(lock) else _LOCK.get(int(lock), str(int(lock)))
+        return "ASKED" if self.of("asked") >= 0 else "-"
+
+    @property
+    def satellite(self) -> str:
+        sat = self.of("sat") if self.delivers else self.of("asked")
+        return satellites.name(sat) if sat >= 0 else "-"
+
+    @property
+    def style(self) -> str:
+        return "" if self.state == _FULL else "warn" if self.satellite != "-" else "dim"
+
+
+def number(value: float, decimals: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{decimals}f}"
+
+
+def age(seconds: float) -> str:
+    """'7s', '12m04', '3h07', '2d05'."""
+    whole = int(seconds)
+    if whole < 60:
+        return f"{whole}s"
+    for unit, letter, next_unit in ((86400, "d", 3600), (3600, "h", 60), (60, "m", 1)):
+        if whole >= unit:
+            return f"{whole // unit}{letter}{whole % unit // next_unit:02d}"
+    raise AssertionError(seconds)
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    head: str
+    width: int
+    text: Callable[[Cell], str]
+
+
+COLUMNS = {
+    column.head: column
+    for column in (
+        Column("ch", 2, lambda cell: str(cell.channel)),
+        Column("sat", 4, lambda cell: cell.satellite),
+        Column("state", 8, lambda cell: cell.state),
+        Column("C/N0", 5, lambda cell: number(cell.seen("cn0_dbhz"), 1)),
+        Column("off", 5, lambda cell: number(math.degrees(cell.seen("off_rad")), 1)),
+        Column("age", 5, lambda cell: age(cell.of("age_s")) if cell.delivers else "-"),
+        Column("fix", 3, lambda cell: "yes" if cell.seen("used") else "-"),
+    )
+}
+SETS = (
+    ("ch", "sat", "state", "C/N0", "off", "age", "fix"),
+    ("ch", "sat", "C/N0", "off", "age"),
+    ("sat", "C/N0", "off"),
+    ("sat", "C/N0"),
+    ("sat",),
+)
+"""Columns of the channel tables, from the most to the fewest."""
+
+_LEFT = ("sat", "state")
+
+
+def _row(texts: Iterator[tuple[str, str]]) -> str:
+    return " ".join(
+        text[: COLUMNS[head].width].ljust(COLUMNS[head].width)
+        if head in _LEFT
+        else text[: COLUMNS[head].width].rjust(COLUMNS[head].width)
+        for head, text in texts
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """How the antennas' tables are laid out: columns, blocks side by side, channels shown of each."""
+
+    columns: tuple[str, ...]
+    side_by_side: int
+    channels: int
+
+    @property
+    def width(self) -> int:
+        return sum(COLUMNS[head].width + 1 for head in self.columns) - 1
+
+
+def arranged(antennas: int, channels: int, width: int, height: int) -> Grid:
+    """The arrangement that shows most channels, and of those the one with most columns."""
+
+    def fit(columns: tuple[str, ...]) -> Grid:
+        block = Grid(columns, 1, 0).width
+        beside_each_other = max(1, min(antennas, (width + len(GAP)) // (block + len(GAP))))
+        rows = -(-antennas // beside_each_other)
+        return Grid(columns, beside_each_other, max(0, min(channels, height // rows - 2)))
+
+    return max(map(fit, SETS), key=lambda grid: (grid.channels, len(grid.columns)))
+
+
+def _block(craft: CraftStanding, antenna: int, grid: Grid, most: int) -> list[Line]:
+    """One antenna's table, its title first; `most` channels that any antenna of the craft has."""
+    channels = int(craft.channels[antenna])
+    delivering = int((craft.sat[antenna, :channels] >= 0).sum())
+    title = parted(
+        (
+            Span(craft.antennas[antenna], "head"), Span(f"{delivering}/{channels}", "head"),
+            craft.sight.states[antenna], f"RX{antenna + 1}",
+        ),
+        grid.width,
+    )  # fmt: skip
+    heads = line(Span(_row((head, head) for head in grid.columns), "dim"))
+    shown = channels if grid.channels >= most else min(channels, max(grid.channels - 1, 0))
+    cells = [Cell(craft, antenna, channel) for channel in range(shown)]
+    rows = [line(Span(_row((h, COLUMNS[h].text(c)) for h in grid.columns), c.style)) for c in cells]
+    more = [line(Span(f"+{channels - shown} more", "dim"))] if shown < channels else []
+    return [title, heads, *rows, *more]
+
+
+def _tables(craft: CraftStanding, width: int, height: int) -> list[Line]:
+    antennas, most = len(craft.antennas), int(craft.channels.max())
+    grid = arranged(antennas, most, width, height)
+    blocks = [_block(craft, antenna, grid, most) for antenna in range(antennas)]
+    groups = [
+        beside(blocks[i : i + grid.side_by_side], grid.width) for i in range(0, antennas, grid.side_by_side)
+    ]
+    spare = height - sum(map(len, groups))
+    lines = []
+    for i, group in enumerate(groups):
+        lines += [line("")] if i and spare >= len(groups) - 1 else []
+        lines += group
+    return [fitted(spans, width) for spans in lines[:height]]
+
+
+def _pace(pace: float | None) -> str:
+    return "" if pace is None else f"{pace:.{0 if pace >= 10 else 1}f}x real time"
+
+
+def _title(run: RunStanding, width: int) -> Line:
+    parts = [
+        f" {run.scenario}",
+        f"{clock(run.simulated_s)} of {clock(run.duration_s)}",
+        f"{100 * run.simulated_s / run.duration_s:.0f} %",
+        _pace(run.pace),
+        f"epoch {run.epoch}",
+        f"unanswered {run.unanswered}",
+    ]
+    return line(Span(plain(parted(filter(None, parts), width)), "title"))
+
+
+def _when(t_ns: int | None) -> list[str]:
+    if t_ns is None:
+        return ["GPS time unknown"]
+    week, second, _ = gpstime.week_second_ns(t_ns)
+    return [f"GPS {gpstime.iso(t_ns)[:23]}", f"week {week} s {second}"]
+
+
+def _fix_parts(craft: CraftStanding) -> list[str | Span]:
+    fix = craft.sight.fix
+    if fix is None:
+        return [Span("no answer", "warn")]
+    if fix.mode == "NO_FIX":
+        return [Span("no fix", "warn"), fix.no_fix]
+    error = "-" if craft.error_m is None else f"{craft.error_m:.2f} m"
+    return [f"error {error}", f"PDOP {fix.pdop:.2f}", f"in fix {fix.satellites}", fix.mode]
+
+
+def _fault_parts(craft: CraftStanding) -> list[str | Span]:
+    rejected = sum(craft.rejected.values())
+    reasons = ", ".join(f"{reason} {count}" for reason, count in craft.rejected.items())
+    return [
+        Span(f"lost {craft.lost}", "bad" if craft.lost else ""),
+        Span(f"rejected {rejected}" + (f": {reasons}" if reasons else ""), "bad" if rejected else ""),
+    ]
+
+
+def _head(run: RunStanding, craft: CraftStanding, width: int) -> list[Line]:
+    load = f"load {craft.load_percent:.2f} %, at most {craft.load_most_percent:.2f} %"
+    rows = (
+        (craft.name, _when(craft.sight.t_ns)),
+        ("fix", [f"tracked {craft.tracked}", *_fix_parts(craft)]),
+        ("bus", [*_fault_parts(craft), load, f"frames {craft.frames}"]),
+    )
+    label = max(len(name) for name, _ in rows)
+    return [
+        _title(run, width),
+        *(parted((Span(name.ljust(label), "head"), *parts), width) for name, parts in rows),
+    ]
+
+
+def _others(run: RunStanding, width: int, room: int) -> list[Line]:
+    """One line for each craft but the first."""
+    lines = [
+        parted((Span(craft.name, "head"), *_fix_parts(craft), *_fault_parts(craft)), width)
+        for craft in run.craft[1:]
+    ]
+    if len(lines) > room:
+        hidden = len(lines) - max(room - 1, 0)
+        lines = [*lines[: max(room - 1, 0)], line(Span(f"+{hidden} more craft", "dim"))]
+    return lines[:room]
+
+
+def screen(run: RunStanding, width: int, height: int) -> list[Line]:
+    """At most `height` lines of at most `width` characters."""
+    head = _head(run, run.craft[0], width)[:height]
+    notes = [line(Span(piece, "warn")) for note in run.notes[-2:] for piece in wrapped(note, width)]
+    foot = [*_others(run, width, max(1, height // 4)), *notes][: (height - len(head)) // 2]
+    room = height - len(head) - len(foot)
+    blank = [line("")] if room > 8 else []
+    return [*head, *blank, *_tables(run.craft[0], width, room - len(blank)), *foot]

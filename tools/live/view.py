@@ -1,0 +1,123 @@
+"""The live view of a run on a terminal: a `Display` that counts every frame and draws four times a second."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+from dbc.codec import Codec
+from dbc.frames import FrameBatch
+from dbc.vehicle import Vehicle
+from tools.live.judge import Judge
+from tools.live.layout import screen
+from tools.live.sight import Sight, sight
+from tools.live.standings import CraftStanding, RunStanding
+from tools.live.tally import Tally
+from tools.live.terminal import Terminal
+from tools.plan import Plan
+
+DRAW_S = 0.25
+PACE_WINDOW = 12
+"""Draws over which the pace is taken: three seconds."""
+
+
+class _Craft:
+    """One craft: frames that wait to be looked at, and what was seen."""
+
+    def __init__(self, name: str, vehicle: Vehicle, codec: Codec, judge: Judge, interval_ns: int):
+        self._name, self._vehicle, self._codec = name, vehicle, codec
+        self._judge, self._interval_ns = judge, interval_ns
+        self._tally = Tally(codec, interval_ns / 1e9)
+        self._epochs: list[int] = []
+        self._blocks: list[FrameBatch] = []
+        self._sight: Sight | None = None
+        self.hear = self._epochs.append, self._blocks.append
+
+    def look(self) -> CraftStanding | None:
+        """All that came since the last look; None before the first epoch."""
+        if self._epochs:
+            last = self._tally.take(self._epochs, self._blocks)
+            self._sight = sight(self._codec, last, self._epochs[-1], self._vehicle.boresight_body)
+            self._judge.look(self._sight, self._interval_ns)
+            self._epochs.clear()
+            self._blocks.clear()
+        return None if self._sight is None else self._standing(self._sight)
+
+    def _standing(self, seen: Sight) -> CraftStanding:
+        tally, tracks = self._tally, self._tally.tracks
+        return CraftStanding(
+            self._name,
+            self._vehicle.names,
+            self._vehicle.channels,
+            seen,
+            tracks.sat,
+            tracks.asked,
+            (seen.epoch - tracks.since) * (self._interval_ns / 1e9),
+            self._judge.error_m,
+            tally.load_percent,
+            tally.load_most_percent,
+            tally.frames,
+            tally.lost,
+            tally.faults,
+        )
+
+
+class LiveView:
+    """Draws on the alternate screen once the first epoch is heard; notes are said again at the end."""
+
+    def __init__(self, plan: Plan, truth: Path, terminal: Terminal):
+        self._plan, self._terminal = plan, terminal
+        time_ = plan.scenario.time
+        self._interval_s = time_.epoch_interval_s
+        parts = zip(plan.names, plan.vehicles, plan.codecs, strict=True)
+        self._craft = [
+            _Craft(name, vehicle, codec, Judge(truth, i, len(plan.names)), time_.interval_ns)
+            for i, (name, vehicle, codec) in enumerate(parts)
+        ]
+        self._begun = False
+        self._next = 0.0
+        self._notes: list[str] = []
+        self._paces: deque[tuple[float, int]] = deque(maxlen=PACE_WINDOW)
+
+    def hear(self, craft: int, epoch: int, frames: FrameBatch) -> None:
+        keep_epoch, keep_frames = self._craft[craft].hear
+        keep_epoch(epoch)
+        keep_frames(frames)
+        self._begun = True
+
+    def refresh(self, unanswered: int = 0) -> None:
+        now = time.monotonic()
+        if self._begun and now >= self._next:
+            self._next = now + DRAW_S
+            craft = [one.look() for one in self._craft]
+            if self._terminal.ready and all(craft):
+                self._draw(now, unanswered, craft)
+
+    def _draw(self, now: float, unanswered: int, craft: Sequence[CraftStanding]) -> None:
+        epoch = craft[0].sight.epoch
+        self._paces.append((now, epoch))
+        then, before = self._paces[0]
+        run = RunStanding(
+            self._plan.scenario.name,
+            epoch,
+            (epoch + 1) * self._interval_s,
+            self._plan.scenario.time.duration_s,
+            (epoch - before) * self._interval_s / (now - then) if now - then > 1.0 else None,
+            unanswered,
+            tuple(craft),
+            tuple(self._notes),
+        )
+        self._terminal.draw(screen(run, *self._terminal.size))
+
+    def note(self, text: str) -> None:
+        if self._begun:
+            self._notes.append(text)
+        else:
+            self._terminal.say(text)
+
+    def close(self) -> None:
+        self._terminal.leave()
+        while self._notes:
+            self._terminal.say(self._notes.pop(0))
