@@ -238,6 +238,7 @@ def _tallied(conductor, state) -> dict:
     return {
         "frames": {"sent": tally.sent, "received": tally.received, "lost": conductor.lost},
         "epoch_latency_ms": {k: None if v is None else round(v * 1e3, 4) for k, v in percentiles.items()},
+        "latency_histogram": tally.latency.histogram(),
         "commands_rejected": commands_rejected(state),
     }
 

@@ -8,6 +8,7 @@ import numpy as np
 
 _LOWEST_S = 1e-6
 _RATIO = 1.01
+_MERGED = 10
 _BINS = math.ceil(math.log(1e9) / math.log(_RATIO))
 
 
@@ -28,3 +29,14 @@ class Latency:
             return None
         row = int(np.searchsorted(np.cumsum(self._counts), max(1, math.ceil(total * percent / 100))))
         return _LOWEST_S * _RATIO ** (row + 0.5)
+
+    def histogram(self) -> tuple[tuple[float, int], ...]:
+        """(upper edge [ms], how many) of bins 10 % wide, from the first to the last that is not empty."""
+        padded = np.r_[self._counts, np.zeros(-_BINS % _MERGED, np.int64)].reshape(-1, _MERGED).sum(axis=1)
+        filled = np.flatnonzero(padded)
+        if not len(filled):
+            return ()
+        return tuple(
+            (float(f"{_LOWEST_S * _RATIO ** (_MERGED * (row + 1)) * 1e3:.5g}"), int(padded[row]))
+            for row in range(filled[0], filled[-1] + 1)
+        )

@@ -49,4 +49,13 @@ def play(
         epoch += 1
         display.refresh()
     wall_s = time.perf_counter() - begun
-    return Outcome(epoch, 0, wall_s, latency.percentile_s(50), latency.percentile_s(99), sent, epoch < epochs)
+    return Outcome(
+        epoch,
+        0,
+        wall_s,
+        latency.percentile_s(50),
+        latency.percentile_s(99),
+        sent,
+        interrupted=epoch < epochs,
+        latency_histogram=latency.histogram(),
+    )

@@ -14,6 +14,7 @@ class Outcome:
     frames_sent    by the senders' own count; None if nobody counted
     interrupted    ended before its time
     failure        why it broke off; "" if it did not
+    latency_histogram   (upper edge [ms], epochs) of bins, by duration; empty where nobody measured
     """
 
     epochs: int
@@ -24,3 +25,4 @@ class Outcome:
     frames_sent: int | None
     interrupted: bool = False
     failure: str = ""
+    latency_histogram: tuple[tuple[float, int], ...] = ()

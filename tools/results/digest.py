@@ -19,6 +19,7 @@ from dbc.codec import Codec
 from dbc.contract import CHANNELS, HEADER_NAMES, MEASUREMENT_KINDS, VALUES
 from dbc.frames import SFF_MASK, FrameBatch, concat
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
+from tools.results.almanac import AlmanacLedger
 from tools.results.geometry import distinct_pdop, distinct_satellites
 from tools.results.ledger import CommandLedger
 
@@ -77,6 +78,7 @@ class Digest:
         self._epochs: list[Columns] = []
         self._fixes: list[Columns] = []
         self.commands = CommandLedger()
+        self.almanac = AlmanacLedger()
 
     def feed(self, frames: FrameBatch) -> None:
         """More frames, in bus order."""
@@ -144,6 +146,7 @@ class Digest:
         self._fixes.append({"t_ns": t_ns[reported], **{k: v[reported] for k, v in fixes.items()}})
         self._epochs.append({"t_ns": t_ns, **_grids(kinds, _ATTITUDE_SIGNALS, epochs)})
         self.commands.take(t_ns, kinds)
+        self.almanac.take(t_ns, kinds)
         if self._on_channels is not None:
             row = np.nonzero(cells.complete & known[:, None, None])
             table = {"t_ns": t_ns[row[0]], "receiver": row[1] + 1, "channel": row[2]}

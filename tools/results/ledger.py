@@ -18,10 +18,13 @@ class CommandLedger:
 
     A repeat carries the transaction number of the channel's last command and is not counted again. A handover
     is a satellite that one epoch's commands take from one receiver and give to another.
+
+    handed  t_ns, satellite, receiver before, receiver after, of every handover
     """
 
     def __init__(self):
-        self.commands = self.repeats = self.handovers = self.rejected = 0
+        self.commands = self.repeats = self.rejected = 0
+        self.handed: list[tuple[int, int, int, int]] = []
         self.events: dict[str, list] = {
             name: []
             for name in (
@@ -80,7 +83,15 @@ class CommandLedger:
             else:
                 self._held.pop((receiver, channel), None)
         after = {sat: receiver for (receiver, _), sat in self._held.items()}
-        self.handovers += sum(after.get(sat, receiver) != receiver for sat, receiver in before.items())
+        self.handed += [
+            (t_ns, sat, receiver, after[sat])
+            for sat, receiver in before.items()
+            if after.get(sat, receiver) != receiver
+        ]
+
+    @property
+    def handovers(self) -> int:
+        return len(self.handed)
 
     def _note(self, *values) -> None:
         for column, value in zip(self.events.values(), values, strict=True):
