@@ -19,11 +19,20 @@ _EYE = np.eye(16)
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Estimate x (u,), its covariance (u, u) for the weights given, and the unweighted cofactor (u, u)."""
+    """Estimate x (u,), its covariance (u, u) for the weights given, and the unweighted cofactor (u, u).
+
+    weighted   (u, n) the design's transpose times the weights
+    gain       (u, n) dx/dy
+    """
 
     x: NDArray[np.float64]
     covariance: NDArray[np.float64]
     cofactor: NDArray[np.float64]
+    weighted: NDArray[np.float64]
+
+    @property
+    def gain(self) -> NDArray[np.float64]:
+        return self.covariance @ self.weighted
 
 
 def least_squares(
@@ -49,7 +58,7 @@ def least_squares(
     # L^-1 S: its Gram matrix is the covariance.
     factor = np.linalg.solve(lower, scale[:, None, :] * _EYE[:unknowns, :unknowns])
     covariance, cofactor = factor.transpose(0, 2, 1) @ factor
-    return Solution(covariance @ (weighted @ y), covariance, cofactor)
+    return Solution(covariance @ (weighted @ y), covariance, cofactor, weighted)
 
 
 def adjusted(

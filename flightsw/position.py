@@ -34,7 +34,7 @@ MAX_PDOP = 655.35
 """The contract cannot state more; a geometry this poor is called singular."""
 
 FARTHEST_M = LATEST_M = 109_900_000.0
-"""What NAV_X..NAV_Z and NAV_CLOCK can carry; an estimate beyond is no fix."""
+"""What NAV_X..NAV_Z and NAV_CLOCK can carry."""
 
 FASTEST_MPS = 13_421.0
 """What NAV_VX..NAV_VZ and NAV_DRIFT can carry; a rate beyond is no velocity."""
@@ -54,12 +54,13 @@ class NoFix(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A solution for the centre of mass, ECEF WGS-84, at the time mark.
+    """A solution for the point the lever arms are counted from, ECEF WGS-84, at the time mark.
 
     items        (c,) which clock each bias and drift is: domain 0..7 or GLONASS_OFFSET
     clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
     velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
     covariance_m2        (3, 3) of the position
+    gain                 (3, n) what a metre of each pseudorange moves the position, zero where not used
     pdop         over the measurements used
     used         (n,) bool, which of the measurements offered are in the fix
     satellites   distinct ones among them
@@ -73,6 +74,7 @@ class Fix:
     clock_m: NDArray[np.float64]
     drift_mps: NDArray[np.float64] | None
     covariance_m2: NDArray[np.float64]
+    gain: NDArray[np.float64]
     pdop: float
     used: NDArray[np.bool_]
     satellites: int
@@ -91,6 +93,12 @@ class _Spheres:
     rays: ranging.Rays
     residual_m: NDArray[np.float64]
     iterations: int
+
+
+def carried(position_m: NDArray[np.float64], clock_m: NDArray[np.float64]) -> bool:
+    """Whether the bus can carry a position (3,) and clocks (c,); an estimate beyond is no fix."""
+    farthest, latest = (max(map(abs, v.tolist())) for v in (position_m, clock_m))
+    return farthest <= FARTHEST_M and latest <= LATEST_M
 
 
 def clock_columns(
@@ -244,8 +252,7 @@ def solve(
     pdop = sqrt(sum(spheres.solution.cofactor.diagonal()[:3].tolist()))
     if pdop > MAX_PDOP:
         return NoFix.SINGULAR_GEOMETRY
-    farthest, latest = (max(map(abs, v.tolist())) for v in (spheres.position_m, spheres.clock_m))
-    if not (farthest <= FARTHEST_M and latest <= LATEST_M):
+    if not carried(spheres.position_m, spheres.clock_m):
         return NoFix.NO_CONVERGENCE
     every = len(rows) == len(m)
     velocity, drift = _rates(
@@ -255,6 +262,8 @@ def solve(
     used[rows] = True
     residual = np.full(len(m), np.nan)
     residual[rows] = spheres.residual_m
+    gain = np.zeros((3, len(m)))
+    gain[:, rows] = spheres.solution.gain[:3]
     return Fix(
         spheres.position_m,
         velocity,
@@ -262,6 +271,7 @@ def solve(
         spheres.clock_m,
         drift,
         spheres.solution.covariance[:3, :3],
+        gain,
         pdop,
         used,
         len(set(m.sat[rows].tolist())),

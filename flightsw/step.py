@@ -16,12 +16,13 @@ from dbc.satellites import SATELLITES
 from dbc.vehicle import Vehicle, faults
 from flightsw import almanac, angles, commander, intake, publish
 from flightsw.assign import Options, Policy, policy
-from flightsw.attitude import Attitude, attitude_now, levers_ecef
+from flightsw.attitude import Attitude, attitude_now
 from flightsw.boresight import boresights_ecef
 from flightsw.coast import propagate
+from flightsw.combine.circumstances import Circumstances
 from flightsw.commander import Commander, Commands
 from flightsw.epoch import Epoch, Mark, Measurements, nothing
-from flightsw.position import Fix, NoFix, solve
+from flightsw.position import Fix, NoFix
 from flightsw.rejections import no_rejections
 from flightsw.sigma import NO_URA
 
@@ -61,6 +62,7 @@ class FlightState:
     mark       the last time mark, None before the first
     rejected   (REASONS, identifiers) frames not used; `flightsw.rejections.rejection_table` explains
     without_fix   epochs since the last fix, or since the start
+    leading    antenna that leads, for policies in which one does; -1 none
     """
 
     mark: Mark | None
@@ -74,6 +76,7 @@ class FlightState:
     commander: Commander
     without_fix: int
     fix: Fix | NoFix
+    leading: int
 
 
 def configure(
@@ -110,6 +113,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         commander.fresh(config.vehicle.channels, len(nothing().boots)),
         0,
         NoFix.NO_TIME_MARK,
+        -1,
     )
 
 
@@ -145,7 +149,15 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     predictions = almanac.updated(state.predictions, epoch.almanac, m.where(sound), t_ns)
     offered = m.where(sound & (m.health == 0) & commander.usable(commanding, m))
     navigation = _carried(state.navigation, t_ns)
-    fix = _fix(config, attitude, offered, _domains(config, epoch), navigation)
+    circumstances = Circumstances(
+        attitude,
+        config.vehicle.lever_arm_body_m,
+        _domains(config, epoch),
+        None if navigation is None else navigation.position_m,
+        options.ura_scale,
+        state.leading,
+    )
+    fix, leading = config.policy.combine(offered, circumstances)
     if isinstance(fix, Fix):
         carried = None if navigation is None else navigation.velocity_mps
         velocity = carried if fix.velocity_mps is None else fix.velocity_mps
@@ -161,6 +173,7 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
         commander=commanding,
         without_fix=0 if isinstance(fix, Fix) else state.without_fix + 1,
         fix=fix,
+        leading=leading,
     )
     return state, offered
 
@@ -185,27 +198,6 @@ def _domains(config: FlightConfig, epoch: Epoch) -> NDArray[np.int64]:
     """(m,) clock domain of each antenna: as its receiver says, else as the vehicle file says."""
     said = epoch.domains[: config.vehicle.antennas]
     return np.where(said >= 0, said, config.vehicle.clock_domain)
-
-
-def _fix(
-    config: FlightConfig,
-    attitude: Attitude | None,
-    m: Measurements,
-    domain: NDArray[np.int64],
-    navigation: Navigation | None,
-) -> Fix | NoFix:
-    """Step 10: all measurements of all antennas, reduced to the centre of mass."""
-    if attitude is None:
-        return NoFix.NO_ATTITUDE
-    lever, lever_rate = levers_ecef(attitude, config.vehicle.lever_arm_body_m)
-    return solve(
-        m,
-        lever.T[:, m.receiver],
-        lever_rate.T[:, m.receiver],
-        domain[m.receiver],
-        None if navigation is None else navigation.position_m,
-        config.options.ura_scale,
-    )
 
 
 def _command(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[FlightState, Commands | None]:

@@ -1,4 +1,7 @@
-"""The assignment policies: name, options, pure function, source."""
+"""The policies: who assigns satellites to antennas, and how the measurements become a fix.
+
+Four rows, those that RU 2706636 C1 is compared with and its own; docs/patent.md has them side by side.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,28 @@ from numpy.typing import NDArray
 from dbc.registry import table
 from flightsw.assign import patent
 from flightsw.assign.options import Options
+from flightsw.combine.averaged import averaged
+from flightsw.combine.circumstances import Circumstances
+from flightsw.combine.single import single
+from flightsw.combine.together import together
+from flightsw.epoch import Measurements
+from flightsw.position import Fix, NoFix
 
 Assign = Callable[[NDArray, NDArray, NDArray, NDArray, NDArray, Options], NDArray[np.int64]]
+Combine = Callable[[Measurements, Circumstances], tuple[Fix | NoFix, int]]
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """assign is None where the receivers choose for themselves: no commands, all measurements in the fix."""
+    """assign is None where the receivers choose for themselves: no commands are sent.
+
+    combine makes the fix of the measurements and says which antenna leads from now on, -1 none.
+    """
 
     name: str
     options: type[Options]
     assign: Assign | None
+    combine: Combine
     source: str
     summary: str
 
@@ -31,6 +45,7 @@ POLICIES = table(
         "patent",
         patent.PatentOptions,
         patent.assign,
+        together,
         "RU 2706636 C1, claim 1, steps 6 to 9",
         "each satellite on the one antenna whose axis is nearest",
     ),
@@ -38,8 +53,25 @@ POLICIES = table(
         "prototype",
         Options,
         None,
+        together,
         "RU 2654321, as described in RU 2706636 C1",
         "every receiver picks its own satellites; all ranges reduced to the centre of mass, solved together",
+    ),
+    Policy(
+        "analogue",
+        Options,
+        None,
+        averaged,
+        "SIGI on the US segment of the ISS, as described in RU 2706636 C1",
+        "every receiver solves alone, the solutions are averaged: mean place of the antennas, no lever arms",
+    ),
+    Policy(
+        "single",
+        Options,
+        None,
+        single,
+        "practice of ASN-M on the ISS (Mikhailov, Larkov, 2011)",
+        "the antenna that sees most satellites, alone: its own place, which jumps where another takes over",
     ),
 )
 

@@ -14,7 +14,11 @@ ROWS = [
     for line in (ROOT / "VERIFICATION.md").read_text("utf-8").splitlines()
     if re.match(r"\|.*\| (validated|modelled) \|", line)
 ]
-MODELS = ("emulator/world", "emulator/signals", "emulator/receivers", "flightsw", "flightsw/assign", "dbc")
+MODELS = (
+    *("emulator/world", "emulator/signals", "emulator/receivers"),
+    *("flightsw", "flightsw/assign", "flightsw/combine"),
+    "dbc",
+)
 
 
 def modules() -> list[str]:

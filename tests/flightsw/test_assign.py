@@ -122,8 +122,10 @@ def test_mask_readings():
 
 
 def test_registry():
-    assert list(POLICIES) == ["patent", "prototype"]
-    with pytest.raises(ValueError, match="policy 'best': not known; there are patent, prototype"):
+    assert list(POLICIES) == ["patent", "prototype", "analogue", "single"]
+    with pytest.raises(
+        ValueError, match="policy 'best': not known; there are patent, prototype, analogue, single"
+    ):
         policy("best")
     with pytest.raises(ValueError, match=r"two rows are named 'patent'"):
         table(POLICIES["patent"], POLICIES["patent"])

@@ -341,7 +341,7 @@ def test_unhealthy_and_unlocked_channels_stay_out(flight):
 @pytest.mark.parametrize(
     ("policy", "options", "line"),
     [
-        ("best", {}, "policy 'best': not known; there are patent, prototype"),
+        ("best", {}, "policy 'best': not known; there are patent, prototype, analogue, single"),
         ("patent", {"hysteresis": 3}, "policy 'patent': hysteresis: unknown key"),
         (
             "patent",

@@ -167,7 +167,7 @@ bus would overflow
     the bus would overflow: \d+ frames .* \d+ % .*allowed 80 %
 unknown policy
     $ run --policy nearest
-    policy 'nearest': not known; there are patent, prototype
+    policy 'nearest': not known; there are patent, prototype, analogue, single
 unknown option
     $ run --option foo=1
     policy 'patent': foo: unknown key

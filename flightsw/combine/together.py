@@ -1,0 +1,28 @@
+"""Step 10 of RU 2706636 C1: all measurements of all antennas, reduced to the centre of mass.
+
+The reduction is that of the prototype, RU 2654321. A fix without lever arms would be metres wrong without
+saying so: without attitude there is none.
+"""
+
+from __future__ import annotations
+
+from flightsw.attitude import levers_ecef
+from flightsw.combine.circumstances import Circumstances
+from flightsw.epoch import Measurements
+from flightsw.position import Fix, NoFix, solve
+
+
+def together(m: Measurements, at: Circumstances) -> tuple[Fix | NoFix, int]:
+    """One solution for the centre of mass; no antenna leads."""
+    if at.attitude is None:
+        return NoFix.NO_ATTITUDE, at.leading
+    lever, lever_rate = levers_ecef(at.attitude, at.lever_arm_body_m)
+    fix = solve(
+        m,
+        lever.T[:, m.receiver],
+        lever_rate.T[:, m.receiver],
+        at.domain[m.receiver],
+        at.start_m,
+        at.ura_scale,
+    )
+    return fix, at.leading
