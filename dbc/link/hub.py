@@ -7,6 +7,7 @@ order. A receiver that falls behind fills its queue; then nobody else is read un
 
 from __future__ import annotations
 
+import errno
 import os
 import selectors
 import shutil
@@ -245,6 +246,7 @@ class Hub:
 def _listen(path: Path) -> socket.socket:
     if len(os.fsencode(path)) > _SUN_PATH_BYTES:
         raise LinkError(f"bus 'embedded:{path}': the path is longer than {_SUN_PATH_BYTES} bytes")
+    _clear_away(path)
     sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         os.fchmod(sock.fileno(), 0o600)  # before bind, so that the name never exists with another mode
@@ -252,9 +254,23 @@ def _listen(path: Path) -> socket.socket:
         sock.listen()
     except OSError as error:
         sock.close()
-        raise LinkError(f"bus 'embedded:{path}': {error.strerror or error}") from None
+        taken = "somebody is there already" if error.errno == errno.EADDRINUSE else error.strerror
+        raise LinkError(f"bus 'embedded:{path}': {taken or error}") from None
     sock.setblocking(False)
     return sock
+
+
+def _clear_away(path: Path) -> None:
+    """Removes the socket of a hub that died without removing it; anything else at `path` stays."""
+    if not path.is_socket():
+        return
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        try:
+            probe.connect(os.fspath(path))
+        except ConnectionRefusedError:
+            path.unlink(missing_ok=True)
+        except OSError:
+            return  # bind will say what is wrong
 
 
 def _fits(parent: str) -> bool:

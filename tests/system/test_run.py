@@ -24,8 +24,9 @@ from dbc.vehicle import find
 from emulator.scenario import shipped
 from tests.realdata import data_file
 from tools.arguments import unchanged
-from tools.bench import supervisor
+from tools.bench import watch
 from tools.bench.children import StatusReader
+from tools.bench.line import Line
 from tools.bench.sequence import Sequencer
 from tools.bench.taps import Ear
 from tools.cli import main
@@ -449,13 +450,13 @@ def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, 
     reading, writing = os.pipe()
     plan = make(unchanged("soyuz"))
     display = Progress(plan, quiet=True)
-    bus = supervisor._Bus(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
-    watch = supervisor._Watch(plan, [bus], display, StatusReader(reading), lockstep)
+    line = Line(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
+    rounds = watch.Watch([line], display, watch.ReportingMaster(None, StatusReader(reading)), [], lockstep)
     for epoch, unanswered in statuses:
         said = {"epoch": epoch, "epochs_unanswered": unanswered}
         os.write(writing, json.dumps(said).encode() + b"\n")
-        watch._round()
-    assert capsys.readouterr().err == (supervisor.NO_ANSWER + "\n") * notes
+        rounds.round()
+    assert capsys.readouterr().err == (watch.NO_ANSWER + "\n") * notes
     os.close(reading)
     os.close(writing)
 
@@ -500,22 +501,22 @@ def test_the_private_folder_is_where_temporary_things_belong(monkeypatch):
 
 def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
     with PrivateFolder() as private, Hub(private / "bus"):
-        bus = f"embedded:{private / 'bus'}"
+        bus = f"gnss-hil:{private / 'bus'}"
         arguments = ["run", "--bus", bus, "--duration", DURATION, "--out", str(tmp_path / "run"), "--quiet"]
         assert main(arguments) == 0
     assert sha(tmp_path / "run") == sha(inline)
-    assert summary_of(tmp_path / "run")["bus"] == {"interface": "embedded", "channel": str(private / "bus")}
+    assert summary_of(tmp_path / "run")["bus"] == {"interface": "gnss-hil", "channel": str(private / "bus")}
 
 
 def test_a_bus_that_goes_away_is_told_and_the_record_is_kept(tmp_path):
     with PrivateFolder() as private:
         hub = Hub(private / "bus")
         folder = tmp_path / "run"
-        process = started(folder, "--bus", f"embedded:{private / 'bus'}")
+        process = started(folder, "--bus", f"gnss-hil:{private / 'bus'}")
         wait_for_frames(folder, process)
         hub.close()
         _, err = process.communicate(timeout=30)
     assert process.returncode == 1
     (line,) = err.splitlines()
-    assert re.match(r"gnss-hil: (bus embedded:|emulator ended|flight software of soyuz ended)", line), line
+    assert re.match(r"gnss-hil: (bus gnss-hil:|emulator ended|flight software of soyuz ended)", line), line
     assert {path.name for path in folder.iterdir()} == FILES

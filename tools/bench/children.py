@@ -76,6 +76,24 @@ class Child:
                 self.process.wait()
 
 
+def told_of_bus(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
+    """What another software finds in its environment, on either side."""
+    return {
+        "GNSS_HIL_BUS": spec,
+        "GNSS_HIL_VEHICLE": str(vehicle.absolute()),
+        "GNSS_HIL_CRAFT": craft,
+    }
+
+
+def told_of_run(plan: Plan, scenario: Path, pace: str) -> dict[str, str]:
+    """What another emulator finds there besides."""
+    return {
+        "GNSS_HIL_SCENARIO": str(scenario.absolute()),
+        "GNSS_HIL_PACE": pace,
+        "GNSS_HIL_DURATION": f"{plan.scenario.time.duration_s:.12g}",
+    }
+
+
 def start(
     name: str,
     command: Sequence[str],

@@ -10,11 +10,12 @@ from dbc.codec import Codec
 from dbc.frames import WIDTH, FrameBatch
 from dbc.gpstime import NS_PER_S, NS_PER_WEEK
 
-_NIBBLES = 16
+EPOCHS = 16
+"""A frame names its epoch modulo this."""
 
 
 def said_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: NDArray) -> NDArray[np.int64]:
-    """(e,) GPS time [ns] of epochs numbered (e,) that hold counts (e,) of the frames; -1 where it is not said.
+    """(e,) GPS time [ns] of epochs numbered (e,) that hold counts (e,) of the frames; -1 if not said.
 
     Only intact frames of the epoch's own number count, the first of each kind.
     """
@@ -23,7 +24,7 @@ def said_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: NDArray)
     def of(kind: str, value) -> NDArray[np.int64]:
         rows = np.flatnonzero((frames.can_id == codec.can_id_of[kind, 0]) & (frames.length == WIDTH))
         data = frames.data[rows]
-        own = data[:, 1] >> 4 == numbers[epoch_of[rows]] % _NIBBLES
+        own = data[:, 1] >> 4 == numbers[epoch_of[rows]] % EPOCHS
         rows = rows[own & (data[:, 0] == e2e.crc(frames.can_id[rows], data))][::-1]  # the first one stands
         out = np.full(len(counts), -1, np.int64)
         out[epoch_of[rows]] = value(codec.decode(kind, frames.data[rows]))

@@ -1,14 +1,15 @@
 """The recorder: every frame of a run into bus.log, as it happens.
 
 A frame's stamp is the simulated instant its first bit is on the bus: UNIX time of the epoch's mark plus the
-exact length, stuff bits included, of the frames before it in the epoch (`dbc.bits`).
+exact length, stuff bits included, of the frames before it in the epoch (`dbc.bits`). The mark's time is what
+the epoch says of itself on the bus, whoever the emulator is; where it says nothing intact, it is reckoned.
 """
 
 from __future__ import annotations
 
 import time
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
@@ -16,8 +17,10 @@ import numpy as np
 
 from dbc import gpstime
 from dbc.bits import frame_bits
+from dbc.codec import Codec
 from dbc.contract import BIT_RATE
 from dbc.frames import EMPTY, FrameBatch, concat
+from tools.bench.marktime import marks_ns, said_ns
 from tools.log.candump import format_lines
 
 BATCH_FRAMES = 16_384
@@ -35,8 +38,10 @@ def stamps_us(mark_unix_us: np.ndarray, counts: np.ndarray, bits: np.ndarray) ->
 
 @dataclass(slots=True)
 class _Waiting:
-    """Epochs of one bus that are not written yet, in order."""
+    """Epochs of one bus that are not written yet, in order; number and time [ns] of one that was written."""
 
+    codec: Codec
+    anchor: tuple[int, int]
     epochs: list[int] = field(default_factory=list)
     blocks: list[FrameBatch] = field(default_factory=list)
     frames: int = 0
@@ -53,7 +58,8 @@ class _Waiting:
 class Recorder:
     """Collects epochs of all buses and writes them in batches, at the latest after FLUSH_S of wall time.
 
-    buses     names in the log, one for each craft
+    buses     codec by name in the log, one for each craft
+    start_ns, interval_ns  when epochs are that do not say it themselves
     log       where the text goes, None to write none
     on_batch  is handed every batch as it is written: number of the bus, frames (live summary)
 
@@ -62,18 +68,17 @@ class Recorder:
 
     def __init__(
         self,
-        buses: Sequence[str],
+        buses: Mapping[str, Codec],
         start_ns: int,
         interval_ns: int,
         log: BinaryIO | None,
         on_batch: Callable[[int, FrameBatch], None] | None = None,
     ):
         self._buses = tuple(buses)
-        self._start_ns = start_ns
         self._interval_ns = interval_ns
         self._log = log
         self._on_batch = on_batch
-        self._waiting = [_Waiting() for _ in buses]
+        self._waiting = [_Waiting(codec, (0, start_ns)) for codec in buses.values()]
         self._written_at = time.monotonic()
         self.frames = 0
         frame_bits(EMPTY)  # builds its tables now, not while the run is timed
@@ -118,8 +123,13 @@ class Recorder:
         return b"".join(text for _, _, text in sorted(pieces, key=lambda piece: piece[:2]))
 
     def _lines(self, bus: int, epochs: list[int], blocks: list[FrameBatch]) -> bytes:
+        """Log text of epochs of one bus, which must come in order."""
         frames = concat(blocks)
-        marks_ns = self._start_ns + np.array(epochs, np.int64) * self._interval_ns
-        unix_us = np.array([gpstime.to_unix_ns(int(t)) // 1000 for t in marks_ns])
         counts = np.array([len(block) for block in blocks])
+        numbers = np.array(epochs, np.int64)
+        waiting = self._waiting[bus]
+        said = said_ns(waiting.codec, frames, counts, numbers)
+        t_ns = marks_ns(said, numbers, self._interval_ns, waiting.anchor)
+        waiting.anchor = int(numbers[-1]), int(t_ns[-1])
+        unix_us = np.array([gpstime.to_unix_ns(t) // 1000 for t in t_ns.tolist()])
         return format_lines(stamps_us(unix_us, counts, frame_bits(frames)), frames, self._buses[bus])

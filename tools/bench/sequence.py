@@ -36,6 +36,11 @@ class Sequencer:
 
     A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
     epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.
+
+    Where a second mark comes without a BENCH_SYNC before it, the emulator does not steer: from then on frames
+    stay in the order they were heard.
+
+    opened  epochs that began      ended  BENCH_END was heard
     """
 
     def __init__(self, codec: Codec, lockstep: bool):
@@ -45,6 +50,7 @@ class Sequencer:
         self._flight_id[[i for i, sender in enumerate(codec.sender_of) if sender == "FLIGHT"]] = True
         self._mark_id = codec.can_id_of["TIME_MARK", 0]
         self._done_id = codec.can_id_of["BENCH_DONE", 0]
+        self._end_id = codec.can_id_of["BENCH_END", 0]
         self._sync_id = codec.can_id_of["BENCH_SYNC", 0]
         self._heartbeat = codec.kinds["HEARTBEAT"].number
         self._session = -1
@@ -54,13 +60,25 @@ class Sequencer:
         self._pending: list[FrameBatch] = []
         self._answered = -1
         self._announced = -1
-        self._opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
+        self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
+        self.ended = False
         self._declared = 0
 
     @property
     def declared(self) -> int:
         """Frames that the senders of all blocks say they sent; 0 if any epoch lacks what one of them says."""
-        return self._declared if self._dones == self._syncs >= self._opened else 0
+        return self._declared if self._dones == self._syncs >= self.opened else 0
+
+    @property
+    def steered(self) -> bool:
+        """Whether the emulator closes its blocks with BENCH_SYNC."""
+        return self._syncs > 0
+
+    @property
+    def unanswered(self) -> int:
+        """Epochs that were announced and not answered before the next one began."""
+        waiting = self._epoch is not None and self._announced == self._epoch > self._answered
+        return self._syncs - self._dones - waiting
 
     def hear(self, frames: FrameBatch) -> list[Epoch]:
         """Epochs that these frames completed."""
@@ -73,7 +91,7 @@ class Sequencer:
             begin = i + 1
             if can_id[i] == self._mark_id:
                 if self._opens(frames[i : i + 1]):
-                    closed += self.finish(keep_pending=True)
+                    closed += self.finish(keep_pending=self.steered)
                     self._open(frames[i : i + 1])
                 else:
                     self._take(frames[i : i + 1])
@@ -95,8 +113,10 @@ class Sequencer:
         return self._epoch is None or (session == self._session and 0 < epoch - self._epoch <= _FARTHEST)
 
     def _open(self, mark: FrameBatch) -> None:
+        if self.opened and not self._syncs:
+            self._lockstep = False
         self._session, self._epoch = self._label(mark)
-        self._opened += 1
+        self.opened += 1
         self._heard.append(mark)
 
     def finish(self, keep_pending: bool = False) -> list[Epoch]:
@@ -104,6 +124,8 @@ class Sequencer:
         if self._epoch is None:
             return []
         tail = [] if keep_pending else self._pending
+        if not self.steered:  # start heartbeats waited with the first answers
+            tail = [self._without_heartbeats(piece) for piece in tail]
         epoch = Epoch(self._epoch, concat([*self._heard, *self._answers, *tail]))
         self._heard, self._answers = [], []
         if not keep_pending:
@@ -133,6 +155,8 @@ class Sequencer:
         elif can_id == self._done_id:
             said = self._codec.decode("BENCH_DONE", data)
             self._close_answer(int(said["epoch"][0]), int(said["count"][0]))
+        elif can_id == self._end_id and self._epoch is not None:
+            self.ended |= self._codec.decode("BENCH_END", data)["session"][0] == self._session
 
     def _close_answer(self, epoch: int, count: int) -> None:
         first = self._answered < 0
@@ -144,8 +168,11 @@ class Sequencer:
             self._pending = []
             before, block = block[: len(block) - count], block[max(len(block) - count, 0) :]
             if first:  # start heartbeats that crossed the first time mark
-                before = before[self._codec.kind_of[before.can_id & SFF_MASK] != self._heartbeat]
+                before = self._without_heartbeats(before)
             self._answers.append(before)
             if epoch > self._answered:
                 self._answers.append(block)
         self._answered = max(self._answered, epoch)
+
+    def _without_heartbeats(self, frames: FrameBatch) -> FrameBatch:
+        return frames[self._codec.kind_of[frames.can_id & SFF_MASK] != self._heartbeat]

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from dbc.codec import Codec
 from dbc.frames import EMPTY, FrameBatch, concat
@@ -41,18 +45,22 @@ def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
 
 
 class Ear:
-    """What the bus says, from another thread to the supervisor's."""
+    """What the bus says, from another thread to the supervisor's.
+
+    Frames come out with the instant they were heard in `t_ns`: nanoseconds of `time.perf_counter_ns`.
+    """
 
     def __init__(self):
-        self._pieces: queue.Queue[FrameBatch | bytes] = queue.Queue(QUEUE_PIECES)
+        self._pieces: queue.Queue[tuple[int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
         self.closing = False
         self.failure = ""
 
     def hear(self, piece: FrameBatch | bytes) -> None:
         """Hand over a piece; waits while the recorder is behind."""
+        heard = time.perf_counter_ns(), piece
         while not self.closing:
             try:
-                return self._pieces.put(piece, timeout=0.1)
+                return self._pieces.put(heard, timeout=0.1)
             except queue.Full:
                 continue
 
@@ -61,10 +69,11 @@ class Ear:
         pieces = []
         while True:
             try:
-                piece = self._pieces.get_nowait()
+                heard_ns, piece = self._pieces.get_nowait()
             except queue.Empty:
                 break
-            pieces.append(piece if isinstance(piece, FrameBatch) else frames_from_wire(piece)[0])
+            frames = piece if isinstance(piece, FrameBatch) else frames_from_wire(piece)[0]
+            pieces.append(replace(frames, t_ns=np.full(len(frames), heard_ns)))
         return concat(pieces) if pieces else EMPTY
 
 

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from tools.arguments import EXTERNAL, OURS, add_changes, add_scenario, bus, pace
+from tools.arguments import OURS, add_changes, add_scenario, bus, pace
 from tools.errors import INTERRUPTED, PROGRAM, Mistake
 
 
@@ -23,13 +23,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--pace", type=pace, default="lockstep", metavar="P", help="lockstep (default), realtime, or xN")
     add(
         "--bus", type=bus, default="embedded", metavar="B",
-        help="embedded (default): two processes on a bus of our own; inline: one process, fastest; "
-        "socketcan:vcan0; or any python-can INTERFACE:CHANNEL",
+        help="embedded (default): two processes on a bus of our own; embedded:PATH: the same, its socket "
+        "where you say; inline: one process, fastest; socketcan:vcan0; or any python-can INTERFACE:CHANNEL",
     )  # fmt: skip
     add(
         "--flight", default=OURS, metavar="F",
         help="another flight software: a COMMAND to start, which finds its bus, vehicle file and craft in "
         "GNSS_HIL_BUS, GNSS_HIL_VEHICLE and GNSS_HIL_CRAFT; or external: one that you start yourself",
+    )  # fmt: skip
+    add(
+        "--emulator", default=OURS, metavar="E",
+        help="another emulator or receiver: a COMMAND to start, which finds besides these GNSS_HIL_SCENARIO, "
+        "GNSS_HIL_PACE and GNSS_HIL_DURATION [s]; or external: one that you start yourself",
     )  # fmt: skip
     add("--out", type=Path, metavar="DIR", help="run folder (default runs/<scenario>-<date>-<time>)")
     add("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML too")
@@ -41,17 +46,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     check_combination(arguments)
     from tools import plan as plans
+    from tools.bench import sides
     from tools.folder import RunFolder, default_path, naming
 
     plan = plans.make(arguments)
     if arguments.bus not in ("inline", "embedded"):
-        from tools.bench.taps import check_bus
-
         if len(plan.names) > 1:
             raise Mistake(
                 f"--bus {arguments.bus}: each of {len(plan.names)} craft has its own bus; use embedded"
             )
-        check_bus(arguments.bus, plan.codecs[0], ("FLIGHT",) if arguments.flight == EXTERNAL else ())
+        if not arguments.bus.startswith("embedded:"):
+            from tools.bench.taps import check_bus
+
+            check_bus(arguments.bus, plan.codecs[0], sides.awaited(plan.codecs[0], arguments))
     folder = RunFolder(arguments.out or default_path(plan.scenario.name))
     recording = _Recording()
     try:
@@ -79,25 +86,10 @@ def check_combination(arguments: Namespace) -> None:
         )
     if arguments.junit:
         _check_junit(arguments.junit)
-    if arguments.flight == OURS:
-        return
-    if arguments.bus == "inline":
-        raise Mistake(
-            f"--flight {arguments.flight} with --bus inline: inline has no bus to join; use embedded"
-        )
-    for name in ("policy", "option"):
-        if getattr(arguments, name):
-            raise Mistake(f"--{name} with --flight {arguments.flight}: it belongs to our own flight software")
-    if arguments.flight != EXTERNAL:
-        import shlex
-        import shutil
+    if (arguments.flight, arguments.emulator) != (OURS, OURS):
+        from tools.bench import sides
 
-        try:
-            words = shlex.split(arguments.flight)
-        except ValueError as error:
-            raise Mistake(f"--flight {arguments.flight!r}: not a command: {error}") from None
-        if not words or shutil.which(words[0]) is None:
-            raise Mistake(f"--flight {arguments.flight!r}: no such program")
+        sides.check(arguments)
 
 
 def _check_junit(path: Path) -> None:
@@ -157,7 +149,7 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
             digests |= {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
         live = list(digests.values())
         recorder = Recorder(
-            bus_names(plan.names),
+            dict(zip(bus_names(plan.names), plan.codecs, strict=True)),
             time.start_ns,
             time.interval_ns,
             log,
@@ -224,6 +216,7 @@ def facts_of(plan, arguments: Namespace, outcome) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
+        "emulator": arguments.emulator,
         "policy": scenario.craft[0].flight.policy if arguments.flight == OURS else arguments.flight,
         "pace": arguments.pace,
         "bus": {"interface": interface, "channel": channel},

@@ -10,10 +10,12 @@ import pytest
 
 from dbc import gpstime
 from dbc.bits import frame_bits
+from dbc.codec import codec
 from dbc.frames import batch, concat
 from tools.bench.recorder import Recorder, stamps_us
 from tools.log.candump import parse_lines
 
+CODEC = codec(4)
 START_NS = gpstime.from_utc(datetime(2012, 10, 31, 0, 14, 44))
 
 
@@ -29,7 +31,7 @@ def test_an_epoch_without_frames_moves_nobody():
 
 def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
     log, heard = io.BytesIO(), []
-    recorder = Recorder(["can0"], START_NS, 10**9, log, lambda bus, frames: heard.append(frames))
+    recorder = Recorder({"can0": CODEC}, START_NS, 10**9, log, lambda bus, frames: heard.append(frames))
     blocks = [batch([0x10, 0x11], np.arange(16).reshape(2, 8) + i) for i in range(3)]
     for epoch, block in enumerate(blocks):
         recorder.add(0, epoch, block)
@@ -43,7 +45,7 @@ def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
 
 def test_nothing_waits_longer_than_a_batch():
     log = io.BytesIO()
-    recorder = Recorder(["can0"], START_NS, 10**9, log)
+    recorder = Recorder({"can0": CODEC}, START_NS, 10**9, log)
     recorder.add(0, 0, batch(np.zeros(20_000, np.uint32), np.zeros((20_000, 8))))
     assert log.getvalue().count(b"\n") == 20_000
 
@@ -52,7 +54,7 @@ def test_nothing_waits_longer_than_a_batch():
 def test_several_buses_are_written_epoch_by_epoch(batch_frames, monkeypatch):
     monkeypatch.setattr("tools.bench.recorder.BATCH_FRAMES", batch_frames)
     log = io.BytesIO()
-    recorder = Recorder(["can0", "can1"], START_NS, 10**9, log)
+    recorder = Recorder({"can0": CODEC, "can1": CODEC}, START_NS, 10**9, log)
     for bus, epoch in ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (1, 2)):
         recorder.add(bus, epoch, batch([0x10 + epoch], b"12345678"))
     recorder.flush()
