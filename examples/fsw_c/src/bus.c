@@ -15,7 +15,7 @@
 #define SO_RCVBUFFORCE 33 /* Linux: as SO_RCVBUF, past rmem_max, for root */
 #endif
 
-enum { RECEIVE_BUFFER_BYTES = 16 << 20 };
+enum { RECEIVE_BUFFER_BYTES = 16 << 20, MOST_PAUSES = 2000 };
 
 static int open_embedded(const char *path, char *why, size_t size)
 {
@@ -136,17 +136,21 @@ static int send_stream(struct bus *bus, const char *bytes, size_t left)
     return 0;
 }
 
-/* A real interface's queue fills within an epoch (ENOBUFS): wait for the bus to carry some of it. */
+/* A real interface's queue fills within an epoch (ENOBUFS): wait for the bus to carry some of it. One that
+ * carries nothing for a second is as good as gone. */
 static int send_datagrams(struct bus *bus, const struct can_frame *frames, int count)
 {
     const struct timespec pause = {.tv_nsec = 500000};
+    int pauses = 0;
     for (int i = 0; i < count;) {
-        if (send(bus->descriptor, &frames[i], sizeof frames[i], 0) == (ssize_t)sizeof frames[i])
+        if (send(bus->descriptor, &frames[i], sizeof frames[i], 0) == (ssize_t)sizeof frames[i]) {
             i++;
-        else if (errno == ENOBUFS || errno == EAGAIN)
+            pauses = 0;
+        } else if ((errno == ENOBUFS || errno == EAGAIN) && pauses++ < MOST_PAUSES) {
             (void)nanosleep(&pause, NULL);
-        else if (errno != EINTR)
+        } else if (errno != EINTR) {
             return -1;
+        }
     }
     return 0;
 }

@@ -141,10 +141,16 @@ static int fly(struct bus *bus, struct flight *flight, bool stay)
     return 0;
 }
 
+/* What a run's end must not hide. */
 static void tell(const struct flight *flight)
 {
+    unsigned long refused = 0;
+    for (int reason = 0; reason < REASONS; reason++)
+        refused += flight->intake.refused[reason];
+    if (refused + flight->intake.frames_lost + flight->follow.lost == 0)
+        return;
     fprintf(stderr, "fsw: %lu epochs, %lu fixes; %lu frames lost", flight->epochs, flight->fixes,
-            flight->intake.frames_lost);
+            flight->intake.frames_lost > flight->follow.lost ? flight->intake.frames_lost : flight->follow.lost);
     for (int reason = 0; reason < REASONS; reason++)
         if (flight->intake.refused[reason])
             fprintf(stderr, ", %lu refused: %s", flight->intake.refused[reason], reason_names[reason]);

@@ -1,0 +1,322 @@
+"""The flight software in C of examples/fsw_c, written from the contract: built, flown, compared with ours.
+
+Two implementations that share no code agree on every fix; what differs is told where it is judged.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from dbc.vehicle import find
+from tests.system.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded, session_of
+from tools.cli import main
+
+EXAMPLE = ROOT / "examples" / "fsw_c"
+AGREEMENT_M = 0.01
+EPOCHS = 130
+LACKING = [name for name in ("gcc", "make", "sha256sum") if shutil.which(name) is None]
+
+pytestmark = pytest.mark.skipif(
+    bool(LACKING), reason=f"THE C EXAMPLE WAS NOT TESTED: no {', '.join(LACKING)}"
+)
+
+
+def build(folder: Path, target: str = "all") -> None:
+    """`make` into a folder; nothing of the example's own may be warned about."""
+    bench = [f"PYTHON={sys.executable}", f"GNSS_HIL={sys.executable} -m tools.cli", f"BUILD={folder}"]
+    done = subprocess.run(
+        ["make", "-C", EXAMPLE, "-j2", "CC=gcc", *bench, target], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "warning" not in done.stderr, done.stderr
+
+
+@pytest.fixture(scope="module")
+def fsw(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("fsw_c")
+    build(folder)
+    return folder / "fsw"
+
+
+@pytest.fixture(scope="module")
+def sanitized(fsw) -> Path:
+    build(fsw.parent, "sanitize")
+    return fsw.parent / "sanitize" / "fsw"
+
+
+@pytest.fixture(scope="module")
+def ours(tmp_path_factory) -> Path:
+    """A run of our own flight software."""
+    folder = tmp_path_factory.mktemp("runs") / "ours"
+    assert main(["run", "--bus", "inline", "--duration", str(EPOCHS), "--out", str(folder), "--quiet"]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def epochs(ours) -> list:
+    return recorded(ours / "bus.log")
+
+
+def fixes(folder: Path) -> pl.DataFrame:
+    return pl.read_parquet(folder / "fixes.parquet")
+
+
+def distances_m(both: pl.DataFrame) -> np.ndarray:
+    """Between the positions of two runs, epochs where both have a fix."""
+    valid = both.filter(pl.col("valid") & pl.col("valid_other"))
+    return np.sqrt(sum((valid[f"{a}_ecef_m"] - valid[f"{a}_ecef_m_other"]).to_numpy() ** 2 for a in "xyz"))
+
+
+def test_the_same_frames_give_the_same_fixes(fsw, ours, epochs, tmp_path):
+    own = fixes(ours)
+    with Feeder(fsw, tmp_path) as bench:
+        answers = [decoded(bench.play(epoch)) for epoch in epochs]
+        assert bench.end(session_of(epochs[0]), len(epochs)) == (0, "")
+    status = [answer["NAV_STATUS"][0] for answer in answers]
+    assert [str(s["mode"]) for s in status] == own["mode"].to_list()
+    assert [str(s["no_fix"]) for s in status] == own["no_fix"].to_list()
+    assert [s["measurements"] for s in status] == own["measurements"].to_list()
+    assert [s["pdop"] for s in status] == pytest.approx(own["pdop"].fill_null(0).to_list(), abs=0.011)
+    both = [(a, row) for a, row in zip(answers, own.iter_rows(named=True), strict=True) if row["valid"]]
+    assert len(both) > 90
+    for answer, row in both:
+        for axis in "xyz":
+            position_m = answer[f"NAV_{axis.upper()}"][0][f"{axis}_m"]
+            velocity_mps = answer[f"NAV_V{axis.upper()}"][0][f"v{axis}_mps"]
+            assert position_m == pytest.approx(row[f"{axis}_ecef_m"], abs=AGREEMENT_M)
+            assert velocity_mps == pytest.approx(row[f"v{axis}_ecef_mps"], abs=0.02)
+        assert answer["NAV_CLOCK"][0]["bias_m"] == pytest.approx(row["clock_bias_m"], abs=AGREEMENT_M)
+        assert len(answer["NAV_USED"]) == 4
+        assert sum(used["channels"].bit_count() for used in answer["NAV_USED"]) == row["measurements"]
+
+
+def test_it_flies_and_commands_as_ours_does(fsw, ours, tmp_path):
+    folder = tmp_path / "run"
+    command = ["run", "--duration", str(EPOCHS), "--out", str(folder), "--quiet", "--flight", str(fsw)]
+    assert main(command) == 0
+    both = fixes(ours).join(fixes(folder), on="t_gps_s", suffix="_other")
+    assert (both["valid"] == both["valid_other"]).all()
+    assert distances_m(both).max() < AGREEMENT_M
+    tracked = ["t_gps_s", "receiver", "satellite"]
+    own, other = (
+        pl.read_parquet(path / "channels.parquet").select(tracked).unique() for path in (ours, folder)
+    )
+    assert len(own) == len(other) == len(own.join(other, on=tracked))
+    events = pl.read_parquet(folder / "assignments.parquet")
+    assert set(events.filter(pl.col("event") == "ack")["result"]) == {"ACCEPTED"}
+
+
+def test_it_meets_what_the_quiet_scenario_expects(fsw, tmp_path):
+    command = ["run", "soyuz-quiet", "--duration", "120", "--quiet", "--flight", str(fsw)]
+    assert main([*command, "--out", str(tmp_path / "run")]) == 0
+
+
+def test_it_flies_at_twenty_times_real_time_without_lockstep(fsw, tmp_path):
+    folder = tmp_path / "run"
+    command = ["run", "--duration", "80", "--pace", "x20", "--quiet", "--flight", str(fsw)]
+    assert main([*command, "--out", str(folder)]) == 0
+    flown = fixes(folder)
+    assert flown["satellites"].max() >= 20  # only commanded channels see so many
+    truth = pl.read_parquet(folder / "truth.parquet")
+    assert flown["valid"].sum() > 20
+    both = flown.join(truth.with_columns(valid=True), on="t_gps_s", suffix="_other")
+    assert np.median(distances_m(both)) < 5
+
+
+def test_a_repeated_sync_gets_the_same_answer(fsw, epochs, tmp_path):
+    session = session_of(epochs[0])
+    with Feeder(fsw, tmp_path) as bench:
+        for number, epoch in enumerate(epochs[:45]):
+            first = bench.play(epoch)
+            assert bench.sync(session, number, len(epoch)) == first
+        assert bench.end(session, 45) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("missing", "reason"),
+    [
+        ({0x010}, "NO_TIME_MARK"),
+        ({0x011}, "NO_TIME_MARK"),
+        ({0x012}, "NO_TIME_MARK"),
+        ({0x060}, "NO_ATTITUDE"),
+        ({0x061}, "NO_ATTITUDE"),
+        (set(range(0x101, 0x180, 0x10)), "TOO_FEW_SATELLITES"),
+    ],
+)
+def test_it_says_why_there_is_no_fix(fsw, epochs, tmp_path, missing, reason):
+    session = session_of(epochs[0])
+    with Feeder(fsw, tmp_path) as bench:
+        for epoch in epochs[:60]:
+            sound = bench.play(epoch)
+        assert str(decoded(sound)["NAV_STATUS"][0]["mode"]) == "POSITION_VELOCITY"
+        rest = [frame for frame in epochs[60] if frame[0] not in missing]
+        bench.send(b"".join(pack(*frame) for frame in rest))
+        answer = decoded(bench.sync(session, 60, len(rest)))
+        assert str(answer["NAV_STATUS"][0]["no_fix"]) == reason
+        assert not any(name.startswith("NAV_") and name != "NAV_STATUS" for name in answer)
+        assert str(decoded(bench.play(epochs[61]))["NAV_STATUS"][0]["no_fix"]) == "FIX"
+
+
+def test_without_body_rates_there_is_a_position_and_no_velocity(fsw, epochs, tmp_path):
+    with Feeder(fsw, tmp_path) as bench:
+        for epoch in epochs[:60]:
+            bench.play(epoch)
+        answer = decoded(bench.play([frame for frame in epochs[60] if frame[0] != 0x062]))
+    assert str(answer["NAV_STATUS"][0]["mode"]) == "POSITION"
+    assert "NAV_X" in answer and "NAV_VX" not in answer and "NAV_DRIFT" not in answer
+
+
+def test_a_damaged_frame_costs_its_channel_and_no_more(fsw, epochs, tmp_path):
+    with Feeder(fsw, tmp_path) as bench:
+        for epoch in epochs[:60]:
+            before = decoded(bench.play(epoch))["NAV_STATUS"][0]["measurements"]
+        at = next(i for i, frame in enumerate(epochs[60]) if frame[0] == 0x103)
+        can_id, data = epochs[60][at]
+        damaged = [*epochs[60]]
+        damaged[at] = can_id, data[:5] + bytes([data[5] ^ 0x10]) + data[6:]
+        assert decoded(bench.play(damaged))["NAV_STATUS"][0]["measurements"] == before - 1
+        assert decoded(bench.play(epochs[61]))["NAV_STATUS"][0]["measurements"] == before
+        status, words = bench.end(session_of(epochs[0]), 62)
+    assert (status, words) == (0, "fsw: 62 epochs, 26 fixes; 1 frames lost, 1 refused: corrupted\n")
+
+
+def test_a_satellite_that_lies_is_left_out(fsw, epochs, tmp_path):
+    """A pseudorange 3 km too long, as a sender's own fault: correctly protected."""
+    from dbc.codec import codec
+    from dbc.e2e import crc
+
+    with Feeder(fsw, tmp_path) as bench:
+        for epoch in epochs[:60]:
+            before = decoded(bench.play(epoch))
+        at = next(i for i, frame in enumerate(epochs[60]) if frame[0] == 0x110)
+        word = bytearray(epochs[60][at][1])
+        raw = int.from_bytes(word, "little") + (30_000_000 << 21)
+        word[:] = raw.to_bytes(8, "little")
+        word[0] = crc(np.array([0x110], np.uint32), np.frombuffer(bytes(word), np.uint8)[None, :])[0]
+        lying = [*epochs[60]]
+        lying[at] = 0x110, bytes(word)
+        after = decoded(bench.play(lying))
+    assert codec(4).can_id_of["RANGE", 2] == 0x110
+    assert str(after["NAV_STATUS"][0]["no_fix"]) == "FIX"
+    assert after["NAV_STATUS"][0]["measurements"] == before["NAV_STATUS"][0]["measurements"] - 1
+    moved_m = [
+        after[f"NAV_{a.upper()}"][0][f"{a}_m"] - before[f"NAV_{a.upper()}"][0][f"{a}_m"] for a in "xyz"
+    ]
+    assert np.linalg.norm(moved_m) == pytest.approx(7200, abs=500)  # an epoch's way, not kilometres more
+
+
+def test_an_emulator_that_starts_again_finds_it_as_new(fsw, epochs, tmp_path):
+    """Killed without BENCH_END, and back under the same session: nothing of the first run is remembered."""
+    with Feeder(fsw, tmp_path) as bench:
+        first = [bench.play(epoch) for epoch in epochs[:70]]
+        assert [bench.play(epoch) for epoch in epochs[:70]] == first
+
+
+def test_a_time_master_that_went_away_hears_heartbeats_again(fsw, epochs, tmp_path):
+    with Feeder(fsw, tmp_path) as bench:
+        bench.play(epochs[0])
+        bench.bus.settimeout(15)
+        can_id, data = bench.receive()
+    assert can_id == HEARTBEAT
+    assert str(decoded([(can_id, data)])["FLIGHT_HEARTBEAT"][0]["state"]) == "READY"
+
+
+def test_rubbish_on_the_bus_neither_stops_it_nor_moves_a_fix(sanitized, epochs, tmp_path):
+    """Random identifiers, lengths, flags and data among the frames; under the sanitizers."""
+    draw = random.Random(7)
+    calm, noisy = tmp_path / "calm", tmp_path / "noisy"
+    calm.mkdir()
+    noisy.mkdir()
+
+    def stray() -> bytes:
+        identifier = draw.choice((draw.getrandbits(11), draw.getrandbits(32), draw.randrange(0x100, 0x180)))
+        return pack(identifier, draw.randbytes(8), draw.choice((8, 8, 8, 0, 5, 255)))
+
+    with Feeder(sanitized, calm) as bench:
+        undisturbed = [bench.play(epoch) for epoch in epochs[:90]]
+        assert bench.end(session_of(epochs[0]), 90) == (0, "")
+    with Feeder(sanitized, noisy) as bench:
+        bench.send(b"".join(stray() for _ in range(3000)))
+        disturbed = [bench.play(epoch, [stray() for _ in range(250)]) for epoch in epochs[:90]]
+        status, words = bench.end(session_of(epochs[0]), 90)
+    assert status == 0 and "refused" in words and "ERROR" not in words and "runtime error" not in words
+    for ours, theirs in zip(undisturbed, disturbed, strict=True):
+        for name in ("NAV_X", "NAV_Y", "NAV_Z"):
+            assert name not in decoded(ours) or abs(_metres(ours, name) - _metres(theirs, name)) < 50
+
+
+def _metres(answer, name: str) -> float:
+    return decoded(answer)[name][0][f"{name[-1].lower()}_m"]
+
+
+SHIPPED = find("soyuz-ms")
+GOOD = SHIPPED.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (GOOD.replace("channels = 6", "channels = 33", 1), "channels: found 33, allowed is a whole number"),
+        (GOOD.replace("receiver = 2", "receiver = 1"), "two antennas have the same receiver"),
+        (GOOD.replace("mask_deg = 85.0\n", "", 1), "an antenna needs name, receiver, channels"),
+        (GOOD.replace("mask_deg = 85.0", "mask_deg = nan", 1), "mask_deg: found nan, allowed is an angle"),
+        (GOOD.replace("[0.573576436351046, 0.0,", "[0.9, 0.0,", 1), "allowed is three numbers of length 1"),
+        (GOOD.replace("channels = 6", "chanels = 6", 1), "chanels: unknown key"),
+        (GOOD.replace("channels = 6", "channels = 6\nchannels = 6", 1), "this key was given before"),
+        (GOOD.split("[[antenna]]")[0], "no [[antenna]]"),
+        (GOOD.rsplit("[[antenna]]", 1)[0], "3 antennas; this program was built for 4 (make RECEIVERS=3)"),
+        ("\0\xff" * 300, "longer than 510 characters"),
+    ],
+)  # fmt: skip
+def test_a_vehicle_file_with_a_fault_is_one_clear_line(sanitized, tmp_path, text, words):
+    path = tmp_path / "vehicle.toml"
+    path.write_bytes(text.encode("latin-1"))
+    done = subprocess.run(
+        [sanitized, "--bus", "embedded:/nowhere", "--vehicle", path], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"fsw: {path}, line ") and words in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "words"),
+    [
+        ([], 2, "no bus: give --bus or set GNSS_HIL_BUS"),
+        (["--bus", "embedded:/x"], 2, "no vehicle file: give --vehicle or set GNSS_HIL_VEHICLE"),
+        (["--bus"], 2, "--bus needs a value (see --help)"),
+        (["--colour"], 2, "unknown argument '--colour' (see --help)"),
+        (["--bus", "embedded:/x", "--vehicle", "/nowhere"], 2, "vehicle file /nowhere: No such file"),
+        (["--bus", "embedded:/x", "--vehicle", SHIPPED], 3, "bus embedded:/x: No such file"),
+        (["--bus", "socketcan:can9", "--vehicle", SHIPPED], 3, "bus socketcan:can9: no such CAN"),
+        (["--bus", "usb:1", "--vehicle", SHIPPED], 3, "allowed are embedded:PATH and socketcan:"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_clear_line(fsw, arguments, status, words):
+    bare = {name: value for name, value in os.environ.items() if not name.startswith("GNSS_HIL")}
+    done = subprocess.run([fsw, *arguments], capture_output=True, text=True, env=bare)
+    assert (done.returncode, done.stdout) == (status, "")
+    assert done.stderr.startswith("fsw: ") and words in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_an_interrupt_ends_it(fsw, epochs, tmp_path):
+    with Feeder(fsw, tmp_path) as bench:
+        bench.play(epochs[0])
+        bench.process.send_signal(2)
+        assert bench.leave() == (130, "")
+
+
+def test_a_bus_that_goes_away_during_a_run_is_a_failure(fsw, epochs, tmp_path):
+    with Feeder(fsw, tmp_path) as bench:
+        bench.play(epochs[0])
+        bench.bus.close()
+        assert bench.leave()[0] == 1
