@@ -64,6 +64,14 @@ COMMANDS = {
             ("vcan up", "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0"),
         ),
         Command(
+            "monitor", "listen on a bus: every frame decoded and checked, live",
+            (
+                "monitor --bus socketcan:vcan0",
+                "monitor --only 'NAV_*' --duration 10 | head",
+                "monitor --bus embedded:/tmp/bus --vehicle soyuz-ms --only RX1,COMMAND,0x7E0-0x7EF --raw",
+            ),
+        ),
+        Command(
             "icd", "the bus contract: DBC, hash, frame budget",
             ("icd dbc --receivers 2 > two.dbc", "icd hash", "icd budget soyuz"),
         ),

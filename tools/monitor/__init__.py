@@ -1,0 +1,1 @@
+"""Listening on a bus and decoding what is heard, live."""

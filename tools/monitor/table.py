@@ -1,0 +1,133 @@
+"""The monitor's table on a terminal, and the totals at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dbc.frames import ERR_FLAG, FrameBatch
+from tools.live.layout import age
+from tools.live.screen import Line, Span, fitted, line, parted
+from tools.monitor.choice import Choice
+from tools.monitor.station import Station
+from tools.monitor.words import Words, check, identifier, payload
+
+_WIDTH = {"id": 3, "message": 16, "sender": 6, "Hz": 7, "frames": 8, "check": 14, "faults": 6, "age": 5}
+_LEFT = ("id", "message", "sender", "check")
+_COLUMNS = (
+    (0, ("id", "message", "Hz", "check")),
+    (80, ("id", "message", "Hz", "check", "age")),
+    (110, ("id", "message", "Hz", "frames", "check", "faults", "age")),
+    (130, ("id", "message", "sender", "Hz", "frames", "check", "faults", "age")),
+)
+"""Columns by the least width of the window; the values take the rest."""
+
+
+def chosen(station: Station, choice: Choice) -> np.ndarray:
+    """Rows that were heard and are to be shown."""
+    rows = station.heard
+    return rows[choice.of(station.can_id[rows])]
+
+
+def screen(
+    station: Station, choice: Choice, words: Words, head: Sequence[str], raw: bool, now_s: float, size
+) -> list[Line]:
+    """A window of `size` (columns, lines) full; rows that find no room are counted."""
+    width, height = size
+    rates = station.rates_hz(now_s)
+    rows = chosen(station, choice)
+    columns = next(names for least, names in reversed(_COLUMNS) if width >= least)
+    heading = " ".join(_cell(name, name) for name in columns) + (" bytes" if raw else " values")
+    room = max(height - 3, 0)
+    shown = rows if len(rows) <= room else rows[: max(room - 1, 0)]
+    texts = _bytes(station, shown) if raw else _values(station, words, shown)
+    lines = [
+        _row(station, words, row, columns, rates[row], text, now_s)
+        for row, text in zip(shown, texts, strict=True)
+    ]
+    if len(shown) < len(rows):
+        lines.append(line(Span(f"+{len(rows) - len(shown)} more identifiers; --only narrows", "dim")))
+    faults = _faults(station)
+    top = [
+        fitted(line(Span(" " + "  ".join(head), "title")), width),
+        parted((f"frames {station.frames}", Span(faults or "no faults", "bad" if faults else "")), width),
+        line(Span(heading, "dim")),
+    ]
+    return [fitted(spans, width) for spans in [*top, *lines][:height]]
+
+
+def _faults(station: Station) -> str:
+    return ", ".join(f"{check(verdict)} {count}" for verdict, count in station.faults().items())
+
+
+def _cell(column: str, text: str) -> str:
+    """As wide as its column; an identifier of eight digits sticks out rather than lose any."""
+    width = _WIDTH[column]
+    if column in _LEFT:
+        return text.ljust(width) if column == "id" else text[:width].ljust(width)
+    return text[:width].rjust(width)
+
+
+def _row(station, words, row, columns, rate_hz, text, now_s) -> Line:
+    can_id = int(station.can_id[row])
+    verdict = int(station.last_verdict[row])
+    cells = {
+        "id": identifier(can_id),
+        "message": name(words, can_id),
+        "sender": words.sender(can_id),
+        "Hz": f"{rate_hz:.1f}",
+        "frames": str(station.counts[row].sum()),
+        "check": check(verdict),
+        "faults": str(station.counts[row, 1:].sum() or "-"),
+        "age": age(max(now_s - station.last_s[row], 0.0)),
+    }
+    style = "bad" if verdict > 1 else "warn" if station.counts[row, 1:].any() else ""
+    return line(Span(" ".join(_cell(column, cells[column]) for column in columns), style), " " + text)
+
+
+def name(words: Words, can_id: int) -> str:
+    return "error frames" if can_id & ERR_FLAG else words.name(can_id)
+
+
+def _last(station: Station, rows: np.ndarray) -> FrameBatch:
+    return FrameBatch(
+        np.zeros(len(rows), np.int64),
+        station.can_id[rows],
+        station.last_length[rows],
+        station.last_data[rows],
+    )
+
+
+def _values(station: Station, words: Words, rows: np.ndarray) -> list[str]:
+    return words.values(_last(station, rows), station.last_verdict[rows])
+
+
+def _bytes(station: Station, rows: np.ndarray) -> list[str]:
+    last = _last(station, rows)
+    return [payload(int(i), int(n), d) for i, n, d in zip(last.can_id, last.length, last.data, strict=True)]
+
+
+def totals(
+    station: Station, choice: Choice, words: Words, seconds: float, dropped: int, left_out: int
+) -> str:
+    """What was heard, one line for each identifier, and what went wrong."""
+    rows = chosen(station, choice)
+    lines = [f"{'id':8} {'message':16} {'sender':6} {'frames':>9} {'faults':>7}"]
+    for row in rows:
+        can_id = int(station.can_id[row])
+        by_check = {check(v): int(n) for v, n in enumerate(station.counts[row]) if v and n}
+        lines.append(
+            f"{identifier(can_id):8} {name(words, can_id):16} {words.sender(can_id):6} "
+            f"{station.counts[row].sum():9d} {sum(by_check.values()):7d}  "
+            + ", ".join(f"{reason} {count}" for reason, count in by_check.items())
+        )
+    lines.append(f"{station.frames} frames in {seconds:.1f} s; {_faults(station) or 'no faults'}")
+    for count, what in (
+        (station.missing, "frames missing by the counters of their streams"),
+        (station.unlisted, "frames of further identifiers that are not in the contract"),
+        (dropped, "frames lost on the way to this monitor"),
+        (left_out, "frames not shown, because whoever reads the lines was too slow"),
+    ):
+        lines += [f"{count} {what}"] if count else []
+    return "\n".join(text.rstrip() for text in lines)
