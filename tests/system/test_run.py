@@ -36,7 +36,7 @@ from tools.plan import make
 DURATION = "70"
 FILES = {
     "bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json", "summary.json", "fixes.parquet",
-    "channels.parquet", "assignments.parquet", "truth.parquet", "epochs.parquet",
+    "channels.parquet", "assignments.parquet", "truth.parquet", "epochs.parquet", "report.html",
 }  # fmt: skip
 FIX_COLUMNS = (
     "craft t_gps_s valid x_ecef_m y_ecef_m z_ecef_m vx_ecef_mps vy_ecef_mps vz_ecef_mps clock_bias_m "

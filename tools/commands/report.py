@@ -32,7 +32,21 @@ def run(arguments: Namespace) -> int:
     facts = assemble.read_facts(folder) or assemble.guessed_facts(scenario, digests)
     summary = assemble.write(folder, facts, digests)
     print(render(summary))
-    lines = missed(summary)
+    print()
+    lines = draw(folder, facts, summary, digests) + missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 1 if lines else 0
+
+
+def draw(folder: Path, facts, summary, digests) -> list[str]:
+    """report.html, its path on stdout; a line of trouble if it cannot be written. The figures are safe by then."""
+    from tools.page import report
+
+    try:
+        print(f"report:     {report.write(folder, facts, summary, digests)}")
+    except OSError as error:
+        return [
+            f"{error.filename or folder / report.REPORT}: {error.strerror}; the figures are in summary.json"
+        ]
+    return []

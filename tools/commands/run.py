@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=Path, metavar="DIR", help="run folder (default runs/<scenario>-<date>-<time>)")
     add("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML too")
     add("--no-log", action="store_true", help="no bus.log and no channels.parquet: for very long runs")
+    add("--no-report", action="store_true", help="no report.html")
     add("--plain", action="store_true", help="on a terminal too: one line of progress, no live view")
     add("--quiet", action="store_true", help="no progress")
 
@@ -182,16 +183,20 @@ def _play_processes(plan, arguments, folder, recorder, display, stop):
 
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
+    from tools.commands import report
     from tools.folder import naming
     from tools.results import assemble, junit
     from tools.results.text import missed, render
 
     with naming(folder.path):
         digests = digests or assemble.from_log(folder.path, plan.names, plan.codecs)
-        summary = assemble.write(folder.path, facts_of(plan, arguments, outcome), digests)
+        facts = facts_of(plan, arguments, outcome)
+        summary = assemble.write(folder.path, facts, digests)
     print(render(summary))
-    print(f"\nrun folder: {folder.path}")
+    print(f"\nrun folder: {folder.path}", flush=True)
     lines = [outcome.failure] if outcome.failure else []
+    if not arguments.no_report:
+        lines += report.draw(folder.path, facts, summary, digests)
     if arguments.junit:
         try:
             junit.write(arguments.junit, summary, lines)
@@ -231,6 +236,7 @@ def facts_of(plan, arguments: Namespace, outcome) -> dict[str, Any]:
             "p50": milliseconds(outcome.latency_p50_s),
             "p99": milliseconds(outcome.latency_p99_s),
         },
+        "latency_histogram": [list(bar) for bar in outcome.latency_histogram],
         "frames_sent": outcome.frames_sent,
         "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
     }

@@ -47,6 +47,7 @@ class _Facts(BaseModel):
     real_time_factor: float | None
     epoch_latency_ms: _Latency
     frames_sent: int | None
+    latency_histogram: list[tuple[float, int]] = []
     expect: dict[str, dict[Literal["min", "max"], float]]
 
 

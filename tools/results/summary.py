@@ -122,7 +122,7 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
     rows = {name: truth.of(name) if truth and name in truth.craft else np.zeros(0) for name in digests}
     figures = {name: craft_summary(digest, rows[name]) for name, digest in digests.items()}
     return {
-        **{k: v for k, v in facts.items() if k not in ("expect", "frames_sent")},
+        **{k: v for k, v in facts.items() if k not in ("expect", "frames_sent", "latency_histogram")},
         "epochs_unanswered": facts["epochs_unanswered"] if facts["pace"] == "lockstep" else None,
         "frames": frames_summary(digests, facts.get("frames_sent")),
         "bus_load_percent": load_percent(digests, facts["epoch_interval_s"]),

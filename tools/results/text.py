@@ -8,7 +8,7 @@ from typing import Any
 from tools.live.progress import clock
 
 
-def _figure(value, digits: int = 2) -> str:
+def figure(value, digits: int = 2) -> str:
     if value is None:
         return "-"
     return (
@@ -18,7 +18,7 @@ def _figure(value, digits: int = 2) -> str:
     )
 
 
-def _small(value) -> str:
+def small(value) -> str:
     """A figure of any size, never with an exponent."""
     if value is None:
         return "-"
@@ -34,28 +34,28 @@ def _spread(s: Mapping[str, Any]) -> str:
 
 
 def _errors(s: Mapping[str, Any], unit: str) -> str:
-    return "   ".join(f"{_small(s[k]):>7} {k}" for k in ("median", "rms", "p95", "max")) + f"   [{unit}]"
+    return "   ".join(f"{small(s[k]):>7} {k}" for k in ("median", "rms", "p95", "max")) + f"   [{unit}]"
 
 
 def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, str]]:
     share = f" ({100 * c['fixes'] / epochs:.1f} %)" if epochs else ""
     a = c["assignment"]
     yield name, ""
-    yield "  fixes", f"{_figure(c['fixes'])} of {_figure(epochs)} epochs{share}"
+    yield "  fixes", f"{figure(c['fixes'])} of {figure(epochs)} epochs{share}"
     yield "  satellites in view", _spread(c["satellites_visible"])
     yield "  satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
     yield "  measurements in the fix", _spread(c["measurements"])
-    yield "  PDOP", f"{_small(c['pdop']['median']):>7} median   {_small(c['pdop']['p95'])} p95"
+    yield "  PDOP", f"{small(c['pdop']['median']):>7} median   {small(c['pdop']['p95'])} p95"
     yield (
         "  PDOP, each satellite once",
-        f"{_small(c['pdop_distinct']['median']):>7} median   {_small(c['pdop_distinct']['p95'])} p95",
+        f"{small(c['pdop_distinct']['median']):>7} median   {small(c['pdop_distinct']['p95'])} p95",
     )
     yield "  position error, 3-D", _errors(c["position_error_m"], "m")
     yield "  velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
     yield (
         "  assignment",
-        f"{_figure(a['commands'])} commands ({_figure(a['repeats'])} repeated), "
-        f"{_figure(a['handovers'])} handovers, {_figure(a['rejected'])} rejected",
+        f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), "
+        f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} rejected",
     )
 
 
@@ -67,13 +67,13 @@ def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "bus", f"{s['bus']['interface']}{channel}, {s['pace']}"
     yield (
         "  frames",
-        f"{_figure(frames['received'])} heard of {_figure(frames['sent'])} sent, "
-        f"{_figure(frames['lost'])} lost, {_figure(rejected)} rejected{f' ({reasons})' if reasons else ''}",
+        f"{figure(frames['received'])} heard of {figure(frames['sent'])} sent, "
+        f"{figure(frames['lost'])} lost, {figure(rejected)} rejected{f' ({reasons})' if reasons else ''}",
     )
-    yield "  load", f"{_small(load['mean']):>7} % mean   {_small(load['max'])} % at most"
-    yield "  epoch latency", f"{_small(latency['p50']):>7} ms p50   {_small(latency['p99'])} ms p99"
+    yield "  load", f"{small(load['mean']):>7} % mean   {small(load['max'])} % at most"
+    yield "  epoch latency", f"{small(latency['p50']):>7} ms p50   {small(latency['p99'])} ms p99"
     if s["epochs_unanswered"]:
-        yield "  epochs unanswered", f"{_figure(s['epochs_unanswered'])}: the run is not reproducible"
+        yield "  epochs unanswered", f"{figure(s['epochs_unanswered'])}: the run is not reproducible"
 
 
 def render(s: Mapping[str, Any]) -> str:
@@ -83,7 +83,7 @@ def render(s: Mapping[str, Any]) -> str:
     ended = {True: " (interrupted)", False: ""}[bool(s.get("interrupted"))]
     rows = [
         ("scenario", f"{s['scenario']}, policy {s['policy']}, seed {s['seed']}"),
-        ("simulated", f"{clock(s['duration_s'])} in {_figure(s['epochs'])} epochs{ended}{speed}"),
+        ("simulated", f"{clock(s['duration_s'])} in {figure(s['epochs'])} epochs{ended}{speed}"),
         *_bus(s),
     ]
     for name, figures in s["craft"].items():

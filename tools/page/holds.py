@@ -1,0 +1,86 @@
+"""Which antenna held which satellite, and when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Holds:
+    """Stretches of time in which a receiver measured a satellite without a break, (n,) each.
+
+    begin_ns, end_ns   GPS time; the end is an epoch interval behind the last measurement
+    """
+
+    receiver: NDArray[np.int64]
+    satellite: NDArray[np.int64]
+    begin_ns: NDArray[np.int64]
+    end_ns: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.begin_ns)
+
+    def __getitem__(self, rows) -> Holds:
+        return Holds(self.receiver[rows], self.satellite[rows], self.begin_ns[rows], self.end_ns[rows])
+
+
+def holds(
+    t_ns: NDArray[np.int64],
+    receiver: NDArray[np.int64],
+    satellite: NDArray[np.int64],
+    interval_ns: int,
+    bridge_ns: int = 0,
+) -> Holds:
+    """Stretches from single measurements (n,) in any order; breaks up to `bridge_ns` are bridged."""
+    order = np.lexsort((t_ns, satellite, receiver))
+    t_ns, receiver, satellite = t_ns[order], receiver[order], satellite[order]
+    if not len(t_ns):
+        return Holds(receiver, satellite, t_ns, t_ns)
+    new = (np.diff(receiver) != 0) | (np.diff(satellite) != 0)
+    new |= np.diff(t_ns) > interval_ns * 3 // 2 + bridge_ns
+    first = np.r_[0, np.flatnonzero(new) + 1]
+    last = np.r_[first[1:] - 1, len(t_ns) - 1]
+    return Holds(receiver[first], satellite[first], t_ns[first], t_ns[last] + interval_ns)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lanes:
+    """Stretches cut wherever another antenna takes up or lets go the same satellite.
+
+    holds   (n,)
+    share   (n,) antennas that hold the satellite at the time
+    lane    (n,) 0-based place among them, by receiver
+    """
+
+    holds: Holds
+    share: NDArray[np.int64]
+    lane: NDArray[np.int64]
+
+
+def lanes(whole: Holds) -> Lanes:
+    """A satellite on one antenna fills its row of the chart; on k antennas at once, each has a k-th of it."""
+    pieces, share, lane = [], [], []
+    for satellite in np.unique(whole.satellite):
+        rows = np.flatnonzero(whole.satellite == satellite)
+        rows = rows[np.lexsort((whole.begin_ns[rows], whole.receiver[rows]))]
+        cuts = np.unique(np.r_[whole.begin_ns[rows], whole.end_ns[rows]])
+        first = np.searchsorted(cuts, whole.begin_ns[rows])
+        last = np.searchsorted(cuts, whole.end_ns[rows])
+        step = np.zeros(len(cuts) + 1, np.int64)
+        np.add.at(step, first, 1)
+        np.add.at(step, last, -1)
+        count = np.cumsum(step)
+        below = np.zeros(len(cuts), np.int64)  # lanes taken so far, in each piece
+        for row, a, b in zip(rows, first, last, strict=True):
+            changes = np.flatnonzero((np.diff(count[a:b]) != 0) | (np.diff(below[a:b]) != 0)) + a + 1
+            edges = np.r_[a, changes, b]
+            pieces += [(row, cuts[i], cuts[j]) for i, j in zip(edges[:-1], edges[1:], strict=True)]
+            share += count[edges[:-1]].tolist()
+            lane += below[edges[:-1]].tolist()
+            below[a:b] += 1
+    row, begin, end = np.array(pieces, np.int64).reshape(-1, 3).T
+    cut = Holds(whole.receiver[row], whole.satellite[row], begin, end)
+    return Lanes(cut, np.array(share, np.int64), np.array(lane, np.int64))

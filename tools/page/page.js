@@ -1,0 +1,60 @@
+"use strict";
+// Unpacks what the page carries, draws it, follows the colours of the medium and keeps time axes together.
+(async () => {
+  const unpacked = async (id) => {
+    const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).text();
+  };
+  if (!("DecompressionStream" in window)) {
+    document.getElementById("trouble").hidden = false; // browsers before 2023
+    return;
+  }
+  const library = document.createElement("script");
+  library.textContent = await unpacked("plotly");
+  document.head.append(library);
+  const { template, plots } = JSON.parse(await unpacked("plots"));
+
+  // A colour is the name of a custom property; nothing else in a figure begins with two dashes.
+  const coloured = (value) => {
+    const style = getComputedStyle(document.documentElement);
+    const put = (v) => {
+      if (typeof v === "string") return v.startsWith("--") ? style.getPropertyValue(v).trim() : v;
+      if (Array.isArray(v)) return v.map(put);
+      if (v && typeof v === "object")
+        return "bdata" in v ? { ...v } : Object.fromEntries(Object.entries(v).map(([k, w]) => [k, put(w)]));
+      return v;
+    };
+    return put(value);
+  };
+  const config = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+  const draw = async () => {
+    for (const { id, height, figure } of plots) {
+      const { data, layout } = coloured(figure);
+      await Plotly.react(id, data, { ...layout, height, template: coloured(template), uirevision: 1 }, config);
+    }
+  };
+  await draw();
+
+  // One craft's plots over time show the same stretch of it.
+  let leading = false;
+  for (const { id, family } of plots) {
+    if (!family) continue;
+    document.getElementById(id).on("plotly_relayout", async (change) => {
+      const keys = Object.keys(change).filter((k) => k.startsWith("xaxis."));
+      if (leading || !keys.length) return;
+      leading = true;
+      const same = Object.fromEntries(keys.map((k) => [k, change[k]]));
+      for (const other of plots)
+        if (other.family === family && other.id !== id) await Plotly.relayout(other.id, same);
+      leading = false;
+    });
+  }
+
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  const root = document.documentElement;
+  const resized = () => plots.forEach(({ id }) => Plotly.Plots.resize(document.getElementById(id)));
+  addEventListener("beforeprint", () => { root.dataset.paper = ""; draw(); resized(); });
+  addEventListener("afterprint", () => { delete root.dataset.paper; draw(); resized(); });
+  root.dataset.drawn = plots.length;
+})();

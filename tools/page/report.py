@@ -1,0 +1,101 @@
+"""report.html of a run folder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dbc import vehicle as vehicles
+from dbc.gpstime import iso
+from emulator import scenario as scenarios
+from emulator.scenario import Scenario
+from tools.folder import SCENARIO, TRUTH
+from tools.page import assignment, course, figures, maps
+from tools.page.craft import Craft, gather
+from tools.page.document import Page
+from tools.results import truth
+from tools.results.digest import Digest
+
+REPORT = "report.html"
+
+
+def write(
+    folder: Path, facts: Mapping[str, Any], summary: Mapping[str, Any], digests: Mapping[str, Digest]
+) -> Path:
+    """The report of a run whose tables and summary are written; its path."""
+    scenario = scenarios.parse(scenarios.read(folder / SCENARIO), str(folder / SCENARIO))
+    known = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
+    channels = folder / "channels.parquet"
+    page = Page(f"{summary['scenario']}: report")
+    _head(page, scenario, summary)
+    for craft in scenario.craft:
+        name = craft.name
+        rows = known.of(name) if known is not None and name in known.craft else np.zeros(0)
+        vehicle = vehicles.load(scenarios.vehicle_path(craft, folder / SCENARIO))
+        table = channels if channels.exists() else None
+        gathered = gather(name, vehicle, summary["epoch_interval_s"], digests[name], rows, table)
+        _craft(page, gathered, summary)
+    latency = summary["epoch_latency_ms"]
+    page.add("<h2>Bench</h2>")
+    page.add_plots([course.latency(facts.get("latency_histogram", []), latency["p50"], latency["p99"])])
+    page.add(_foot(folder, known is not None, channels.exists()))
+    page.write(folder / REPORT)
+    return folder / REPORT
+
+
+def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
+    bus = s["bus"]["interface"]
+    way = f"{bus}:{s['bus']['channel']}" if s["bus"]["channel"] else bus
+    said = [
+        f"policy {s['policy']}", f"seed {s['seed']}",
+        f"from {iso(scenario.time.start_ns).replace('T', ' ')} GPS time",
+        f"{s['epochs']} epochs of {s['epoch_interval_s']:g} s",
+        f"bus {way}, pace {s['pace']}" if way else "bus and pace unknown: the run broke off",
+        "reproducible" if s["reproducible"] else "not reproducible",
+    ]  # fmt: skip
+    page.add(f"<h1>{escape(s['scenario'])}</h1>")
+    if scenario.description:
+        page.add(f'<p class="lead">{escape(scenario.description)}</p>')
+    page.add(f'<p class="lead">{escape("; ".join(said))}.</p>')
+    page.add(figures.verdict(s))
+    page.add(figures.tiles(figures.bus_tiles(s)))
+    page.add(f'<div class="grid"><div class="card"><h3>Expectations</h3>{figures.expectations(s)}</div>'
+             f'<div class="card"><h3>Frame faults</h3>{figures.faults(s)}</div></div>')  # fmt: skip
+
+
+def _craft(page: Page, craft: Craft, s: Mapping[str, Any]) -> None:
+    own = s["craft"][craft.name]
+    page.add(f"<h2>Craft {escape(craft.name)}, vehicle {escape(craft.vehicle.name)}</h2>")
+    page.add(figures.tiles(figures.craft_tiles(own, s["epochs"])))
+    page.add(f'<div class="card"><h3>Figures</h3>{figures.craft_table(own)}'
+             f'<p class="note">Assignment: {escape(figures.assignment_line(own))}</p></div><p>&nbsp;</p>')  # fmt: skip
+    page.add_plots([assignment.assignment(craft)], craft.name)
+    page.add("<p>&nbsp;</p>")
+    page.add_plots(maps.skies(craft), craft.name, "quarters")
+    page.add("<p>&nbsp;</p>")
+    page.add_plots(
+        [
+            course.position_error(craft), course.satellites(craft), course.dilution(craft),
+            maps.ground_track(craft), maps.orbit(craft), course.strength(craft), course.load(craft),
+            course.faults(craft),
+        ],
+        craft.name,
+    )  # fmt: skip
+
+
+def _foot(folder: Path, has_truth: bool, has_channels: bool) -> str:
+    lacks = [
+        text for there, text in ((has_truth, "truth"), (has_channels, "a table of channels")) if not there
+    ]
+    without = (
+        f" The run has no {' and no '.join(lacks)}: the plots that need it are left out." if lacks else ""
+    )
+    return (
+        f"<footer>Made by gnss-hil from the run folder {escape(folder.name)}: bus.log decoded through the DBC, and "
+        f"truth where it was kept.{without} Plots over time zoom together; double-click resets. Coastlines: Natural "
+        "Earth, public domain.</footer>"
+    )
