@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from tools.arguments import OURS, add_changes, add_scenario, bus, pace
+from tools.arguments import EXTERNAL, OURS, add_changes, add_scenario, bus, pace
 from tools.errors import INTERRUPTED, PROGRAM, Mistake
 
 
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML too")
     add("--no-log", action="store_true", help="no bus.log and no channels.parquet: for very long runs")
     add("--no-report", action="store_true", help="no report.html")
-    add("--plain", action="store_true", help="on a terminal too: one line of progress, no live view")
+    add("--plain", action="store_true", help="one line of progress on a terminal too, not the live view")
     add("--quiet", action="store_true", help="no progress")
 
 
@@ -141,7 +141,10 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
 
     digests = {}
     time = plan.scenario.time
-    display = open_display(plan, folder / TRUTH, arguments.quiet, arguments.plain)
+    # What a program of somebody else's says goes to the same terminal, and must not be drawn over.
+    strangers = {arguments.flight, arguments.emulator} - {OURS, EXTERNAL}
+    plain = arguments.plain or bool(strangers)
+    display = open_display(plan, folder / TRUTH, arguments.quiet, plain)
     with ExitStack() as stack:
         stop = stack.enter_context(interruptible())
         stack.callback(display.close)
