@@ -12,7 +12,8 @@ static void forget(struct flight *flight)
     memset(&flight->orders, 0, sizeof flight->orders);
     memset(&flight->outbox, 0, sizeof flight->outbox);
     memset(&flight->fix, 0, sizeof flight->fix);
-    memset(flight->start_m, 0, sizeof flight->start_m);
+    memset(&flight->craft, 0, sizeof flight->craft);
+    flight->craft_known = false;
     for (int a = 0; a < flight->vehicle.antennas; a++)
         flight->intake.clock_domain[a] = flight->vehicle.antenna[a].clock_domain;
 }
@@ -26,15 +27,49 @@ static void command(struct flight *flight)
     struct sky sky;
 
     orders_hear(&flight->orders, epoch);
-    if (flight->fix.no_fix == 0 && epoch_attitude(epoch, body_from_ecef)) {
-        sky_look(&flight->intake, flight->fix.position_ecef_m, &sky);
+    bool holds = orders_hold(&flight->orders, &flight->vehicle, flight->fix.no_fix == 0);
+    if (!holds) { /* too long ago to be carried on any further */
+        flight->craft_known = false;
+        memset(&flight->craft, 0, sizeof flight->craft);
+    }
+    if (flight->craft_known && epoch->mark == WHOLE_MARK && epoch_attitude(epoch, body_from_ecef)) {
+        sky_look(&flight->intake, flight->craft.position_ecef_m, &sky);
         orders_barred(&flight->orders, epoch->number, barred);
         patent_assign(&flight->vehicle, body_from_ecef, &sky, barred, wish);
         orders_follow(&flight->orders, &flight->vehicle, epoch, wish);
-    } else {
-        orders_endure(&flight->orders, &flight->vehicle);
     }
     orders_send(&flight->orders, epoch->number);
+}
+
+/* Carries the craft's last known motion to the epoch's mark, if it has one. */
+static void carry_on(struct flight *flight)
+{
+    if (flight->intake.epoch.mark != WHOLE_MARK)
+        return;
+    int64_t now_ns = epoch_time_ns(&flight->intake.epoch);
+    if (flight->craft_known)
+        motion_carry(&flight->craft, (double)(now_ns - flight->craft_ns) * 1e-9);
+    flight->craft_ns = now_ns;
+}
+
+/* From where the craft is thought to be; where that leads nowhere, from the Earth's centre. */
+static void find_fix(struct flight *flight)
+{
+    static const double centre_m[3] = {0.0, 0.0, 0.0};
+    solve(&flight->vehicle, &flight->intake, flight->craft.position_ecef_m, &flight->fix);
+    if (flight->craft_known && (flight->fix.no_fix == GNSS_NAV_STATUS_NO_FIX_NO_CONVERGENCE_CHOICE ||
+                                flight->fix.no_fix == GNSS_NAV_STATUS_NO_FIX_SINGULAR_GEOMETRY_CHOICE))
+        solve(&flight->vehicle, &flight->intake, centre_m, &flight->fix);
+}
+
+/* A fix is where the craft is; one without velocity leaves the velocity carried on. */
+static void settle(struct flight *flight)
+{
+    const struct fix *fix = &flight->fix;
+    memcpy(flight->craft.position_ecef_m, fix->position_ecef_m, sizeof fix->position_ecef_m);
+    if (fix->has_velocity)
+        memcpy(flight->craft.velocity_ecef_mps, fix->velocity_ecef_mps, sizeof fix->velocity_ecef_mps);
+    flight->craft_known |= fix->has_velocity;
 }
 
 /* One epoch: fix, assignment, answer. */
@@ -44,10 +79,11 @@ static void step(struct flight *flight, bool synced)
     uint32_t epoch = flight->intake.epoch.number;
 
     intake_close(&flight->intake);
-    solve(&flight->vehicle, &flight->intake, flight->start_m, &flight->fix);
+    carry_on(flight);
+    find_fix(flight);
     bool fixed = flight->fix.no_fix == 0;
     if (fixed)
-        memcpy(flight->start_m, flight->fix.position_ecef_m, sizeof flight->start_m);
+        settle(flight);
     command(flight);
     publish_begin(outbox, epoch);
     publish_fix(outbox, &flight->vehicle, &flight->fix);

@@ -8,6 +8,7 @@
 
 #include "follow.h"
 #include "intake.h"
+#include "motion.h"
 #include "orders.h"
 #include "publish.h"
 #include "solve.h"
@@ -22,7 +23,9 @@ struct flight {
     struct orders orders;
     struct outbox outbox;
     struct fix fix;
-    double start_m[3]; /* where the next solution starts */
+    struct motion craft; /* the last fix, carried on through epochs without one: where a solution starts */
+    bool craft_known;
+    int64_t craft_ns;    /* GPS time of it */
     bool ended;        /* the run is over */
     int64_t heard_ms;  /* when a frame was heard last */
     unsigned long epochs, fixes;

@@ -149,8 +149,8 @@ static bool take_alm_xy(struct intake *intake, int row, const struct can_frame *
 {
     UNPACK(rx1_alm_xy, frame);
     intake->slice_satellite[row] = satellite_of(raw.sat_system, raw.sat_number);
-    intake->slice[row].position_ecef_m[0] = VALUE(rx1_alm_xy, x_m);
-    intake->slice[row].position_ecef_m[1] = VALUE(rx1_alm_xy, y_m);
+    intake->slice[row].motion.position_ecef_m[0] = VALUE(rx1_alm_xy, x_m);
+    intake->slice[row].motion.position_ecef_m[1] = VALUE(rx1_alm_xy, y_m);
     intake->slice_parts[row] = 1;
     return true;
 }
@@ -161,7 +161,7 @@ static bool take_alm_z(struct intake *intake, int row, const struct can_frame *f
     bool follows = intake->slice_parts[row] == 1 &&
                    intake->slice_satellite[row] == satellite_of(raw.sat_system, raw.sat_number);
     intake->slice_parts[row] = follows ? 2 : 0;
-    intake->slice[row].position_ecef_m[2] = VALUE(rx1_alm_z, z_m);
+    intake->slice[row].motion.position_ecef_m[2] = VALUE(rx1_alm_z, z_m);
     intake->slice[row].healthy = raw.health == GNSS_RX1_ALM_Z_HEALTH_HEALTHY_CHOICE;
     return true;
 }
@@ -176,9 +176,9 @@ static bool take_alm_v(struct intake *intake, int row, const struct can_frame *f
     if (!follows || satellite == NO_SATELLITE || intake->epoch.mark != WHOLE_MARK)
         return true;
     struct almanac_entry *entry = &intake->slice[row];
-    entry->velocity_ecef_mps[0] = VALUE(rx1_alm_v, vx_mps);
-    entry->velocity_ecef_mps[1] = VALUE(rx1_alm_v, vy_mps);
-    entry->velocity_ecef_mps[2] = VALUE(rx1_alm_v, vz_mps);
+    entry->motion.velocity_ecef_mps[0] = VALUE(rx1_alm_v, vx_mps);
+    entry->motion.velocity_ecef_mps[1] = VALUE(rx1_alm_v, vy_mps);
+    entry->motion.velocity_ecef_mps[2] = VALUE(rx1_alm_v, vz_mps);
     entry->t_ns = epoch_time_ns(&intake->epoch);
     entry->known = true;
     intake->almanac[satellite] = *entry;

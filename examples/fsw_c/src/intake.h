@@ -10,6 +10,7 @@
 #include "contract.h"
 #include "e2e.h"
 #include "frames.h"
+#include "motion.h"
 
 /* Why a frame was refused. */
 enum reason {
@@ -50,7 +51,7 @@ struct ack {
 struct almanac_entry {
     bool known, healthy;
     int64_t t_ns; /* GPS time of the prediction */
-    double position_ecef_m[3], velocity_ecef_mps[3];
+    struct motion motion;
 };
 
 enum { MARK_SESSION = 1, MARK_GPS = 2, MARK_FINE = 4, WHOLE_MARK = 7 };

@@ -88,7 +88,6 @@ static int spare(const struct order row[MAX_CHANNELS], int channels, const bool 
 void orders_follow(struct orders *orders, const struct vehicle *vehicle, const struct epoch *epoch,
                    const struct wish wish[MAX_RECEIVERS])
 {
-    orders->epochs_without_fix = 0;
     for (int a = 0; a < vehicle->antennas; a++) {
         bool served[SATELLITES] = {false}, busy[MAX_CHANNELS] = {false};
         struct order *row = orders->order[a];
@@ -107,13 +106,16 @@ void orders_follow(struct orders *orders, const struct vehicle *vehicle, const s
     }
 }
 
-void orders_endure(struct orders *orders, const struct vehicle *vehicle)
+bool orders_hold(struct orders *orders, const struct vehicle *vehicle, bool fixed)
 {
-    if (++orders->epochs_without_fix != FREE_AFTER)
-        return;
-    for (int a = 0; a < vehicle->antennas; a++)
+    if (fixed)
+        orders->epochs_without_fix = 0;
+    else if (orders->epochs_without_fix <= FREE_AFTER)
+        orders->epochs_without_fix++;
+    for (int a = 0; a < vehicle->antennas && orders->epochs_without_fix == FREE_AFTER; a++)
         for (int k = 0; k < vehicle->antenna[a].channels; k++)
             tell(orders, &orders->order[a][k], FREE, NO_SATELLITE);
+    return orders->epochs_without_fix < FREE_AFTER;
 }
 
 void orders_send(struct orders *orders, uint32_t epoch)

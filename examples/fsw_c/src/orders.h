@@ -39,12 +39,12 @@ void orders_hear(struct orders *orders, const struct epoch *epoch);
 /* Which satellites must be left alone in this epoch. */
 void orders_barred(const struct orders *orders, uint32_t epoch, bool barred[SATELLITES]);
 
-/* With a fix: turns the difference between wishes and orders into new orders. */
+/* Where the craft is known: turns the difference between wishes and orders into new orders. */
 void orders_follow(struct orders *orders, const struct vehicle *vehicle, const struct epoch *epoch,
                    const struct wish wish[MAX_RECEIVERS]);
 
-/* Without a fix: the orders stand; after two minutes the receivers are set free. */
-void orders_endure(struct orders *orders, const struct vehicle *vehicle);
+/* Counts epochs without a fix; false: after too many of them the receivers are set free. */
+bool orders_hold(struct orders *orders, const struct vehicle *vehicle, bool fixed);
 
 /* Marks what has stayed unanswered as due again, and stamps what is due. */
 void orders_send(struct orders *orders, uint32_t epoch);

@@ -6,14 +6,15 @@
 #include "vec.h"
 
 #define EQUATOR_M 6378137.0 /* WGS-84 */
-#define POLE_M 6356752.3142
+#define FLATTENING (1.0 / 298.257223563)
 #define RAY_HEIGHT_M 50e3
-#define OLDEST_NS (INT64_C(600) * 1000000000) /* the cubic term left out below has grown to 3 km then */
+#define OLDEST_NS (INT64_C(600) * 1000000000) /* motion_carry errs by 3 km then */
 
-/* In axes scaled by the raised ellipsoid's, it is the unit sphere. */
+/* The ellipsoid is scaled up until its equator is raised by 50 km; its poles rise 170 m less. In axes scaled by its
+ * own it is the unit sphere. */
 bool ray_is_clear(const double craft_m[3], const double satellite_m[3])
 {
-    const double axis_m[3] = {EQUATOR_M + RAY_HEIGHT_M, EQUATOR_M + RAY_HEIGHT_M, POLE_M + RAY_HEIGHT_M};
+    const double axis_m[3] = {EQUATOR_M + RAY_HEIGHT_M, EQUATOR_M + RAY_HEIGHT_M, (EQUATOR_M + RAY_HEIGHT_M) * (1.0 - FLATTENING)};
     double from[3], along[3], nearest[3];
     for (int i = 0; i < 3; i++) {
         from[i] = craft_m[i] / axis_m[i];
@@ -23,22 +24,6 @@ bool ray_is_clear(const double craft_m[3], const double satellite_m[3])
     share = share < 0.0 ? 0.0 : share > 1.0 ? 1.0 : share;
     add_scaled(from, share, along, nearest);
     return dot(nearest, nearest) >= 1.0;
-}
-
-/* A prediction carried on: its velocity, the Earth's pull, and what turning axes add. A straight line would be off
- * by 110 m at the end of a cycle of 20 s. */
-static void carry_on(const struct almanac_entry *entry, double seconds, double out[3])
-{
-    const double *r = entry->position_ecef_m, *v = entry->velocity_ecef_mps;
-    double distance_m = norm(r);
-    double pull = -EARTH_MU_M3PS2 / (distance_m * distance_m * distance_m);
-    const double acceleration_mps2[3] = {
-        pull * r[0] + EARTH_RATE_RPS * (EARTH_RATE_RPS * r[0] + 2.0 * v[1]),
-        pull * r[1] + EARTH_RATE_RPS * (EARTH_RATE_RPS * r[1] - 2.0 * v[0]),
-        pull * r[2],
-    };
-    add_scaled(r, seconds, v, out);
-    add_scaled(out, 0.5 * seconds * seconds, acceleration_mps2, out);
 }
 
 static void see(struct sky *sky, int satellite, const double craft_m[3], const double satellite_m[3], bool healthy)
@@ -54,11 +39,12 @@ void sky_look(const struct intake *intake, const double craft_m[3], struct sky *
     memset(sky, 0, sizeof *sky);
     for (int s = 0; s < SATELLITES; s++) {
         const struct almanac_entry *entry = &intake->almanac[s];
-        double carried_m[3];
+        struct motion motion;
         if (!entry->known || now_ns < entry->t_ns || now_ns - entry->t_ns > OLDEST_NS)
             continue;
-        carry_on(entry, (double)(now_ns - entry->t_ns) * 1e-9, carried_m);
-        see(sky, s, craft_m, carried_m, entry->healthy);
+        motion = entry->motion;
+        motion_carry(&motion, (double)(now_ns - entry->t_ns) * 1e-9);
+        see(sky, s, craft_m, motion.position_ecef_m, entry->healthy);
     }
     for (int r = 0; r < CONTRACT_RECEIVERS; r++) {
         for (int k = 0; k < MAX_CHANNELS; k++) {

@@ -14,7 +14,7 @@ struct sky {
 
 void sky_look(const struct intake *intake, const double craft_m[3], struct sky *sky);
 
-/* Whether the straight line between two points stays 50 km above the ellipsoid. */
+/* Whether the straight line between two points stays clear of the Earth and 50 km of its air. */
 bool ray_is_clear(const double craft_m[3], const double satellite_m[3]);
 
 #endif
