@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import can
+import polars as pl
 import pytest
 
 from dbc import vehicle
@@ -22,6 +23,8 @@ from dbc.frames import EFF_FLAG, RTR_FLAG, batch, concat
 from dbc.link.base import LinkError, open_link
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
 from tests.dbc.bench_frames import mark
+from tests.system.test_fsw_c import AGREEMENT_M, build, distances_m
+from tools.cli import main
 
 VEHICLE = vehicle.find("soyuz-ms")
 
@@ -195,3 +198,52 @@ def test_two_processes_fly_on_vcan_without_a_loss(candump, tmp_path):
     heartbeats = sum(f.startswith("710#") for f in frames)
     assert marks == 60
     assert waiting == heartbeats - 60  # candump heard every frame; more than that were only start heartbeats
+
+
+@pytest.fixture(scope="module")
+def fsw(tmp_path_factory) -> Path:
+    """The flight software in C of examples/fsw_c."""
+    folder = tmp_path_factory.mktemp("fsw_c")
+    build(folder)
+    return folder / "fsw"
+
+
+def test_a_flight_software_in_c_flies_on_vcan_as_ours_does_inline(fsw, tmp_path):
+    def flown(name: str, *more: str) -> pl.DataFrame:
+        command = ["run", "--duration", "120", "--quiet", "--out", str(tmp_path / name), *more]
+        assert main(command) == 0
+        return pl.read_parquet(tmp_path / name / "fixes.parquet")
+
+    own = flown("ours", "--bus", "inline")
+    other = flown("c", "--bus", "socketcan:vcan0", "--flight", str(fsw))
+    summary = json.loads((tmp_path / "c" / "summary.json").read_text())
+    assert (summary["frames"]["lost"], summary["frames"]["rejected"], summary["reproducible"]) == (
+        0,
+        {},
+        True,
+    )
+    both = own.join(other, on="t_gps_s", suffix="_other")
+    assert (both["valid"] == both["valid_other"]).all() and both["valid"].sum() > 80
+    assert distances_m(both).max() < AGREEMENT_M
+
+
+def test_a_flight_software_in_c_outlives_an_emulator_on_vcan(fsw, link, tmp_path):
+    """Killed in the middle of a run, and started again: the second run is whole."""
+    flight = subprocess.Popen([fsw, "--bus", "socketcan:vcan0", "--vehicle", VEHICLE])
+    emulate = ["emulator", "soyuz", "--bus", "socketcan:vcan0", "--quiet", "--status"]
+    first = run(*emulate, str(tmp_path / "first"), "--duration", "600")
+    while not len(link.receive(0.1)) or epochs_played(tmp_path / "first") < 20:
+        assert first.poll() is None, first.stderr.read()
+    first.kill()
+    first.wait()
+    second = run(*emulate, str(tmp_path / "second"), "--duration", "60")
+    assert second.wait(120) == 0, second.stderr.read()
+    assert flight.wait(30) == 0
+    ended = json.loads((tmp_path / "second").read_text().splitlines()[-1])
+    assert (ended["epoch"], ended["epochs_unanswered"], ended["frames"]["lost"]) == (60, 0, 0)
+
+
+def epochs_played(status: Path) -> int:
+    """How far an emulator has come."""
+    lines = status.read_text().splitlines() if status.exists() else []
+    return json.loads(lines[-1]).get("epoch", 0) if lines and lines[-1].endswith("}") else 0
