@@ -151,8 +151,8 @@ def _block(craft: CraftStanding, antenna: int, grid: Grid, most: int) -> list[Li
     shown = channels if grid.channels >= most else min(channels, max(grid.channels - 1, 0))
     cells = [Cell(craft, antenna, channel) for channel in range(shown)]
     rows = [line(Span(_row((h, COLUMNS[h].text(c)) for h in grid.columns), c.style)) for c in cells]
-    more = [line(Span(f"+{channels - shown} more", "dim"))] if shown < channels else []
-    return [title, heads, *rows, *more]
+    hidden = parted((Span(f"+{channels - shown}", "dim"), Span("more", "dim")), grid.width)
+    return [title, heads, *rows, *([hidden] if shown < channels else [])]
 
 
 def _tables(craft: CraftStanding, width: int, height: int) -> list[Line]:

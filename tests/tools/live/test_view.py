@@ -1,0 +1,384 @@
+"""The live view from real epochs: what it counts, what it shows, that it fits every window."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from dbc import satellites
+from dbc.e2e import Verdict
+from dbc.frames import FrameBatch, batch, concat
+from tests.tools.live.flown import EPOCHS, epochs, soyuz, write_truth
+from tools.live import display, layout
+from tools.live.judge import Judge
+from tools.live.layout import age, arranged, screen
+from tools.live.progress import Progress
+from tools.live.screen import line, parted, plain, printable, width_of, wrapped
+from tools.live.sight import off_boresight_rad, sight
+from tools.live.standings import CraftStanding, RunStanding
+from tools.live.tally import Tally
+from tools.live.view import LiveView
+from tools.results.digest import Digest
+
+PLAN = soyuz()
+(CODEC,), (VEHICLE,) = PLAN.codecs, PLAN.vehicles
+
+
+class Window:
+    """A terminal in memory."""
+
+    def __init__(self, columns: int, lines: int, ready: bool = True):
+        self.size, self.ready = (columns, lines), ready
+        self.drawn: list[list[str]] = []
+        self.said: list[str] = []
+
+    def draw(self, lines):
+        self.drawn.append([plain(spans) for spans in lines])
+
+    def say(self, text):
+        self.said.append(text)
+
+    def leave(self):
+        pass
+
+
+def viewed(tmp_path, window: Window, blocks=None, truth_rows: int = EPOCHS) -> LiveView:
+    """A view that has heard all epochs and drawn once."""
+    frames, rows = epochs()
+    view = LiveView(PLAN, write_truth(tmp_path / "truth", rows[:truth_rows]), window)
+    for epoch, block in enumerate(blocks or frames):
+        view.hear(0, epoch, block)
+    view.refresh(unanswered=2)
+    return view
+
+
+def digested():
+    digest = Digest(CODEC)
+    for block in epochs()[0]:
+        digest.feed(block)
+    digest.finish()
+    return digest
+
+
+@pytest.mark.parametrize(
+    ("columns", "lines"), [(80, 24), (60, 15), (200, 50), (40, 10), (20, 5), (7, 3), (1, 1)]
+)
+def test_a_screen_fits_its_window(tmp_path, columns, lines):
+    window = Window(columns, lines)
+    viewed(tmp_path, window)
+    (drawn,) = window.drawn
+    assert 0 < len(drawn) <= lines
+    assert max(map(len, drawn)) <= columns
+
+
+def test_an_ordinary_window_shows_every_channel_and_the_fix(tmp_path):
+    window = Window(80, 24)
+    viewed(tmp_path, window)
+    (drawn,) = window.drawn
+    text = "\n".join(drawn)
+    fixes = digested().fixes
+    assert f"PDOP {fixes['pdop'][-1]:.2f}" in text
+    assert f"in fix {int(fixes['satellites'][-1])}" in text
+    assert "unanswered 2" in text and "lost 0  rejected 0" in text and f"epoch {EPOCHS - 1}" in text
+    assert "GPS 2012-10-31T00:16:14" in text
+    for name in VEHICLE.names:
+        assert re.search(rf"\b{name}  \d/6", text)
+    rows = re.findall(r" ([0-5]) ([GR]\d\d) +(\w+) ", text)
+    assert len(rows) == 24 and {state for _, _, state in rows} <= {"FULL", "ASKED"}
+
+
+def test_a_wide_window_has_the_antennas_side_by_side(tmp_path):
+    window = Window(200, 50)
+    viewed(tmp_path, window)
+    (drawn,) = window.drawn
+    (heads,) = [text for text in drawn if "fore" in text]
+    assert all(name in heads for name in VEHICLE.names)
+
+
+def test_a_small_window_says_what_it_leaves_out(tmp_path):
+    window = Window(38, 11)
+    viewed(tmp_path, window)
+    (drawn,) = window.drawn
+    shown = sum(len(re.findall(r"\b[GR]\d\d\b", text)) for text in drawn)
+    more = sum(int(n) for text in drawn for n in re.findall(r"\+(\d+)", text))
+    assert more and shown + more == 24
+
+
+def test_the_error_is_that_of_the_same_epoch(tmp_path):
+    """The truth lags: the error is that of the last fix whose truth has come."""
+    frames, rows = epochs()
+    judge = Judge(write_truth(tmp_path / "truth", rows[:-3]), 0, 1)
+    tally = Tally(CODEC, 1.0)
+    for epoch, block in enumerate(frames):
+        judge.look(sight(CODEC, tally.take([epoch], [block]), epoch, VEHICLE.boresight_body), 10**9)
+    fixes = digested().fixes
+    at = np.array([fixes[f"{axis}_m"][-4] for axis in "xyz"])
+    assert judge.error_m == pytest.approx(np.linalg.norm(at - rows[-4]["position_ecef_m"]), abs=1e-9)
+    assert judge.error_m > 0
+
+
+def test_without_a_truth_file_there_is_no_error(tmp_path):
+    judge = Judge(tmp_path / "nowhere", 0, 1)
+    frames = epochs()[0]
+    judge.look(sight(CODEC, frames[-1], EPOCHS - 1, VEHICLE.boresight_body), 10**9)
+    assert judge.error_m is None
+
+
+def test_every_fault_is_counted_though_most_epochs_are_not_drawn(tmp_path):
+    """Frames damaged in epochs nobody draws; the recorder's digest is the judge."""
+    blocks = list(epochs()[0])
+    blocks[10] = concat((blocks[10], batch([0x7AB], b"12345678")))
+    blocks[70] = flipped(blocks[70], ranges(70)[0])
+    blocks[71] = blocks[71][np.arange(len(blocks[71])) != ranges(71)[-1]]
+    blocks[72] = concat((blocks[72], blocks[72][ranges(72)[1]]))
+    blocks[61] = concat((blocks[61], batch([0x1ABCDEF0 | 0x8000_0000], b"12345678")))
+    tally = Tally(CODEC, 1.0)
+    tally.take(range(EPOCHS), blocks)
+    digest = Digest(CODEC)
+    for block in blocks:
+        digest.feed(block)
+    digest.finish()
+    traffic = digest.traffic
+    assert tally.faults == traffic.rejected
+    assert set(tally.faults) == {v.name for v in (
+        Verdict.CORRUPTED, Verdict.REPEATED, Verdict.UNKNOWN_ID, Verdict.EXTENDED)}  # fmt: skip
+    assert (tally.lost, tally.frames) == (traffic.lost, traffic.received)
+    assert tally.lost == 2  # the frame that is missing, and the damaged one
+    assert tally.load_most_percent == pytest.approx(traffic.bits.max() / 1e4)
+    window = Window(120, 24)
+    viewed(tmp_path, window, blocks)
+    assert "rejected 4: CORRUPTED 1, EXTENDED 1, REPEATED 1, UNKNOWN_ID 1" in window.drawn[0][3]
+
+
+def ranges(epoch: int) -> list[int]:
+    """Rows of the RANGE frames of an epoch."""
+    block = epochs()[0][epoch]
+    return np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["RANGE"].number).tolist()
+
+
+def flipped(block: FrameBatch, row: int) -> FrameBatch:
+    data = block.data.copy()
+    data[row, 5] ^= 0x10
+    return FrameBatch(block.t_ns, block.can_id, block.length, data)
+
+
+def test_frames_of_another_epoch_are_rejected_with_that_reason():
+    blocks = list(epochs()[0])
+    blocks[40] = concat((blocks[40], blocks[35][5:6]))
+    tally = Tally(CODEC, 1.0)
+    tally.take([40], [blocks[40][-1:]])
+    assert tally.faults == {"MIXED_EPOCH": 1}
+
+
+def test_one_look_or_many_is_the_same():
+    blocks = epochs()[0]
+    once, often = Tally(CODEC, 1.0), Tally(CODEC, 1.0)
+    last = once.take(range(EPOCHS), blocks)
+    for begin in range(0, EPOCHS, 7):
+        part = blocks[begin : begin + 7]
+        piecewise = often.take(range(begin, begin + len(part)), part)
+    assert last == piecewise
+    for name in ("sat", "since", "asked"):
+        np.testing.assert_array_equal(getattr(once.tracks, name), getattr(often.tracks, name))
+
+
+def test_a_track_is_as_old_as_its_unbroken_row_of_epochs():
+    """Against a loop over the epochs, one decoded frame after another."""
+    tally = Tally(CODEC, 1.0)
+    tally.take(range(EPOCHS), epochs()[0])
+    since = {}
+    for epoch, block in enumerate(epochs()[0]):
+        now = {}
+        rows = np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["SV_CLOCK"].number)
+        for row in rows:
+            said = CODEC.decode("SV_CLOCK", block.data[row : row + 1])
+            place = CODEC.number_of[block.can_id[row]] - 1, said["channel"][0]
+            sat = int(satellites.index(said["sat_system"], said["sat_number"])[0])
+            same = place in since and since[place][0] == sat
+            now[place] = since[place] if same else (sat, epoch)
+        since = now
+    assert len(since) > 10
+    for (receiver, channel), (sat, epoch) in since.items():
+        assert tally.tracks.sat[receiver, channel] == sat
+        assert tally.tracks.since[receiver, channel] == epoch
+    assert (tally.tracks.sat >= 0).sum() == len(since)
+
+
+def test_what_channels_are_asked_is_what_the_last_commands_say():
+    tally = Tally(CODEC, 1.0)
+    tally.take(range(EPOCHS), epochs()[0])
+    asked = {}
+    for block in epochs()[0]:
+        for row in np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["COMMAND"].number):
+            said = {k: int(v[0]) for k, v in CODEC.decode("COMMAND", block.data[row : row + 1]).items()}
+            sat = 64 * said["sat_system"] + said["sat_number"] if said["action"] == 1 else -1
+            asked[CODEC.number_of[block.can_id[row]] - 1, said["channel"]] = sat
+    assert sum(sat >= 0 for sat in asked.values()) > 10
+    for place, sat in asked.items():
+        assert tally.tracks.asked[place] == sat
+
+
+def test_the_angle_off_boresight_against_rotation_matrices():
+    random = np.random.default_rng(1)
+    q = random.normal(size=4)
+    q /= np.linalg.norm(q)
+    boresight = random.normal(size=(3, 3))
+    boresight /= np.linalg.norm(boresight, axis=1, keepdims=True)
+    los = random.normal(size=(3, 5, 3)) * 2e7
+    ecef_from_body = Rotation.from_quat(np.roll(q, -1)).as_matrix()  # scipy: scalar last, v_ecef = R v_body
+    expected = [
+        [np.arccos(np.dot(ecef_from_body @ b, l) / np.linalg.norm(l)) for l in lines]  # noqa: E741
+        for b, lines in zip(boresight, los, strict=True)
+    ]
+    np.testing.assert_allclose(off_boresight_rad(los, q, boresight), expected, atol=1e-9)
+
+
+def test_angles_of_the_patent_are_within_the_masks():
+    """A channel of the assignment has its satellite inside the antenna's mask, as decoded from the bus."""
+    frames = epochs()[0][-1]
+    seen = sight(CODEC, frames, EPOCHS - 1, VEHICLE.boresight_body)
+    angles = seen.off_rad[~np.isnan(seen.off_rad)]
+    assert len(angles) > 10
+    assert angles.max() < VEHICLE.mask_rad.max()
+    assert np.isnan(seen.off_rad[np.isnan(seen.lock)]).all()
+
+
+@pytest.mark.parametrize(
+    "missing", ["NAV_STATUS", "NAV_X", "ATT_Q01", "TIME_FINE", "RATE", "STATUS", "SV_CLOCK"]
+)
+def test_whatever_does_not_come_is_left_blank(tmp_path, missing):
+    gone = CODEC.kinds[missing].number
+    blocks = [block[CODEC.kind_of[block.can_id] != gone] for block in epochs()[0]]
+    window = Window(80, 24)
+    viewed(tmp_path, window, blocks)
+    assert len(window.drawn[0]) > 15
+    if missing == "NAV_STATUS":
+        assert "no answer" in window.drawn[0][2]
+
+
+@given(st.data())
+def test_rubbish_never_raises(data):
+    """Any frames at all in an epoch: they are counted, and a screen comes out."""
+    block = epochs()[0][-1]
+    rows = data.draw(st.lists(st.integers(0, len(block) - 1), min_size=1, max_size=40))
+    noise = data.draw(st.lists(st.integers(0, 2**32 - 1), min_size=len(rows), max_size=len(rows)))
+    payloads = data.draw(st.binary(min_size=8 * len(rows), max_size=8 * len(rows)))
+    keep = data.draw(st.booleans())
+    can_id = block.can_id.copy()
+    can_id[rows] = can_id[rows] if keep else noise
+    content = block.data.copy()
+    content[rows] = np.frombuffer(payloads, np.uint8).reshape(-1, 8)
+    frames = FrameBatch(block.t_ns, can_id, block.length, content)
+    tally = Tally(CODEC, 1.0)
+    accepted = tally.take([EPOCHS - 1], [frames])
+    assert tally.frames == len(block) and len(accepted) + sum(tally.faults.values()) == len(block)
+    standing = standing_of(tally, sight(CODEC, accepted, EPOCHS - 1, VEHICLE.boresight_body))
+    assert screen(RunStanding("x", 1, 1.0, 2.0, None, 0, (standing,)), 80, 24)
+
+
+def standing_of(tally: Tally, seen, name: str = "soyuz") -> CraftStanding:
+    tracks = tally.tracks
+    return CraftStanding(
+        name, VEHICLE.names, VEHICLE.channels, seen, tracks.sat, tracks.asked,
+        (seen.epoch - tracks.since) * 1.0, None, tally.load_percent, tally.load_most_percent,
+        tally.frames, tally.lost, tally.faults,
+    )  # fmt: skip
+
+
+def test_further_craft_have_a_line_each_and_the_rest_is_counted():
+    tally = Tally(CODEC, 1.0)
+    seen = sight(CODEC, tally.take(range(EPOCHS), epochs()[0]), EPOCHS - 1, VEHICLE.boresight_body)
+    craft = tuple(standing_of(tally, seen, f"craft-{i}") for i in range(12))
+    lines = [plain(spans) for spans in screen(RunStanding("x", 1, 1.0, 2.0, None, 0, craft), 80, 24)]
+    assert len(lines) <= 24 and sum(text.startswith("craft-") for text in lines) == 6
+    assert "+6 more craft" in lines[-1]
+
+
+def test_notes_are_shown_whole_and_said_again_at_the_end(tmp_path):
+    window = Window(60, 24)
+    view = viewed(tmp_path, window)
+    note = "waiting for nobody on " + "x" * 80
+    view.note(note)
+    view._next = 0
+    view.refresh()
+    shown = "".join(text.strip() for text in window.drawn[-1][-2:])
+    assert shown == note
+    view.close()
+    assert window.said == [note]
+
+
+def test_before_the_first_epoch_notes_stay_on_the_ordinary_screen(tmp_path):
+    window = Window(80, 24)
+    view = LiveView(PLAN, tmp_path / "truth", window)
+    view.note("waiting for the flight software")
+    view.refresh()
+    assert window.said == ["waiting for the flight software"] and not window.drawn
+
+
+def test_a_terminal_that_is_held_is_passed_over_and_nothing_piles_up(tmp_path):
+    window = Window(80, 24, ready=False)
+    view = viewed(tmp_path, window)
+    assert not window.drawn
+    assert view._craft[0]._epochs == []
+    window.ready, view._next = True, 0
+    view.refresh()
+    assert "lost 0  rejected 0" in window.drawn[0][3]
+
+
+def test_names_cannot_order_the_terminal_about():
+    assert printable("soyuz\x1b[2J\n\x9b") == "soyuz?[2J??"
+    assert plain(line("a\x1b[31m")) == "a?[31m"
+
+
+@given(st.lists(st.text(min_size=1, max_size=30), max_size=8), st.integers(1, 100))
+def test_parts_fill_a_line_exactly(parts, width):
+    assert width_of(parted(parts, width)) == width
+
+
+@given(st.integers(1, 8), st.integers(1, 32), st.integers(1, 300), st.integers(0, 100))
+def test_an_arrangement_never_needs_more_room_than_there_is(antennas, channels, width, height):
+    grid = arranged(antennas, channels, width, height)
+    rows = -(-antennas // grid.side_by_side)
+    assert grid.side_by_side * (grid.width + 2) - 2 <= max(width, grid.width)
+    assert grid.channels == 0 or rows * (grid.channels + 2) <= height
+
+
+def test_wrapping_loses_nothing():
+    assert "".join(wrapped("abcdefg", 3)) == "abcdefg" and max(map(len, wrapped("abcdefg", 3))) == 3
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0, "0s"),
+        (59.9, "59s"),
+        (60, "1m00"),
+        (3599, "59m59"),
+        (3600, "1h00"),
+        (86399, "23h59"),
+        (190000, "2d04"),
+    ],
+)
+def test_ages_are_five_characters_at_most(seconds, text):
+    assert age(seconds) == text and len(text) <= layout.COLUMNS["age"].width
+
+
+def test_in_a_pipe_or_when_asked_there_are_plain_lines(tmp_path, monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    assert isinstance(
+        display.open_display(PLAN, tmp_path / "truth", False), Progress
+    )  # stderr is no terminal
+    terminal = io.StringIO()
+    terminal.isatty = lambda: True
+    monkeypatch.setattr("sys.stderr", terminal)
+    assert isinstance(display.open_display(PLAN, tmp_path / "truth", False), LiveView)
+    assert isinstance(display.open_display(PLAN, tmp_path / "truth", False, plain=True), Progress)
+    assert isinstance(display.open_display(PLAN, tmp_path / "truth", True), Progress)
+    monkeypatch.setenv("TERM", "dumb")
+    assert isinstance(display.open_display(PLAN, tmp_path / "truth", False), Progress)
