@@ -40,13 +40,13 @@ def run(arguments: Namespace) -> int:
 
 
 def draw(folder: Path, facts, summary, digests) -> list[str]:
-    """report.html, its path on stdout; a line of trouble if it cannot be written. The figures are safe by then."""
+    """report.html, its path on stdout; a line if it cannot be written: the figures are safe by then."""
+    from tools.folder import SUMMARY
     from tools.page import report
 
     try:
         print(f"report:     {report.write(folder, facts, summary, digests)}")
     except OSError as error:
-        return [
-            f"{error.filename or folder / report.REPORT}: {error.strerror}; the figures are in summary.json"
-        ]
+        where = error.filename or folder / report.REPORT
+        return [f"{where}: {error.strerror}; the figures are in {SUMMARY}"]
     return []

@@ -22,14 +22,14 @@ def assignment(craft: Craft) -> Plot:
         return Plot.missing(title, "No receiver measured a satellite.")
     cut = lanes(craft.holds)
     rows = np.unique(cut.holds.satellite)[::-1]  # GPS on top
-    doubled = int((cut.share > 1).any() and len(np.unique(cut.holds.satellite[cut.share > 1])))
+    doubled = len(np.unique(cut.holds.satellite[cut.share > 1]))
     note = (
         f"Which antenna measured which satellite, and when: {len(rows)} satellites. "
         f"Diamonds are handovers, satellites that commands took from one antenna and gave to another: "
         f"{len(craft.handed)}. "
     )
     note += (
-        f"Where a row is split, as many antennas held the satellite at once: so it was with {doubled} satellites."
+        f"Where a row is split, several antennas held the satellite at once: {doubled} satellites."
         if doubled
         else "No satellite was held by two antennas at once."
     )
@@ -40,7 +40,10 @@ def assignment(craft: Craft) -> Plot:
     names = [satellite_name(s) for s in rows]
     y = axis("satellite", tickvals=list(range(len(rows))), ticktext=names, range=[-0.7, len(rows) - 0.3],
              zeroline=False, showgrid=False, tickfont={"size": 10})  # fmt: skip
-    figure = {"data": data, "layout": {"xaxis": time_axis(), "yaxis": y, "barmode": "overlay", "bargap": 0}}
+    figure = {
+        "data": data,
+        "layout": {"xaxis": time_axis(craft.t_ns), "yaxis": y, "barmode": "overlay", "bargap": 0},
+    }
     return Plot(title, note, figure, height=150 + 15 * len(rows), wide=True)
 
 
@@ -56,7 +59,8 @@ def _bars(craft: Craft, cut: Lanes, rows: np.ndarray, receiver: int) -> Json:
         "width": width.round(4).tolist(), "offset": (_ROW / 2 - (lane + 1) * width).round(4).tolist(),
         "marker": {"color": antenna_colour(receiver), "line": {"width": 0}},
         "customdata": [satellite_name(s) for s in held.satellite],
-        "hovertemplate": "%{customdata} on %{fullData.name}, %{base|%H:%M:%S} to %{x|%H:%M:%S}<extra></extra>",
+        "hovertemplate": "%{customdata} on %{fullData.name}, "
+                         "%{base|%H:%M:%S} to %{x|%H:%M:%S}<extra></extra>",
     }  # fmt: skip
 
 

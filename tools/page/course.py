@@ -21,6 +21,7 @@ from tools.page.figure import (
     time_axis,
 )
 from tools.page.thin import extremes
+from tools.results.text import small
 
 NO_TRUTH = "No truth was kept with this run, so nothing can be compared with it."
 NO_CHANNELS = "This run kept no table of channels (it was played without a log)."
@@ -42,7 +43,7 @@ def satellites(craft: Craft) -> Plot:
         note += "; in view: healthy, clear of the Earth and strong enough at some antenna, as truth says"
     y = axis("satellites", rangemode="tozero")
     return Plot("Satellites", f"{note}. A gap is an epoch without a fix.",
-                {"data": traces, "layout": layout(time_axis(), y)})  # fmt: skip
+                {"data": traces, "layout": layout(time_axis(craft.t_ns), y)})  # fmt: skip
 
 
 def dilution(craft: Craft) -> Plot:
@@ -56,7 +57,7 @@ def dilution(craft: Craft) -> Plot:
     return Plot(
         "Dilution of precision",
         "Over all measurements of the fix, as published; and as computed here with every satellite once.",
-        {"data": traces, "layout": layout(time_axis(), axis("PDOP", type="log"))},
+        {"data": traces, "layout": layout(time_axis(craft.t_ns), axis("PDOP", type="log"))},
     )
 
 
@@ -70,6 +71,8 @@ def position_error(craft: Craft) -> Plot:
         return Plot.missing(title, NO_TRUTH)
     if np.isnan(craft.error_m).all():
         return Plot.missing(title, NO_FIX)
+    worst = ", ".join(f"{d} {small(v)}" for d, v in zip(_DIRECTIONS, np.nanmax(np.abs(craft.error_m), axis=0),
+                                                        strict=True))  # fmt: skip
     data, axes = [], {}
     for i, (direction, domain) in enumerate(zip(_DIRECTIONS, stacked(3), strict=True)):
         on = {"yaxis": numbered("y", i)}
@@ -83,19 +86,19 @@ def position_error(craft: Craft) -> Plot:
     return Plot(
         title,
         "Fix minus truth at the centre of mass; radial is up, along with the motion, cross on the orbit's "
-        "normal. Bands: 1 and 3 sigma of the flight software's own covariance. The view leaves out the worst "
-        "half percent: double-click to see all.",
-        {"data": data, "layout": axes | {"xaxis": time_axis(anchor=numbered("y", 2))}},
+        "normal. Bands: 1 and 3 sigma of the flight software's own covariance. The first view may leave out "
+        f"the worst, at most {worst} m; double-click shows all.",
+        {"data": data, "layout": axes | {"xaxis": time_axis(craft.t_ns, anchor=numbered("y", 2))}},
         height=480, wide=True,
     )  # fmt: skip
 
 
 def _view(error_m: NDArray, sigma_m: NDArray) -> float:
-    """Half height of the first view: nearly all errors and the usual 3 sigma."""
-    error_m, sigma_m = error_m[np.isfinite(error_m)], sigma_m[np.isfinite(sigma_m)]
-    wanted = [1.2 * np.percentile(np.abs(error_m), 99.5)] if len(error_m) else [1.0]
-    wanted += [3.6 * np.median(sigma_m)] if len(sigma_m) else []
-    return float(max(*wanted, 1e-4)) if len(wanted) > 1 else max(wanted[0], 1e-4)
+    """Half height of the first view: nine errors of ten, and the usual 3 sigma."""
+    wanted = [1.3 * np.nanpercentile(np.abs(error_m), 90), 1e-4]
+    if not np.isnan(sigma_m).all():
+        wanted.append(3.6 * np.nanmedian(sigma_m))
+    return float(max(wanted))
 
 
 def _bounds(craft: Craft, i: int, factor: int, colour: str, on: Json, showlegend: bool) -> list[Json]:
@@ -127,7 +130,7 @@ def strength(craft: Craft) -> Plot:
     return Plot(
         title, "By antenna [dBHz]: mean of its channels; the band is from the weakest to the strongest.",
         {"data": data, "layout": axes | {"showlegend": False,
-                                         "xaxis": time_axis(anchor=numbered("y", len(names) - 1))}},
+                                         "xaxis": time_axis(craft.t_ns, anchor=numbered("y", len(names) - 1))}},
         height=140 + 85 * len(names),
     )  # fmt: skip
 
@@ -138,7 +141,7 @@ def load(craft: Craft) -> Plot:
         "Bus load",
         f"Bits of all frames of an epoch, stuffing included, at {BIT_RATE / 1e6:g} Mbit/s.",
         {"data": [trace("load", craft.t_ns, percent, "--accent")],
-         "layout": layout(time_axis(), axis("load [%]", rangemode="tozero"), showlegend=False)},
+         "layout": layout(time_axis(craft.t_ns), axis("load [%]", rangemode="tozero"), showlegend=False)},
     )  # fmt: skip
 
 
@@ -152,8 +155,9 @@ def faults(craft: Craft) -> Plot | None:
     bars = {"type": "scatter", "mode": "markers", "name": "refused", "x": moments(craft.t_ns[rows]),
             "y": numbers(refused[rows]), "marker": {"color": "--bad", "size": 5}}  # fmt: skip
     return Plot(
-        "Frames refused", "Frames that the bus record's own checks refused, by epoch; reasons are in the table above.",
-        {"data": [bars], "layout": layout(time_axis(), axis("frames", rangemode="tozero"))},
+        "Frames refused",
+        "Frames that the checks of the protection refused, by epoch; the table above has the reasons.",
+        {"data": [bars], "layout": layout(time_axis(craft.t_ns), axis("frames", rangemode="tozero"))},
     )  # fmt: skip
 
 
@@ -170,8 +174,9 @@ def latency(histogram: list, p50: float | None, p99: float | None) -> Plot:
     marks = [(p, name) for p, name in ((p50, "p50"), (p99, "p99")) if p]
     lines = [{"type": "line", "x0": p, "x1": p, "y0": 0, "y1": 1, "yref": "paper",
               "line": {"color": "--ink", "width": 1, "dash": "dot"}} for p, _ in marks]  # fmt: skip
-    words = [{"x": float(np.log10(p)), "y": 1, "yref": "paper", "text": f"{name} {p:.3g} ms", "yanchor": "bottom",
-              "showarrow": False, "font": {"size": 11}} for p, name in marks]  # fmt: skip
+    words = [{"x": float(np.log10(p)), "y": 1, "yref": "paper", "text": f"{name} {p:.3g} ms",
+              "yanchor": "bottom", "showarrow": False, "font": {"size": 11}}
+             for p, name in marks]  # fmt: skip
     return Plot(
         title, "From the last measurement's way out to the fix's way in; how often.",
         {"data": [bars], "layout": layout(axis("latency [ms]", type="log"), axis("epochs"), shapes=lines,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -14,11 +15,15 @@ from pathlib import Path
 
 from tools.page.figure import Json, Plot
 
-_POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data: blob:"
+)
 _AXIS = {
     "gridcolor": "--grid", "linecolor": "--rule", "zerolinecolor": "--rule", "tickcolor": "--rule",
     "automargin": True, "title": {"standoff": 8, "font": {"size": 12}}, "tickfont": {"size": 11},
 }  # fmt: skip
+_SLOT = re.compile(r"\{\{(\w+)\}\}")
 TEMPLATE: Json = {
     "layout": {
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "hovermode": "closest",
@@ -38,25 +43,27 @@ TEMPLATE: Json = {
 
 def slot(plot: Plot, name: str) -> str:
     """The place of one plot in a page."""
-    body = (
-        f'<div class="plot" id="{name}" style="height:{plot.height}px"></div>'
-        if plot.figure is not None
-        else ""
-    )
-    note = f'<p class="note">{escape(plot.note)}</p>' if plot.note else ""
-    wide = " wide" if plot.wide else ""
-    return f'<figure class="card{wide}"><figcaption><h3>{escape(plot.title)}</h3>{note}</figcaption>{body}</figure>'
+    place = f'<div class="plot" id="{name}" style="height:{plot.height}px"></div>' if plot.figure else ""
+    words = note(plot.note) if plot.note else ""
+    head = f"<figcaption><h3>{escape(plot.title)}</h3>{words}</figcaption>"
+    return f'<figure class="card{" wide" if plot.wide else ""}">{head}{place}</figure>'
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], text: Sequence[int] = (0,)) -> str:
-    """An HTML table of plain text; `text` are the columns that are words."""
-    cells = [
-        "".join(f"<td{' class=text' if i in text else ''}>{escape(c)}</td>" for i, c in enumerate(row))
-        for row in rows
-    ]
+def note(text: str) -> str:
+    """A paragraph of plain text below a title."""
+    return f'<p class="note">{escape(text)}</p>'
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """An HTML table of plain text, words in the first column."""
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     top = "".join(f"<th>{escape(name)}</th>" for name in head)
-    body = "".join(f"<tr>{row}</tr>" for row in cells)
     return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def card(title: str, html: str, style: str = "") -> str:
+    """HTML in a frame of its own."""
+    return f'<section class="card {style}"><h3>{escape(title)}</h3>{html}</section>'
 
 
 @dataclass(slots=True)
@@ -71,7 +78,7 @@ class Page:
     def add(self, html: str) -> None:
         self._body.append(html)
 
-    def add_plots(self, plots: Iterable[Plot | None], family: str = "", style: str = "") -> None:
+    def add_plots(self, plots: Iterable[Plot | None], family: str = "") -> None:
         """A grid of plots; those over time of one family are zoomed together."""
         slots = []
         for plot in plots:
@@ -83,28 +90,23 @@ class Page:
                 over_time = plot.figure["layout"].get("xaxis", {}).get("type") == "date"
                 self._plots.append({"id": name, "height": plot.height, "figure": plot.figure,
                                     "family": family if over_time else ""})  # fmt: skip
-        self.add(f'<div class="grid {style}">{"".join(slots)}</div>')
+        self.add(f'<div class="grid">{"".join(slots)}</div>')
 
     def html(self) -> str:
         from plotly.offline import get_plotlyjs
 
         own = resources.files("tools.page")
-        plots = json.dumps(
-            {"template": TEMPLATE, "plots": self._plots}, separators=(",", ":"), allow_nan=False
-        )
-        return (
-            f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-            f"<title>{escape(self.title)}</title>\n<style>\n{(own / 'page.css').read_text('utf-8')}</style>\n</head>\n"
-            f"<body>\n<main>\n{chr(10).join(self._body)}\n"
-            '<p id="trouble" class="bad" hidden>This browser is too old to unpack the plots: they need one of 2023 '
-            "or later.</p>\n<noscript><p class=bad>The plots need JavaScript; it is inside this file.</p></noscript>\n"
-            f"</main>\n"
-            f'<script type="text/plain" id="plotly">{_packed(get_plotlyjs())}</script>\n'
-            f'<script type="text/plain" id="plots">{_packed(plots)}</script>\n'
-            f"<script>\n{(own / 'page.js').read_text('utf-8')}</script>\n</body>\n</html>\n"
-        )
+        document = {"template": TEMPLATE, "plots": self._plots}
+        parts = {
+            "policy": _POLICY,
+            "title": escape(self.title),
+            "style": (own / "page.css").read_text("utf-8"),
+            "body": "\n".join(self._body),
+            "plotly": _packed(get_plotlyjs()),
+            "plots": _packed(json.dumps(document, separators=(",", ":"), allow_nan=False)),
+            "script": (own / "page.js").read_text("utf-8"),
+        }
+        return _SLOT.sub(lambda found: parts[found[1]], (own / "page.html").read_text("utf-8"))
 
     def write(self, path: Path) -> None:
         """The page, there whole or not at all."""

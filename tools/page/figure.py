@@ -1,7 +1,7 @@
 """Plots as plain plotly documents: no plotly in Python, no colours but by name.
 
-Colours are names of the page's custom properties ("--antenna-1", "--muted"); the page puts in what they are in
-light, in dark and on paper.
+Colours are names of the page's custom properties ("--antenna-1", "--muted"); the page puts in what they are
+in light, in dark and on paper.
 """
 
 from __future__ import annotations
@@ -81,9 +81,10 @@ def axis(title: str, **more) -> Json:
     return {"title": {"text": title}} | more
 
 
-def time_axis(**more) -> Json:
-    """GPS time; plots of one craft move together along it (see page.js)."""
-    return axis("GPS time", type="date", **more)
+def time_axis(t_ns: NDArray[np.int64], **more) -> Json:
+    """GPS time of time marks (e,), all of it; plots of one craft move together along it (see page.js)."""
+    limits = {"range": milliseconds(t_ns[[0, -1]])} if len(t_ns) > 1 else {}
+    return axis("GPS time", type="date", **limits, **more)
 
 
 def stacked(rows: int, gap: float = 0.04) -> list[list[float]]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from tools.page.document import table
+from tools.page.document import note, table
 from tools.results.text import figure, small
 
 Summary = Mapping[str, Any]
@@ -26,7 +26,7 @@ _ROWS = (
 def craft_table(figures: Summary) -> str:
     """Statistics of one craft."""
     rows = [
-        [label, *(small(figures[key][name]) if name in figures[key] else "" for name in _STATISTICS)]
+        [label, *(_shown(figures[key][name]) if name in figures[key] else "" for name in _STATISTICS)]
         for key, label in _ROWS
     ]
     return table(["", *_STATISTICS], rows)
@@ -35,8 +35,8 @@ def craft_table(figures: Summary) -> str:
 def assignment_line(figures: Summary) -> str:
     a = figures["assignment"]
     return (
-        f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), {figure(a['handovers'])} handovers, "
-        f"{figure(a['rejected'])} rejected."
+        f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), "
+        f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} rejected."
     )
 
 
@@ -52,8 +52,11 @@ def craft_tiles(figures: Summary, epochs: int) -> list[tuple[str, str]]:
     share = 100 * figures["fixes"] / epochs if epochs else 0.0
     return [
         (f"{share:.1f} %", f"epochs with a fix, {figure(figures['fixes'])} of {figure(epochs)}"),
-        (small(held["mean"]), f"satellites in the fix, mean; {small(held['min'])} to {small(held['max'])}"),
-        (small(pdop["median"]), f"PDOP, median; p95 {small(pdop['p95'])}"),
+        (
+            _shown(held["mean"]),
+            f"satellites in the fix, mean; {_shown(held['min'])} to {_shown(held['max'])}",
+        ),
+        (_shown(pdop["median"]), f"PDOP, median; p95 {_shown(pdop['p95'])}"),
         (_unit(error["median"], "m"), f"position error, median; p95 {_unit(error['p95'], 'm')}"),
     ]
 
@@ -72,13 +75,18 @@ def bus_tiles(s: Summary) -> list[tuple[str, str]]:
     ]
 
 
+def _shown(value) -> str:
+    """A count as it is, a measure with three digits."""
+    return figure(value) if isinstance(value, int) else small(value)
+
+
 def _unit(value, unit: str) -> str:
-    return "-" if value is None else f"{small(value)} {unit}"
+    return "-" if value is None else f"{_shown(value)} {unit}"
 
 
 def expectations(s: Summary) -> str:
     if not s["expectations"]:
-        return '<p class="note">The scenario expects nothing; this run is not judged.</p>'
+        return note("The scenario expects nothing; this run is not judged.")
     rows = [
         [row["name"], *("" if row.get(k) is None else f"{row[k]:g}" for k in ("min", "max")),
          "no figure" if row["found"] is None else f"{row['found']:g}", "met" if row["met"] else "MISSED"]
@@ -90,7 +98,7 @@ def expectations(s: Summary) -> str:
 def faults(s: Summary) -> str:
     frames = s["frames"]
     if not frames["rejected"] and not frames["lost"]:
-        return '<p class="note">No frame was lost and none was refused.</p>'
+        return note("No frame was lost and none was refused.")
     rows = [["lost (missing by the counters)", figure(frames["lost"])]]
     rows += [
         [f"refused: {reason.replace('_', ' ').lower()}", figure(n)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +78,7 @@ def lanes(whole: Holds) -> Lanes:
         for row, a, b in zip(rows, first, last, strict=True):
             changes = np.flatnonzero((np.diff(count[a:b]) != 0) | (np.diff(below[a:b]) != 0)) + a + 1
             edges = np.r_[a, changes, b]
-            pieces += [(row, cuts[i], cuts[j]) for i, j in zip(edges[:-1], edges[1:], strict=True)]
+            pieces += [(row, cuts[i], cuts[j]) for i, j in pairwise(edges)]
             share += count[edges[:-1]].tolist()
             lane += below[edges[:-1]].tolist()
             below[a:b] += 1

@@ -14,9 +14,9 @@ from dbc.gpstime import iso
 from emulator import scenario as scenarios
 from emulator.scenario import Scenario
 from tools.folder import SCENARIO, TRUTH
-from tools.page import assignment, course, figures, maps
+from tools.page import assignment, course, figures, maps, skies
 from tools.page.craft import Craft, gather
-from tools.page.document import Page
+from tools.page.document import Page, card, note
 from tools.results import truth
 from tools.results.digest import Digest
 
@@ -63,20 +63,19 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
     page.add(f'<p class="lead">{escape("; ".join(said))}.</p>')
     page.add(figures.verdict(s))
     page.add(figures.tiles(figures.bus_tiles(s)))
-    page.add(f'<div class="grid"><div class="card"><h3>Expectations</h3>{figures.expectations(s)}</div>'
-             f'<div class="card"><h3>Frame faults</h3>{figures.faults(s)}</div></div>')  # fmt: skip
+    judged = [card("Expectations", figures.expectations(s)), card("Frame faults", figures.faults(s))]
+    page.add(f'<div class="grid">{"".join(judged)}</div>')
 
 
 def _craft(page: Page, craft: Craft, s: Mapping[str, Any]) -> None:
     own = s["craft"][craft.name]
     page.add(f"<h2>Craft {escape(craft.name)}, vehicle {escape(craft.vehicle.name)}</h2>")
     page.add(figures.tiles(figures.craft_tiles(own, s["epochs"])))
-    page.add(f'<div class="card"><h3>Figures</h3>{figures.craft_table(own)}'
-             f'<p class="note">Assignment: {escape(figures.assignment_line(own))}</p></div><p>&nbsp;</p>')  # fmt: skip
+    page.add(card("Figures", figures.craft_table(own) + note(figures.assignment_line(own))))
     page.add_plots([assignment.assignment(craft)], craft.name)
-    page.add("<p>&nbsp;</p>")
-    page.add_plots(maps.skies(craft), craft.name, "quarters")
-    page.add("<p>&nbsp;</p>")
+    page.add_plots(skies.skies(craft))
+    if craft.sightings is not None:
+        page.add(f'<p class="note">{skies.LEGEND}</p>')
     page.add_plots(
         [
             course.position_error(craft), course.satellites(craft), course.dilution(craft),
@@ -88,14 +87,12 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any]) -> None:
 
 
 def _foot(folder: Path, has_truth: bool, has_channels: bool) -> str:
-    lacks = [
-        text for there, text in ((has_truth, "truth"), (has_channels, "a table of channels")) if not there
+    lacking = [
+        name for name, there in (("truth", has_truth), ("table of channels", has_channels)) if not there
     ]
-    without = (
-        f" The run has no {' and no '.join(lacks)}: the plots that need it are left out." if lacks else ""
-    )
+    without = f" The run has no {' and no '.join(lacking)}: what needs it is left out." if lacking else ""
     return (
-        f"<footer>Made by gnss-hil from the run folder {escape(folder.name)}: bus.log decoded through the DBC, and "
-        f"truth where it was kept.{without} Plots over time zoom together; double-click resets. Coastlines: Natural "
-        "Earth, public domain.</footer>"
+        f"<footer>Made by gnss-hil from run folder {escape(folder.name)}: bus frames decoded by the DBC, "
+        f"and truth where it was kept.{without} Plots over time zoom together; double-click resets. "
+        "Coastlines: Natural Earth, public domain.</footer>"
     )

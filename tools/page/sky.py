@@ -12,7 +12,7 @@ from flightsw.angles import clear_of_earth
 from tools.page.motion import rotations
 from tools.page.thin import evenly
 
-INSTANTS = 90
+INSTANTS = 150
 """Instants at which the sky is looked at: a picture of some thousand points."""
 
 _FRESH_NS = 120_000_000_000
@@ -57,7 +57,8 @@ def antenna_axes(boresight_body: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) rows: up and right in the picture, and the boresight, in body axes.
 
     Up is where the body's x axis (fore) points as seen along the boresight; where the boresight is that
-    axis, up is zenith. The picture is drawn as from outside, as a map: of a zenith antenna starboard is right.
+    axis, up is zenith. The picture is drawn as from outside, as a map: of a zenith antenna starboard is
+    right.
     """
     fore, zenith = np.array([1.0, 0, 0]), np.array([0, 0, -1.0])
     toward = zenith if abs(boresight_body @ fore) > 0.99 else fore
