@@ -1,0 +1,106 @@
+"""The bus as a time master sees it: protected frames out, answers in, start barrier, lockstep.
+
+From docs/contract.md and the DBC beside this file; nothing here knows what is measured.
+"""
+
+import hashlib
+import random
+import time
+from collections import Counter
+from pathlib import Path
+
+import can
+import cantools
+
+DBC = Path(__file__).with_name("gnss.dbc")
+DB = cantools.database.load_file(DBC)
+HASH = int.from_bytes(hashlib.sha256(DBC.read_bytes()).digest()[:4], "big")
+HEARD = {DB.get_message_by_name(n).frame_id: n for n in ("FLIGHT_HEARTBEAT", "RX1_COMMAND", "BENCH_DONE")}
+
+
+def protection(can_id, data):
+    """Byte 0 of a frame: the CRC-8 of AUTOSAR E2E profile 11 over identifier and bytes 1 to 7."""
+    crc = 0
+    for byte in can_id.to_bytes(2, "little") + data[1:]:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc << 1 ^ (0x11D if crc & 0x80 else 0)
+    return crc
+
+
+class Bench:
+    """The bus as the time master sees it: what is said in an epoch, and what the flight software answers."""
+
+    def __init__(self, spec):
+        interface, channel = spec.split(":", 1)
+        self.bus = can.Bus(interface={"embedded": "gnss-hil"}.get(interface, interface), channel=channel)
+        self.session, self.epoch, self.sent = random.getrandbits(16), 0, 0
+        self.counters, self.commands = Counter(), []
+
+    def open(self, epoch):
+        """Begins an epoch; returns the commands that act in it."""
+        self.epoch, self.sent, commands, self.commands = epoch, 0, self.commands, []
+        return commands
+
+    def send(self, name, **signals):
+        """One frame of the open epoch, protected."""
+        message, stream = DB.get_message_by_name(name), (name, signals.get("channel"))
+        counter = {"e2e_crc": 0, "e2e_counter": self.counters[stream] % 15, "epoch_mod16": self.epoch % 16}
+        data = bytearray(message.encode(signals | counter))
+        data[0] = protection(message.frame_id, data)
+        self.counters[stream] += 1
+        self.sent += 1
+        self._put(message, data)
+
+    def steer(self, name, **signals):
+        """One of the bench's own frames."""
+        message = DB.get_message_by_name(name)
+        self._put(message, message.encode({"session": self.session, "epoch": self.epoch, **signals}))
+
+    def _put(self, message, data):
+        self.bus.send(can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False))
+
+    def hear(self, wait_s):
+        """(name, signals) of what the flight software says, until nothing more comes and `wait_s` are over.
+
+        Damaged frames are passed over; commands are kept for the next epoch.
+        """
+        end_s = time.monotonic() + wait_s
+        while (message := self.bus.recv(max(0.0, end_s - time.monotonic()))) is not None:
+            name = None if message.is_extended_id else HEARD.get(message.arbitration_id)
+            if name is None or len(message.data) != 8:
+                continue
+            signals = DB.decode_message(name, message.data, decode_choices=False)
+            if name != "BENCH_DONE" and message.data[0] != protection(message.arbitration_id, message.data):
+                continue
+            if name == "RX1_COMMAND" and (self.epoch - signals["epoch_mod16"]) % 16 <= 3:
+                self.commands.append(signals)
+            yield name, signals
+
+    def heartbeats(self, state):
+        for node in ("RX1", "ATT", "TIME"):
+            self.send(f"{node}_HEARTBEAT", state=state, boot_count=0, contract_hash=HASH)
+
+    def assemble(self):
+        """The start barrier: heartbeats with counter 0 until the flight software's was heard."""
+        while not any(s.get("contract_hash") == HASH for _, s in self.hear(0.1)):
+            self.counters.clear()
+            self.heartbeats("READY")
+
+    def lockstep(self):
+        """Ends the block and waits for the answer; TimeoutError if ten repetitions bring none."""
+        label = {"session": self.session, "epoch": self.epoch}
+        for _ in range(10):
+            self.steer("BENCH_SYNC", count=self.sent)
+            if any(name == "BENCH_DONE" and label.items() <= said.items() for name, said in self.hear(1.0)):
+                return
+        raise TimeoutError(f"epoch {self.epoch}: no BENCH_DONE within 10 s")
+
+    def listen(self, wait_s):
+        """Without lockstep: what is heard in time belongs to the next epoch."""
+        for _ in self.hear(wait_s):
+            pass
+
+    def end(self, epochs):
+        self.steer("BENCH_END", epoch=epochs, reason="COMPLETED")
+        self.bus.shutdown()
