@@ -58,6 +58,10 @@ COMMANDS = {
             "report", "rebuild a run's tables and summary from bus.log and truth",
             ("report runs/soyuz-20121031-001500",),
         ),
+        Command(
+            "convert", "a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
+            ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
+        ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
             "vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",

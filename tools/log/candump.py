@@ -4,12 +4,14 @@
 
 Source: can-utils, lib.c (`snprintf_canframe`) and asc/log conventions of `candump -l`: seconds since the
 UNIX epoch with six decimals, interface, identifier of three (base) or eight (extended, error) hexadecimal
-digits, `#`, payload; a remote frame has `R` and its length instead of a payload.
+digits, `#`, payload; a remote frame has `R` and its length instead of a payload. `candump -x` adds the
+direction, `R` or `T`, which is read over. CAN FD frames (`##`) can be recognised, not represented.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from typing import BinaryIO
@@ -34,9 +36,16 @@ _OCTET = (
     .astype(np.int16)
     .ravel()
 )
+NAME_BYTES = 15
+"""Longest name of a bus: IFNAMSIZ less the closing zero."""
+
+FD = "CAN FD"
+
 _LINE = re.compile(
-    rb"\((\d+)\.(\d{6})\) (\S+) ([0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))"
+    rb"\((\d{1,12})\.(\d{6})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
+    rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?: [RT])?"
 )
+_FD_LINE = re.compile(rb"\(\d+\.\d{6}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+(?: [RT])?")
 
 
 class LogError(ValueError):
@@ -105,15 +114,19 @@ def _irregular(unix_us, frames: FrameBatch, bus: str) -> bytes:
     return text[keep].tobytes()
 
 
-def parse_lines(text: bytes, origin: str = "log") -> tuple[NDArray[np.int64], NDArray, FrameBatch]:
-    """UNIX times (n,) [us], bus names (n,) bytes and frames of whole lines of log text.
+Piece = tuple[NDArray[np.int64], NDArray[np.bytes_], FrameBatch]
+"""Part of a recording: UNIX times (n,) [us], names of buses (n,), frames (n,)."""
 
-    LogError names the first line that is none.
+
+def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None = None) -> Piece:
+    """The frames of whole lines of log text.
+
+    LogError names the first line that is none. CAN FD frames are errors too, unless `omitted` counts them.
     """
     raw = np.frombuffer(text, np.uint8)
     ends = np.flatnonzero(raw == ord("\n"))
     n = len(ends)
-    unix_us, bus = np.zeros(n, np.int64), np.zeros(n, "S8")
+    unix_us, bus = np.zeros(n, np.int64), np.zeros(n, f"S{NAME_BYTES}")
     frames = FrameBatch(np.zeros(n, np.int64), np.zeros(n, np.uint32), np.full(n, WIDTH, np.uint8),
                         np.zeros((n, WIDTH), np.uint8))  # fmt: skip
     if not n:
@@ -122,7 +135,7 @@ def parse_lines(text: bytes, origin: str = "log") -> tuple[NDArray[np.int64], ND
     lengths = ends - starts
     width = int(np.bincount(lengths).argmax())
     name_length = width - len("(1351642484.000111)  123#0011223344556677")
-    usual = lengths == width if 0 < name_length <= 8 else np.zeros(n, bool)
+    usual = lengths == width if 0 < name_length <= NAME_BYTES else np.zeros(n, bool)
     if usual.any():
         kind = _line_type(name_length, 3, False)
         if usual.all():
@@ -131,12 +144,19 @@ def parse_lines(text: bytes, origin: str = "log") -> tuple[NDArray[np.int64], ND
             lines = raw[starts[usual, None] + np.arange(width + 1)].view(kind)[:, 0]
         good = _parse_records(lines, np.flatnonzero(usual), unix_us, bus, frames)
         usual[np.flatnonzero(usual)[~good]] = False
+    too_long = np.zeros(n, bool)
     for i in np.flatnonzero(~usual):
         line = text[starts[i] : ends[i]]
+        if omitted is not None and _FD_LINE.fullmatch(line):
+            too_long[i] = True
+            continue
         unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload = _parse_line(
             line, f"{origin}: line {i + 1}"
         )
         frames.data[i] = list(payload.ljust(WIDTH, b"\0"))
+    if too_long.any():
+        omitted[FD] += int(too_long.sum())
+        return unix_us[~too_long], bus[~too_long], frames[~too_long]
     return unix_us, bus, frames
 
 
@@ -152,6 +172,11 @@ def _parse_records(lines: NDArray, rows: NDArray, unix_us, bus, frames: FrameBat
     good = octets.min(axis=1) >= 0
     for value in (*digits, *nibbles):
         good &= value >= 0
+    good &= nibbles[0] < 8
+    *name, gap = _columns(lines, "bus")
+    good &= gap == ord(" ")
+    for value in name:  # an extended identifier of a bus with a shorter name is as long
+        good &= value > ord(" ")
     for name, mark in (("open", b"("), ("point", b"."), ("close", b") "), ("hash", b"#")):
         good &= lines[name] == mark
     unix_us[rows] = stamp
@@ -169,6 +194,8 @@ def _columns(lines: NDArray, name: str) -> list[NDArray[np.uint8]]:
 
 def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
     match = _LINE.fullmatch(line)
+    if match is None and _FD_LINE.fullmatch(line):
+        raise LogError(f"{where}: a CAN FD frame; this bench's are classical")
     if match is None:
         raise LogError(f"{where}: not a candump line: {line[:60].decode('ascii', 'replace')!r}")
     second, micro, bus, digits, remote, count, payload = match.groups()
@@ -182,13 +209,13 @@ def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
 
 
 def read_chunks(
-    log: BinaryIO, origin: str, chunk_bytes: int = 1 << 23
-) -> Iterator[tuple[NDArray[np.int64], NDArray, FrameBatch]]:
+    log: BinaryIO, origin: str, chunk_bytes: int = 1 << 23, omitted: Counter[str] | None = None
+) -> Iterator[Piece]:
     """Parsed pieces of a log of any size; a last line cut short (a crash) is left out."""
     rest, lines = b"", 0
     while piece := log.read(chunk_bytes):
         whole, newline, rest = (rest + piece).rpartition(b"\n")
         if newline:
-            parsed = parse_lines(whole + newline, f"{origin} (after line {lines})" if lines else origin)
-            lines += len(parsed[0])
-            yield parsed
+            text = whole + newline
+            yield parse_lines(text, f"{origin} (after line {lines})" if lines else origin, omitted)
+            lines += text.count(b"\n")

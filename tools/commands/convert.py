@@ -1,0 +1,57 @@
+"""`gnss-hil convert`: a recording in another format."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from tools.errors import PROGRAM, Mistake
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add(
+        "input",
+        type=Path,
+        metavar="IN",
+        help="recording: .log (candump), .asc, .blf or .mf4; or a run folder",
+    )
+    add("output", type=Path, metavar="OUT", help="recording in the format of its suffix")
+    add("--force", action="store_true", help="overwrite OUT")
+    add("--quiet", action="store_true", help="no progress")
+
+
+def run(arguments: Namespace) -> int:
+    from tools.folder import LOG, naming
+    from tools.log.convert import convert
+    from tools.log.recording import Recording, format_of
+    from tools.log.ticker import Ticker
+
+    source, out = arguments.input, arguments.output
+    source = source / LOG if source.is_dir() else source
+    format_of(out)
+    recording = Recording(source)
+    if out.exists() and source.samefile(out):
+        raise Mistake(f"{out}: is what would be read; name another file")
+    if out.is_dir():
+        raise Mistake(f"{out}: is a folder; name a file")
+    if out.exists() and not arguments.force:
+        raise Mistake(f"{out}: exists; --force overwrites it")
+    if not out.absolute().parent.is_dir():
+        raise Mistake(f"{out}: no such folder {out.parent}")
+    ticker = Ticker("frames", arguments.quiet)
+    try:
+        with naming(out):
+            done = convert(recording, out, ticker.show)
+    finally:
+        ticker.close()
+    print(f"{out}: {done.frames} frames")
+    for reason, count in done.omitted.items():
+        print(f"{PROGRAM}: {source}: {count} {reason} frames left out", file=sys.stderr)
+    for reason, count in done.strayed.items():
+        print(f"{PROGRAM}: {source}: {count} frames {reason}", file=sys.stderr)
+    for name, other in done.renamed.items():
+        print(f"{PROGRAM}: {out}: bus {name} comes back as {other}", file=sys.stderr)
+    return 0
