@@ -10,10 +10,13 @@ os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS
 
 import argparse
 import gc
+import secrets
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+
+from dbc.link import shell
 
 EXAMPLES = """\
 examples:
@@ -25,34 +28,31 @@ python-can INTERFACE:CHANNEL. Exit status: 0 done; 1 the run failed; 2 bad usage
 3 the environment lacks something; 130 interrupted."""
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str):
-        self.exit(2, f"{self.prog}: {message} (see --help)\n")
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments, also for `gnss-hil emulate`."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a shipped scenario's name or a .toml file")
     add("--bus", metavar="[CRAFT=]BUS", action="append", required=True, help="one for each craft")
     add("--pace", metavar="PACE", default="lockstep", help="lockstep (default), realtime, or xN")
-    add("--session", metavar="N", type=int, help="run identifier, 16 bit (default: from the seed)")
-    add("--duration", metavar="S", type=float, help="simulated seconds instead of the scenario's")
+    add("--session", metavar="N", type=int, help="run identifier, 16 bit (default: drawn anew)")
+    add("--duration", metavar="S", type=shell.seconds, help="simulated time: seconds, or 10m, 24h, 1d")
     add("--seed", metavar="N", type=int, help="seed instead of the scenario's")
     add("--truth", metavar="FILE", type=Path, help="write the truth here as it happens")
     add("--status", metavar="FILE|fd:N", help="write progress here as JSON lines")
     add("--require", metavar="NODES", default="FLIGHT", help="nodes to wait for, comma-separated, or 'none'")
-    add("--wait", metavar="S", type=float, help="give up waiting for them after S seconds (default: never)")
+    add(
+        "--wait",
+        metavar="S",
+        type=float,
+        help="wait for bus and nodes no longer than S seconds",
+    )
     add("--limit", metavar="S", type=float, default=10, help="lockstep: wait S for an answer (default: 10)")
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = Parser(
-        prog="python -m emulator",
-        description="Plays a scenario on a bus: receivers, attitude unit and time mark.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = shell.parser_of(
+        "python -m emulator", "Plays a scenario on a bus: receivers, attitude unit and time mark.", EXAMPLES
     )
     add_arguments(parser)
     return run(parser.parse_args(argv))
@@ -60,51 +60,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plays what the arguments say; the exit status. Mistakes become lines on stderr."""
-    from dbc.link.base import LinkClosed, LinkError
-    from dbc.link.conductor import MissingNodes
-    from dbc.link.stopping import Stop
-    from dbc.vehicle import VehicleError
-    from emulator.scenario import ScenarioError
-
-    try:
-        with Stop() as stop:
-            return _play(arguments, stop)
-    except LinkError as error:
-        return _failed(3, error)
-    except (LinkClosed, MissingNodes) as error:
-        return _failed(1, error)
-    except (ScenarioError, VehicleError, UsageError) as error:
-        return _failed(2, error)
-
-
-class UsageError(Exception):
-    """Arguments that do not fit; one line for people."""
-
-
-def _failed(status: int, error: Exception) -> int:
-    for line in str(error).splitlines():
-        print(f"emulator: {line}", file=sys.stderr)
-    return status
+    return shell.guarded("emulator", lambda stop: _play(arguments, stop))
 
 
 def _play(arguments: argparse.Namespace, stop) -> int:
     from dbc.contract import node_names
-    from dbc.link.bench import session_of
-    from dbc.link.conductor import Bus, Conductor, parse_pace
+    from dbc.link.conductor import Bus, Conductor, MissingNodes, parse_pace
     from dbc.link.stopping import INTERRUPTED
-    from emulator.build import build_world
     from emulator.journal import StatusLog, TruthLog
     from emulator.truth import TRUTH
 
     try:
         pace = parse_pace(arguments.pace)
     except ValueError as error:
-        raise UsageError(f"--{error}") from None
-    scenario, vehicles, folder = _scenario(arguments)
-    session = session_of(scenario.seed) if arguments.session is None else arguments.session
-    world = build_world(scenario, vehicles, session, lambda name: folder / name)
+        raise shell.Mistake(f"--{error}") from None
+    session = _fresh_session() if arguments.session is None else arguments.session
+    scenario, world = _world(arguments, session)
     specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
-    say = _silent if arguments.quiet else _say
+    say = shell.voice("emulator", arguments.quiet)
     with ExitStack() as stack:
         truth = stack.enter_context(
             _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)
@@ -112,7 +85,9 @@ def _play(arguments: argparse.Namespace, stop) -> int:
         status = stack.enter_context(_opened(lambda: StatusLog(arguments.status), arguments.status))
         buses = {}
         for craft in world.craft:
-            link = _join(specs[craft.name], craft.codec)
+            link = _join(specs[craft.name], craft.codec, stop, say, arguments.wait)
+            if link is None:
+                return INTERRUPTED
             stack.callback(link.close)
             buses[craft.name] = Bus(link, craft.codec)
         conductor = Conductor(
@@ -121,26 +96,38 @@ def _play(arguments: argparse.Namespace, stop) -> int:
         required = _required(arguments.require, node_names(max(len(c.vehicle.names) for c in world.craft)))
         status.tell("waiting", for_nodes=arguments.require)
         say(f"waiting for {arguments.require} on {', '.join(specs.values())}")
-        conductor.assemble(required, arguments.wait)
+        try:
+            conductor.assemble(required, arguments.wait)
+        except MissingNodes as error:
+            raise shell.Broken(error) from None
         epochs = _epochs(world, scenario.time.epochs, conductor, truth, status, stop, say)
     completed = epochs == scenario.time.epochs
     return 0 if completed else INTERRUPTED
 
 
-def _scenario(arguments: argparse.Namespace):
-    """Scenario with the command line's changes, its vehicles, and the folder its file names start from."""
+def _fresh_session() -> int:
+    """A run identifier that the last run did not have: 16 bits, never 0."""
+    return secrets.randbelow(0xFFFF) + 1
+
+
+def _world(arguments: argparse.Namespace, session: int):
+    """Scenario with the command line's changes, and the world it describes."""
     from dbc import vehicle
     from emulator import scenario as scenarios
+    from emulator.build import build_world
 
-    path = scenarios.find(arguments.scenario)
-    document = scenarios.read(path)
-    if arguments.duration is not None:
-        document.setdefault("time", {})["duration_s"] = arguments.duration
-    if arguments.seed is not None:
-        document["seed"] = arguments.seed
-    scenario = scenarios.parse(document, str(path))
-    vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
-    return scenario, vehicles, path.parent
+    try:
+        path = scenarios.find(arguments.scenario)
+        document = scenarios.read(path)
+        if arguments.duration is not None:
+            document.setdefault("time", {})["duration_s"] = arguments.duration
+        if arguments.seed is not None:
+            document["seed"] = arguments.seed
+        scenario = scenarios.parse(document, str(path))
+        vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
+        return scenario, build_world(scenario, vehicles, session, lambda name: path.parent / name)
+    except (scenarios.ScenarioError, vehicle.VehicleError) as error:
+        raise shell.Mistake(error) from None
 
 
 def _bus_specs(given: Sequence[str], craft: Sequence[str]) -> dict[str, str]:
@@ -151,11 +138,11 @@ def _bus_specs(given: Sequence[str], craft: Sequence[str]) -> dict[str, str]:
         if not (equals and name in craft):
             name, spec = craft[0] if len(craft) == 1 else "", text
         if not name or name in specs:
-            raise UsageError(f"--bus {text}: give one CRAFT=BUS for each craft: {', '.join(craft)}")
+            raise shell.Mistake(f"--bus {text}: give one CRAFT=BUS for each craft: {', '.join(craft)}")
         specs[name] = spec
     missing = [name for name in craft if name not in specs]
     if missing:
-        raise UsageError(f"--bus: none given for craft {', '.join(missing)}")
+        raise shell.Mistake(f"--bus: none given for craft {', '.join(missing)}")
     return {name: specs[name] for name in craft}
 
 
@@ -163,7 +150,7 @@ def _required(text: str, nodes: dict[str, int]) -> tuple[int, ...]:
     names = [] if text == "none" else text.split(",")
     unknown = [name for name in names if name not in nodes]
     if unknown:
-        raise UsageError(f"--require: no node '{unknown[0]}'; allowed are {', '.join(nodes)}, or none")
+        raise shell.Mistake(f"--require: no node '{unknown[0]}'; allowed are {', '.join(nodes)}, or none")
     return tuple(nodes[name] for name in names)
 
 
@@ -171,16 +158,16 @@ def _opened(make: Callable, target):
     try:
         return make()
     except (OSError, ValueError) as error:
-        raise UsageError(f"{target}: {getattr(error, 'strerror', None) or error}") from None
+        raise shell.Mistake(f"{target}: {getattr(error, 'strerror', None) or error}") from None
 
 
-def _join(spec: str, codec):
-    """A link on a bus where nobody plays the spacecraft yet."""
-    from dbc.link.base import LinkError, is_shared, open_link
+def _join(spec: str, codec, stop, say, wait_s: float | None):
+    """A link on a bus where nobody plays the spacecraft yet; None if `stop` came first."""
+    from dbc.link.base import LinkError, is_shared
     from dbc.link.occupied import occupied
 
-    link = open_link(spec)
-    if is_shared(spec):
+    link = shell.await_link(spec, stop, say, wait_s)
+    if link is not None and is_shared(spec):
         others = occupied(link, codec, set(codec.sender_of) - {"", "FLIGHT"})
         if others:
             link.close()
@@ -241,14 +228,6 @@ def _tallied(conductor, state) -> dict:
         "latency_histogram": tally.latency.histogram(),
         "commands_rejected": commands_rejected(state),
     }
-
-
-def _say(text: str) -> None:
-    print(f"emulator: {text}", file=sys.stderr, flush=True)
-
-
-def _silent(text: str) -> None:
-    pass
 
 
 if __name__ == "__main__":

@@ -13,6 +13,8 @@ import argparse
 import gc
 from collections.abc import Sequence
 
+from dbc.link import shell
+
 EXAMPLES = """\
 examples:
   python -m flightsw --vehicle soyuz-ms.toml --bus socketcan:vcan0
@@ -20,13 +22,10 @@ examples:
   python -m flightsw --vehicle soyuz-ms.toml --bus socketcan:can0 --policy patent --option hysteresis_deg=2
 
 BUS is embedded:/path.sock, socketcan:vcan0 (socketcan:can0,paced spreads bursts over bit time), or any
-python-can INTERFACE:CHANNEL. Exit status: 0 done; 1 the bus went away; 2 bad usage or vehicle file;
+python-can INTERFACE:CHANNEL. Unless told --once, it waits for a bench that does not serve embedded:/path.sock
+yet, and for any bus that went away.
+Exit status: 0 done; 1 the bus went away; 2 bad usage or vehicle file;
 3 the environment lacks something; 130 interrupted."""
-
-
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str):
-        self.exit(2, f"{self.prog}: {message} (see --help)\n")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,16 +41,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--policy", metavar="NAME", default="patent", help="which antenna tracks which satellite")
     add("--option", metavar="K=V", action="append", default=[], help="an option of the policy")
     add("--boot-count", metavar="N", type=int, default=0, help="starts since commissioning")
-    add("--once", action="store_true", help="leave when the first run is over")
+    add("--once", action="store_true", help="leave when the first run is over, or the bus is gone")
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = Parser(
-        prog="python -m flightsw",
-        description="Navigates a spacecraft by what it hears on a bus.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    parser = shell.parser_of(
+        "python -m flightsw", "Navigates a spacecraft by what it hears on a bus.", EXAMPLES
     )
     add_arguments(parser)
     return run(parser.parse_args(argv))
@@ -59,31 +55,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(arguments: argparse.Namespace) -> int:
     """Flies what the arguments say; the exit status. Mistakes become lines on stderr."""
-    from dbc.link.stopping import INTERRUPTED, Stop
+    return shell.guarded("flightsw", lambda stop: _fly(arguments, _config(arguments), stop))
 
-    with Stop() as stop:  # before the slow imports, so that a signal during them is heard too
-        from dbc import vehicle
-        from dbc.link.base import LinkClosed, LinkError
-        from flightsw.step import configure
 
-        try:
-            craft = vehicle.load(vehicle.find(arguments.vehicle))
-            config = configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
-        except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
-            return _failed(2, error)
-        try:
-            return _fly(arguments, config, stop)
-        except LinkError as error:
-            return _failed(3, error)
-        except LinkClosed as error:
-            return INTERRUPTED if stop() else _failed(1, error)
+def _config(arguments: argparse.Namespace):
+    from dbc import vehicle
+    from flightsw.step import configure
+
+    try:
+        craft = vehicle.load(vehicle.find(arguments.vehicle))
+        return configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
+    except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
+        raise shell.Mistake(error) from None
 
 
 def _fly(arguments: argparse.Namespace, config, stop) -> int:
-    from dbc.link.base import LinkError, is_shared, open_link
+    from dbc.link.base import LinkClosed
     from dbc.link.follow import follow
     from dbc.link.follower import Follower
-    from dbc.link.occupied import occupied
     from dbc.link.stopping import INTERRUPTED
     from flightsw.step import flight_step, heartbeat, initial_state
 
@@ -94,19 +83,40 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
         state, answer = flight_step(config, initial_state(config) if fresh else state, block)
         return answer
 
-    link = open_link(arguments.bus)
+    say = shell.voice("flightsw", arguments.quiet)
+    follower = Follower(config.codec)
+    link = _join(arguments, config.codec, stop, say)
+    gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     try:
-        if is_shared(arguments.bus) and occupied(link, config.codec, {"FLIGHT"}):
-            raise LinkError(f"bus '{arguments.bus}': another flight software can be heard there")
-        if not arguments.quiet:
-            print(f"flightsw: on {arguments.bus}, waiting for a run", file=sys.stderr, flush=True)
-        gc.freeze()  # what was built before the loop lives through it: nothing there to collect
-        journey = follow(link, Follower(config.codec), heartbeat(config), play, stop, arguments.once)
+        while link is not None:
+            say(f"on {arguments.bus}, waiting for a run")
+            try:
+                journey = follow(link, follower, heartbeat(config), play, stop, arguments.once)
+                return 0 if arguments.once and journey.runs_ended else INTERRUPTED
+            except LinkClosed as error:
+                if arguments.once or stop():
+                    raise
+                say(f"{error}; waiting for it to come back")
+                link.close()
+                link = shell.regain_link(arguments.bus, stop)
+        return INTERRUPTED
     finally:
-        link.close()
+        if link is not None:
+            link.close()
         if not arguments.quiet:
             _tell_rejections(config.codec, state.rejected)
-    return 0 if arguments.once and journey.runs_ended else INTERRUPTED
+
+
+def _join(arguments: argparse.Namespace, codec, stop, say):
+    """A link on a bus where nobody else flies; None if `stop` came first."""
+    from dbc.link.base import LinkError, is_shared
+    from dbc.link.occupied import occupied
+
+    link = shell.await_link(arguments.bus, stop, say, 0 if arguments.once else None)
+    if link is not None and is_shared(arguments.bus) and occupied(link, codec, {"FLIGHT"}):
+        link.close()
+        raise LinkError(f"bus '{arguments.bus}': another flight software can be heard there")
+    return link
 
 
 def _tell_rejections(codec, rejected) -> None:
@@ -135,12 +145,6 @@ def _value(text: str) -> float | bool | str:
         return float(text)
     except ValueError:
         return text
-
-
-def _failed(status: int, error: Exception) -> int:
-    for line in str(error).splitlines():
-        print(f"flightsw: {line}", file=sys.stderr)
-    return status
 
 
 if __name__ == "__main__":

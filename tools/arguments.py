@@ -3,29 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
+
+from dbc.link.shell import seconds
 
 DEFAULT_SCENARIO = "soyuz"
 OURS, EXTERNAL = "ours", "external"
 """Whose flight software flies: ours, or one that somebody starts; anything else is a command to start."""
-
-RULES = ("elevation", "boresight", "prn")
-
-
-def seconds(text: str) -> float:
-    """A positive duration. '600', '600s', '10m', '24h', '1d'."""
-    units = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-    number, unit = (text[:-1], units[text[-1]]) if text[-1:] in units else (text, 1.0)
-    try:
-        value = float(number) * unit
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"'{text}' is not a duration; seconds, or a number with s, m, h or d (600, 10m, 1d)"
-        ) from None
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text} s; must be greater than 0")
-    return value
 
 
 def pace(text: str) -> str:
@@ -78,6 +62,7 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """What a command line may change of a scenario."""
     from emulator.factors.registry import FACTORS
+    from emulator.receivers.search import RULES
     from flightsw.assign import POLICIES
 
     add = parser.add_argument

@@ -19,6 +19,10 @@ class LinkError(Exception):
     """The environment cannot give this bus; one line for people."""
 
 
+class NotYet(LinkError):
+    """No bench serves this bus, and one may at any time."""
+
+
 class LinkClosed(Exception):
     """The bus went away: hub gone, interface down, link closed."""
 

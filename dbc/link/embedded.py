@@ -7,12 +7,14 @@ the bus is lossless, so whoever does not read holds everybody back.
 
 from __future__ import annotations
 
+import errno
 import select
 import socket
 import time
+from pathlib import Path
 
 from dbc.frames import CAN_FRAME, EMPTY, FrameBatch, to_wire
-from dbc.link.base import LinkClosed, LinkError, frames_from_wire
+from dbc.link.base import LinkClosed, LinkError, NotYet, frames_from_wire
 
 FRAME = CAN_FRAME.itemsize
 CHUNK = 1 << 16
@@ -28,7 +30,10 @@ def connect(path: str) -> EmbeddedLink:
     except OSError as error:
         sock.close()
         reason = error.strerror or str(error)
-        raise LinkError(f"bus 'embedded:{path}': {reason} (no bench is running there)") from None
+        may_come = error.errno in (errno.ENOENT, errno.ECONNREFUSED) and Path(path).parent.is_dir()
+        raise (NotYet if may_come else LinkError)(
+            f"bus 'embedded:{path}': {reason} (no bench is running there)"
+        ) from None
     return EmbeddedLink(sock)
 
 

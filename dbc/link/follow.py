@@ -37,7 +37,7 @@ def follow(
     play  block heard, whether to start from a fresh state -> block to send
     """
     journey = Journey()
-    heard_s = time.monotonic()
+    heard_s = time.monotonic() - silence_s  # whoever comes to a bus, or back to one, announces itself
     announced_s = -HEARTBEAT_S
     while not stop() and not (once and journey.runs_ended):
         now_s = time.monotonic()

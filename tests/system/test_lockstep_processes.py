@@ -48,7 +48,7 @@ class Bench:
 
     def emulate(self, *arguments: str, duration_s: int = EPOCHS) -> subprocess.Popen:
         return self.start(
-            "emulator", "soyuz", "--duration", str(duration_s), "--quiet",
+            "emulator", "soyuz", "--duration", str(duration_s), "--quiet", "--session", "7",
             "--truth", str(self.folder / "truth"), "--status", str(self.folder / "status"), *arguments,
         )  # fmt: skip
 
@@ -204,7 +204,7 @@ def test_a_free_running_pace_takes_its_time(processes):
 
 
 def test_an_ended_bus_ends_the_flight_software(processes):
-    flight = processes.fly()
+    flight = processes.fly("--once")
     processes.joined(1)
     processes.hub.close()
     assert flight.wait(10) == 1
@@ -213,7 +213,7 @@ def test_an_ended_bus_ends_the_flight_software(processes):
 
 MISTAKES = [
     (["emulator", "soyuz", "--bus", "socketcan:vcan77"], 3, r"no CAN|no such CAN interface 'vcan77'"),
-    (["emulator", "soyuz", "--bus", "embedded:/nowhere"], 3, "embedded:/nowhere.*No such file"),
+    (["emulator", "soyuz", "--bus", "embedded:/nowhere/bus"], 3, "embedded:/nowhere/bus.*No such file"),
     (["emulator", "soyuz", "--bus", "nonsense"], 3, "not of the form INTERFACE:CHANNEL"),
     (["emulator", "soyuz", "--bus", "warp:9"], 3, "warp"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--pace", "warp"], 2, "--pace 'warp': not one of lockstep"),
@@ -223,7 +223,7 @@ MISTAKES = [
         2,
         "one CRAFT=BUS for each craft",
     ),
-    (["emulator", "soyuz", "--bus", "virtual:x", "--duration", "-1"], 2, "duration_s"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--duration", "-1"], 2, "must be greater than 0"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--truth", "/nowhere/t"], 2, "/nowhere/t: No such file"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--status", "fd:99"], 2, "fd:99: Bad file descriptor"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--require", "WARP"], 2, "no node 'WARP'"),

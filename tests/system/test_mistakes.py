@@ -281,7 +281,7 @@ absent python-can interface
     $ run --bus nosuch:0
     nosuch
 no bench at the socket
-    $ fly --vehicle {vehicle}.toml --bus embedded:/nowhere
+    $ fly --vehicle {vehicle}.toml --bus embedded:/nowhere/bus
     No such file
 """
 """By exit status: what somebody does, the command with {names} of prepared files, the line it gets."""
