@@ -63,7 +63,8 @@ def _crc_table() -> NDArray[np.uint8]:
     return table.astype(np.uint8)
 
 
-_TABLE = _crc_table()
+TABLE = _crc_table()
+"""(256,) uint8 CRC of each byte: CRC after = TABLE[CRC before XOR byte]."""
 
 
 def _pair_tables() -> NDArray[np.uint8]:
@@ -72,9 +73,9 @@ def _pair_tables() -> NDArray[np.uint8]:
     The CRC is linear over GF(2): contributions are looked up independently and XORed. Byte 0 holds the
     CRC itself and contributes nothing.
     """
-    byte = [_TABLE]
+    byte = [TABLE]
     for _ in range(6):
-        byte.insert(0, _TABLE[byte[0]])
+        byte.insert(0, TABLE[byte[0]])
     byte.insert(0, np.zeros(256, np.uint8))
     pairs = [byte[2 * p][None, :] ^ byte[2 * p + 1][:, None] for p in range(4)]
     return np.concatenate([pair.ravel() for pair in pairs])
@@ -88,9 +89,9 @@ def _identifier_crc() -> NDArray[np.uint8]:
     """(2048,) contribution of the data id (low byte first) to the CRC. The profile's calls of the CRC
     library cancel its start value and final XOR, so both are zero."""
     ids = np.arange(IDENTIFIERS)
-    crc = _TABLE[_TABLE[ids & 0xFF] ^ (ids >> 8)]
+    crc = TABLE[TABLE[ids & 0xFF] ^ (ids >> 8)]
     for _ in range(7):
-        crc = _TABLE[crc]
+        crc = TABLE[crc]
     return crc
 
 

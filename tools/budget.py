@@ -30,10 +30,12 @@ def typical_bits() -> float:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A group of frames: how many in an epoch at most, and whether they come only when something happens."""
+    """A group of frames: how many in an epoch at most, how many of them the flight node sends, and whether
+    they come only when something happens."""
 
     what: str
     frames: int
+    flight: int = 0
     event: bool = False
 
 
@@ -49,9 +51,10 @@ def rows(
     yield Row("measurements, ten a channel", len(MEASUREMENT_KINDS) * channels)
     yield Row("tags and status", 2 * m)
     yield Row("almanac, a slice for each receiver", 3 * m * slice_satellites)
-    yield Row("navigation", 1 + 3 + 3 + 2 * (domains + 1) + 2 + m)
-    yield Row("heartbeats", m + 3)
-    yield Row("commands and answers, all channels at once", 4 * channels, event=True)
+    navigation = 1 + 3 + 3 + 2 * (domains + 1) + 2 + m
+    yield Row("navigation", navigation, flight=navigation)
+    yield Row("heartbeats", m + 3, flight=1)
+    yield Row("commands and answers, all channels at once", 4 * channels, flight=2 * channels, event=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,13 +100,20 @@ class Budget:
             f"| **steady** | {steady} | {steady * typical:.0f} | {steady * WORST_BITS} |",
             f"| **with every event at once** | {all_} | {all_ * typical:.0f} | {all_ * WORST_BITS} |",
             "",
+            self.loads(),
+        ]
+        return "\n".join(lines)
+
+    def loads(self) -> str:
+        """What the frames are of the bus, in a sentence."""
+        typical = typical_bits()
+        return (
             f"Epoch of {self.interval_s:g} s at 1 Mbit/s: {self.load_percent(typical, False):.2f} % typical, "
             f"{self.load_percent(WORST_BITS, False):.2f} % at most in steady state, "
             f"{self.worst_percent:.2f} % with every event at once; above {LIMIT_PERCENT:.0f} % a run is "
             f"refused. A frame of eight bytes has 111 bits without stuffing, {typical:.1f} on average with "
-            f"random contents, {WORST_BITS} at most.",
-        ]
-        return "\n".join(lines)
+            f"random contents, {WORST_BITS} at most."
+        )
 
 
 def budget(vehicle: Vehicle, interval_s: float, almanac_satellites: int, almanac_cycle_s: float) -> Budget:

@@ -55,8 +55,8 @@ COMMANDS = {
             ("fly --vehicle soyuz-ms.toml --bus socketcan:vcan0",),
         ),
         Command(
-            "report", "rebuild a run's tables and summary from bus.log and truth",
-            ("report runs/soyuz-20121031-001500",),
+            "report", "a run's tables, summary and report.html again; or two runs compared",
+            ("report runs/soyuz-20121031-001500", "report runs/patent runs/prototype --out compared.html"),
         ),
         Command(
             "convert", "a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
@@ -76,8 +76,14 @@ COMMANDS = {
             ),
         ),
         Command(
-            "icd", "the bus contract: DBC, hash, frame budget",
-            ("icd dbc --receivers 2 > two.dbc", "icd hash", "icd budget soyuz"),
+            "icd", "the bus contract: interface control document, DBC, hash, budget",
+            (
+                "icd --html",
+                "icd dbc --receivers 2 > two.dbc",
+                "icd html soyuz-roll --out icd.html",
+                "icd hash",
+                "icd budget soyuz",
+            ),
         ),
     )
 }  # fmt: skip

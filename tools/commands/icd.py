@@ -5,22 +5,38 @@ from __future__ import annotations
 import argparse
 import sys
 from argparse import Namespace
+from pathlib import Path
 
 from tools.errors import Mistake
 
-PARTS = ("dbc", "hash", "budget")
+PARTS = ("html", "dbc", "hash", "budget")
+DEFAULT_FILE = "gnss-hil-icd.html"
+DEFAULT_SCENARIO = "soyuz"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "part",
-        choices=PARTS,
+        nargs="?",
         metavar="PART",
-        help="dbc: the DBC file; hash: its contract hash; budget: frames and load",
+        help="html: the interface control document, one page; dbc: the DBC file; hash: its contract hash; "
+        "budget: frames and load",
     )
-    add("scenario", nargs="?", metavar="SCENARIO", help="of the budget (default soyuz)")
-    add("--receivers", type=_receivers, metavar="N", help="receivers on the bus, 1 to 8 (default 4)")
+    add("scenario", nargs="?", metavar="SCENARIO", help="of the frame budget (default soyuz)")
+    add("--html", action="store_true", help="the same as the part html")
+    add(
+        "--receivers",
+        type=_receivers,
+        metavar="N",
+        help="receivers on the bus, 1 to 8 (default 4, for html those of the scenario)",
+    )
+    add(
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help=f"where html goes (default {DEFAULT_FILE} on a terminal, else standard output)",
+    )
 
 
 def _receivers(text: str) -> int:
@@ -30,22 +46,52 @@ def _receivers(text: str) -> int:
 
 
 def run(arguments: Namespace) -> int:
-    if arguments.scenario and arguments.part != "budget":
-        raise Mistake(f"icd {arguments.part} takes no scenario, found '{arguments.scenario}'")
-    if arguments.receivers and arguments.part == "budget":
+    part, scenario = _asked(arguments)
+    if scenario and part not in ("budget", "html"):
+        raise Mistake(f"icd {part} takes no scenario, found '{scenario}'")
+    if arguments.receivers and part == "budget":
         raise Mistake("icd budget takes its receivers from the scenario's vehicle, not from --receivers")
-    receivers = arguments.receivers or 4
-    if arguments.part == "dbc":
-        from dbc.codec import codec
-
-        sys.stdout.write(codec(receivers).text)
-    elif arguments.part == "hash":
-        from dbc.codec import codec
-
-        print(f"{codec(receivers).hash:08x}")
+    if arguments.out and part != "html":
+        raise Mistake(f"icd {part} writes to standard output; --out is for html")
+    if part == "html":
+        _write_html(scenario, arguments.receivers, arguments.out)
+    elif part == "budget":
+        _print_budget(scenario or DEFAULT_SCENARIO)
     else:
-        _print_budget(arguments.scenario or "soyuz")
+        from dbc.codec import codec
+
+        contract = codec(arguments.receivers or 4)
+        sys.stdout.write(contract.text if part == "dbc" else f"{contract.hash:08x}\n")
     return 0
+
+
+def _asked(arguments: Namespace) -> tuple[str, str | None]:
+    """Part and scenario; with --html the first word is the scenario."""
+    part, scenario = arguments.part, arguments.scenario
+    if arguments.html and part not in PARTS:
+        if scenario:
+            raise Mistake(f"icd --html takes one scenario, found '{part}' and '{scenario}'")
+        return "html", part
+    if arguments.html and part != "html":
+        raise Mistake(f"icd {part} and --html: one of the two")
+    if part is None:
+        raise Mistake(f"icd: a part is missing; allowed are {', '.join(PARTS)} (see gnss-hil icd --help)")
+    if part not in PARTS:
+        raise Mistake(f"icd: no part '{part}'; allowed are {', '.join(PARTS)}")
+    return part, scenario
+
+
+def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -> None:
+    from tools.icd.page import document
+    from tools.icd.subject import subject
+
+    page = document(subject(scenario, receivers))
+    if out is None and not sys.stdout.isatty():
+        sys.stdout.write(page)
+        return
+    path = out or Path(DEFAULT_FILE)
+    path.write_text(page, "utf-8")
+    print(f"interface control document: {path}")
 
 
 def _print_budget(name: str) -> None:
