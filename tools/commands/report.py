@@ -1,4 +1,4 @@
-"""`gnss-hil report`: tables and summary of a run again, from bus.log and truth alone."""
+"""`gnss-hil report`: tables, summary and report.html of a run again; or two runs compared."""
 
 from __future__ import annotations
 
@@ -11,17 +11,45 @@ from tools.errors import PROGRAM, Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("run", type=Path, metavar="RUN", help="run folder")
+    parser.add_argument("run", type=Path, metavar="RUN", help="run folder, made again from bus.log and truth")
+    parser.add_argument("other", type=Path, nargs="?", metavar="RUN2", help="another: compare the two")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE",
+        help="the HTML page (default RUN/report.html; of a comparison RUN/compare-RUN2.html)",
+    )  # fmt: skip
 
 
 def run(arguments: Namespace) -> int:
+    for folder in (arguments.run, arguments.other):
+        if folder is not None and not folder.is_dir():
+            raise Mistake(f"{folder}: no such run folder")
+    if arguments.out and not arguments.out.absolute().parent.is_dir():
+        raise Mistake(f"--out {arguments.out}: no such folder {arguments.out.parent}")
+    if arguments.out and arguments.out.is_dir():
+        raise Mistake(f"--out {arguments.out}: is a folder; name a file")
+    if arguments.other is None:
+        return _again(arguments.run, arguments.out)
+    return _compared(arguments.run, arguments.other, arguments.out)
+
+
+def _compared(first: Path, second: Path, out: Path | None) -> int:
+    """Figures side by side on stdout, plots in a page."""
+    from tools.page import compare
+
+    runs = compare.read(first), compare.read(second)
+    path = out or first / f"compare-{runs[1].name}.html"
+    names = [run.name for run in runs]
+    print(compare.render(names, compare.rows(runs[0].summary, runs[1].summary)))
+    print(f"\nreport: {compare.write(*runs, path)}")
+    return 0
+
+
+def _again(folder: Path, out: Path | None) -> int:
+    """Everything that a run's log tells, anew."""
     from tools.folder import LOG, SCENARIO
     from tools.results import assemble
     from tools.results.text import missed, render
 
-    folder = arguments.run
-    if not folder.is_dir():
-        raise Mistake(f"{folder}: no such run folder")
     for name in (SCENARIO, LOG):
         if not (folder / name).is_file():
             reason = "; a run without a log cannot be reported again" if name == LOG else ""
@@ -33,20 +61,21 @@ def run(arguments: Namespace) -> int:
     summary = assemble.write(folder, facts, digests)
     print(render(summary))
     print()
-    lines = draw(folder, facts, summary, digests) + missed(summary)
+    lines = draw(folder, facts, summary, digests, out) + missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 1 if lines else 0
 
 
-def draw(folder: Path, facts, summary, digests) -> list[str]:
+def draw(folder: Path, facts, summary, digests, out: Path | None = None) -> list[str]:
     """report.html, its path on stdout; a line if it cannot be written: the figures are safe by then."""
     from tools.folder import SUMMARY
     from tools.page import report
 
+    path = out or folder / report.REPORT
     try:
-        print(f"report:     {report.write(folder, facts, summary, digests)}")
+        report.write(folder, facts, summary, digests, path)
     except OSError as error:
-        where = error.filename or folder / report.REPORT
-        return [f"{where}: {error.strerror}; the figures are in {SUMMARY}"]
+        return [f"{error.filename or path}: {error.strerror}; the figures are in {SUMMARY}"]
+    print(f"report:     {path}")
     return []

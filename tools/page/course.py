@@ -57,7 +57,7 @@ def dilution(craft: Craft) -> Plot:
     return Plot(
         "Dilution of precision",
         "Over all measurements of the fix, as published; and as computed here with every satellite once.",
-        {"data": traces, "layout": layout(time_axis(craft.t_ns), axis("PDOP", type="log"))},
+        {"data": traces, "layout": layout(time_axis(craft.t_ns), axis("PDOP", type="log", dtick="D2"))},
     )
 
 
@@ -127,11 +127,12 @@ def strength(craft: Craft) -> Plot:
         data.append(line(names[receiver - 1], moments(s.t_ns), numbers(s.mean), colour, **on))
         axes[numbered("yaxis", i)] = axis(names[receiver - 1], domain=domain, nticks=4, matches="y")
     del axes["yaxis"]["matches"]
+    lowest = numbered("y", len(names) - 1)
     return Plot(
         title, "By antenna [dBHz]: mean of its channels; the band is from the weakest to the strongest.",
         {"data": data, "layout": axes | {"showlegend": False,
-                                         "xaxis": time_axis(craft.t_ns, anchor=numbered("y", len(names) - 1))}},
-        height=140 + 85 * len(names),
+                                         "xaxis": time_axis(craft.t_ns, anchor=lowest)}},
+        height=110 + 75 * len(names), wide=True,
     )  # fmt: skip
 
 

@@ -32,8 +32,9 @@ def covariance(sigma_m: Vectors, rho: Vectors) -> NDArray[np.float64]:
 
 
 def sigmas_along(axes: Vectors, covariance_m2: NDArray[np.float64]) -> Vectors:
-    """(n, 3) standard deviations [m] along the rows of axes (n, 3, 3)."""
-    return np.sqrt(np.einsum("nij,njk,nik->ni", axes, covariance_m2, axes))
+    """(n, 3) standard deviations [m] along the rows of axes (n, 3, 3); nan where it is no covariance."""
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(np.einsum("nij,njk,nik->ni", axes, covariance_m2, axes))
 
 
 def inertial(position_ecef_m: Vectors, t_ns: NDArray[np.int64]) -> Vectors:

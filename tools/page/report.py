@@ -17,6 +17,7 @@ from tools.folder import SCENARIO, TRUTH
 from tools.page import assignment, course, figures, maps, skies
 from tools.page.craft import Craft, gather
 from tools.page.document import Page, card, note
+from tools.page.figure import Plot
 from tools.results import truth
 from tools.results.digest import Digest
 
@@ -24,27 +25,33 @@ REPORT = "report.html"
 
 
 def write(
-    folder: Path, facts: Mapping[str, Any], summary: Mapping[str, Any], digests: Mapping[str, Digest]
-) -> Path:
-    """The report of a run whose tables and summary are written; its path."""
+    folder: Path,
+    facts: Mapping[str, Any],
+    summary: Mapping[str, Any],
+    digests: Mapping[str, Digest],
+    path: Path,
+) -> None:
+    """The report of a run whose tables and summary are written."""
     scenario = scenarios.parse(scenarios.read(folder / SCENARIO), str(folder / SCENARIO))
     known = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     channels = folder / "channels.parquet"
     page = Page(f"{summary['scenario']}: report")
     _head(page, scenario, summary)
+    latency = summary["epoch_latency_ms"]
+    bench = course.latency(facts.get("latency_histogram", []), latency["p50"], latency["p99"])
+    alone = len(scenario.craft) == 1
     for craft in scenario.craft:
         name = craft.name
         rows = known.of(name) if known is not None and name in known.craft else np.zeros(0)
         vehicle = vehicles.load(scenarios.vehicle_path(craft, folder / SCENARIO))
         table = channels if channels.exists() else None
         gathered = gather(name, vehicle, summary["epoch_interval_s"], digests[name], rows, table)
-        _craft(page, gathered, summary)
-    latency = summary["epoch_latency_ms"]
-    page.add("<h2>Bench</h2>")
-    page.add_plots([course.latency(facts.get("latency_histogram", []), latency["p50"], latency["p99"])])
+        _craft(page, gathered, summary, [bench] if alone else [])
+    if not alone:
+        page.add("<h2>Bench</h2>")
+        page.add_plots([bench])
     page.add(_foot(folder, known is not None, channels.exists()))
-    page.write(folder / REPORT)
-    return folder / REPORT
+    page.write(path)
 
 
 def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
@@ -67,7 +74,7 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
     page.add(f'<div class="grid">{"".join(judged)}</div>')
 
 
-def _craft(page: Page, craft: Craft, s: Mapping[str, Any]) -> None:
+def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> None:
     own = s["craft"][craft.name]
     page.add(f"<h2>Craft {escape(craft.name)}, vehicle {escape(craft.vehicle.name)}</h2>")
     page.add(figures.tiles(figures.craft_tiles(own, s["epochs"])))
@@ -80,7 +87,7 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any]) -> None:
         [
             course.position_error(craft), course.satellites(craft), course.dilution(craft),
             maps.ground_track(craft), maps.orbit(craft), course.strength(craft), course.load(craft),
-            course.faults(craft),
+            *more, course.faults(craft),
         ],
         craft.name,
     )  # fmt: skip

@@ -19,9 +19,9 @@ _SIZES = (3, 3, 4)
 LEGEND = (
     '<span style="color:var(--idle)">\u25cf</span> tracked by nobody &ensp; '
     '<span style="color:var(--other)">\u25cf</span> by another antenna &ensp; '
-    '<span style="color:var(--antenna-1)">\u25cf</span> by this antenna, in its colour; named where it was at '
-    "the end &ensp; \u2508 mask. Rings: angle off the boresight, every 30\u00b0; round it the body's sides. "
-    "Satellites behind the Earth are left out."
+    '<span style="color:var(--antenna-1)">\u25cf</span> by this antenna, in its colour; '
+    "named where it was at the end &ensp; \u2508 mask. Rings: angle off the boresight, every 30\u00b0; "
+    "round it the body's sides. Satellites behind the Earth are left out."
 )
 
 
@@ -87,4 +87,5 @@ def _polar(craft: Craft, antenna: int, rows: np.ndarray, **more) -> Json:
 def _mask(mask_deg: float) -> Json:
     theta = np.linspace(0, 360, 121)
     return {"type": "scatterpolar", "mode": "lines", "r": numbers(np.full(121, mask_deg)),
-            "theta": numbers(theta), "hoverinfo": "skip", "line": {"color": "--soft", "width": 1, "dash": "dot"}}  # fmt: skip
+            "theta": numbers(theta), "hoverinfo": "skip",
+            "line": {"color": "--soft", "width": 1, "dash": "dot"}}  # fmt: skip
