@@ -18,6 +18,7 @@ from pydantic import Field, ValidationError, create_model, field_validator, mode
 from dbc import gpstime, vehicle
 from dbc.vehicle import Strict, faults
 from emulator.factors.registry import FACTORS
+from emulator.receivers.search import RULES
 
 Positive = Annotated[float, Field(gt=0)]
 Angle = Annotated[float, Field(ge=-360, le=360)]
@@ -119,7 +120,7 @@ class Attitude(Strict):
 class Receivers(Strict):
     """How the emulated receivers behave; times of acquisition by state of knowledge."""
 
-    autonomous: Literal["elevation", "boresight", "prn"] = "elevation"
+    autonomous: Literal[tuple(RULES)] = "elevation"
     hot_s: Annotated[float, Field(ge=0, le=120)] = 1.0
     warm_s: Annotated[float, Field(ge=0, le=120)] = 3.0
     cold_s: Annotated[float, Field(ge=0, le=600)] = 12.0

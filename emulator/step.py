@@ -48,7 +48,8 @@ def _craft_step(
     """The receivers of one craft: hear, choose, track, measure, send."""
     t_ns, sky, paper = scene.t_ns, scene.sky, craft.stationery
     channels, counters, refused, answers = _hear(world, craft, unit, scene, heard, epoch)
-    target = search.choose(craft.rule, channels, scene.signal & sky.healthy, scene.view, sky.index)
+    renews = search.renews(t_ns, world.interval_ns)
+    target = search.choose(craft.rule, channels, scene.signal & sky.healthy, scene.view, sky.index, renews)
     channels = retarget(channels, channels.commanded, target, t_ns)
     channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns)
     words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.factors else None

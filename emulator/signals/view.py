@@ -29,12 +29,14 @@ class View:
     sin_elevation   (n,) sine of the height above the plane normal to the radius
     ray_height_m    (n,) least height of the ray above the ellipsoid; inf where it only rises or only falls
     angle_rad       (m, n) off boresight
+    los_ecef        (n, 3) unit vectors from the centre of mass
     """
 
     distance_m: Array
     sin_elevation: Array
     ray_height_m: Array
     angle_rad: Array
+    los_ecef: Array
 
 
 def look(satellites: Motion, pos_ecef_m: Array, antennas: Antennas) -> View:
@@ -45,7 +47,7 @@ def look(satellites: Motion, pos_ecef_m: Array, antennas: Antennas) -> View:
     los = towards / distance_m[:, None]
     up = pos_ecef_m / np.sqrt(pos_ecef_m @ pos_ecef_m)
     height_m = ray_height_m(pos_ecef_m, towards)
-    return View(distance_m, los @ up, height_m, angles_rad(antennas.boresight, los))
+    return View(distance_m, los @ up, height_m, angles_rad(antennas.boresight, los), los)
 
 
 def angles_rad(boresight: Array, los: Array) -> Array:

@@ -19,17 +19,20 @@ VIEW = View(
     np.array([0.9, 0.8, 0.1, 0.5, 0.3]),
     np.full(5, np.inf),
     np.array([[1.2, 0.1, 0.2, 0.5, 0.4], [0.3, 1.0, 0.9, 0.8, 0.1]]),
+    np.tile([0.0, 0.0, 1.0], (5, 1)),
 )
 ALL = np.ones((2, 5), bool)
 
 
 def chosen(rule, channels=None, eligible=ALL):
     channels = channels or c.fresh_channels(COUNTS)
-    return search.choose(search.RULES[rule], channels, eligible, VIEW, INDEX).tolist()
+    return search.choose(search.RULES[rule], channels, eligible, VIEW, INDEX, True).tolist()
 
 
 def test_scenarios_offer_exactly_the_rules():
     assert set(get_args(scenario.Receivers.model_fields["autonomous"].annotation)) == set(search.RULES)
+    with pytest.raises(scenario.ScenarioError, match=r"autonomous: .*'elevation'.*'gdop', found 'chance'"):
+        scenario.parse(bench.document(bench.craft(receivers={"autonomous": "chance"})), "test")
 
 
 def test_rules():
@@ -72,6 +75,12 @@ def test_by_elevation_all_receivers_want_nearly_the_same(tracked):
 
 def test_by_boresight_they_spread(tracked):
     assert len(set.union(*tracked["boresight"])) >= 10
+
+
+def test_by_dilution_they_spread_and_fill_their_channels(tracked):
+    """Independent simulations: 10 to 17.5 distinct satellites for all rules but elevation."""
+    assert 10 <= len(set.union(*tracked["gdop"])) <= 18
+    assert [len(names) for names in tracked["gdop"]] == [6, 6, 6, 6]
 
 
 def test_by_number_gps_comes_first(tracked):
