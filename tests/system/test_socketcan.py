@@ -49,6 +49,7 @@ def kernels() -> set[str]:
 @pytest.mark.slow
 def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
     suites = ["tests/conformance", "tests/system/test_socketcan_inside.py"]
+    suites += ["tests/system/test_receiver_py_inside.py"]
     done = shell(
         sys.executable, "-m", "pytest", "-q", "-rA", "-m", "socketcan", "-p", "no:cacheprovider", *suites,
         timeout_s=600, cwd=ROOT,
@@ -56,7 +57,15 @@ def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
     print(done.stdout, done.stderr)
     assert done.returncode == 0
     assert "skipped" not in done.stdout
-    for must in ("[socketcan]", "[socketcan_by_pythoncan]", "candump_hears", "two_processes_fly", "in_c_flies", "in_c_outlives"):
+    for must in (
+        "[socketcan]",
+        "[socketcan_by_pythoncan]",
+        "candump_hears",
+        "two_processes_fly",
+        "in_c_flies",
+        "in_c_outlives",
+        "python_receiver_flies",
+    ):
         assert must in done.stdout
 
 

@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "gnss.h"
-#include "vec.h"
+#include "measure.h"
+#include "sky.h"
 
 /* Another run: nothing of the last one is known but the vehicle. */
 static void forget(struct flight *flight)

@@ -27,8 +27,8 @@ static void protect(struct outbox *outbox, struct can_frame *frame, unsigned ite
     e2e_protect(&outbox->streams, frame->can_id, item, outbox->epoch, frame->data);
 }
 
-/* A number in quotes of a signal becomes raw by the generated encoder. A value that does not fit must not be sent
- * (docs/contract.md, Bus): the frame is dropped. */
+/* Packs and protects a message. A value that does not fit its signal must not be sent (docs/contract.md, Bus): the
+ * frame is dropped. */
 #define PACK(outbox, message, ID, item, raw, fits) \
     do { \
         struct can_frame *frame = next_frame(outbox, GNSS_##ID##_FRAME_ID); \

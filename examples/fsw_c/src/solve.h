@@ -23,12 +23,6 @@ struct fix {
     uint32_t used[MAX_RECEIVERS];   /* bit k: channel k is in the fix */
 };
 
-/* Whether a channel's measurements may be used: all ten frames came, tracking is full, and so on. */
-bool channel_usable(const struct channel *channel);
-
-/* Body axes from ECEF; false where the epoch brought no attitude. */
-bool epoch_attitude(const struct epoch *epoch, double body_from_ecef[3][3]);
-
 /* start_m: where to begin; the Earth's centre will do. */
 void solve(const struct vehicle *vehicle, const struct intake *intake, const double start_m[3], struct fix *fix);
 
