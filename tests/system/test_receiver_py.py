@@ -9,7 +9,9 @@ import ast
 import json
 import os
 import random
+import shlex
 import socket
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -26,11 +28,33 @@ from dbc.generate import dbc_text
 from dbc.link.hub import Hub, PrivateFolder
 from dbc.vehicle import find
 from tests.system.feeder import DONE, HEARTBEAT, pack
-from tests.system.receiver_py import EXAMPLE, played, start
+from tests.system.receiver_py import EXAMPLE, PROGRAM, VEHICLE, start
+from tools.cli import main
 
 EPOCHS = 310
 AGREEMENT_M = 0.01
 COMMAND = 0x020
+AXES = ("x_ecef_m", "y_ecef_m", "z_ecef_m")
+SPEEDS = ("vx_ecef_mps", "vy_ecef_mps", "vz_ecef_mps")
+
+
+def played(folder: Path, epochs: int, *more: str) -> pl.DataFrame:
+    """A run with the example as emulator, into folder/run: `errors` of the fixes."""
+    truth, run = folder / "truth.csv", folder / "run"
+    command = shlex.join([sys.executable, str(PROGRAM), str(truth)])
+    words = ["--vehicle", str(VEHICLE), "--duration", str(epochs), "--out", str(run), "--quiet", *more]
+    assert main(["run", "soyuz", "--emulator", command, *words]) == 0
+    return errors(pl.read_parquet(run / "fixes.parquet"), truth)
+
+
+def errors(fixes: pl.DataFrame, truth: Path) -> pl.DataFrame:
+    """Distances of fixes from the truth file, nan where there was no fix: position_m, velocity_mps."""
+    both = fixes.join(pl.read_csv(truth).cast(pl.Float64), on="t_gps_s", suffix="_true")
+
+    def distance(names):
+        return sum((pl.col(name) - pl.col(f"{name}_true")) ** 2 for name in names).sqrt()
+
+    return both.select("t_gps_s", "valid", position_m=distance(AXES), velocity_mps=distance(SPEEDS))
 
 
 @pytest.fixture(scope="module")
