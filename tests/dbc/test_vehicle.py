@@ -64,7 +64,5 @@ def test_shipped_vehicles_are_found_by_name(tmp_path):
     assert find("soyuz-ms") == find("soyuz-ms.toml")
     (tmp_path / "soyuz-ms.toml").write_text(TEXT)
     assert find("soyuz-ms.toml", tmp_path) == tmp_path / "soyuz-ms.toml"
-    with pytest.raises(
-        VehicleError, match=r"vehicle 'mir': no such file; shipped are soyuz-ms-4clocks, soyuz-ms"
-    ):
+    with pytest.raises(VehicleError, match=r"vehicle 'mir': no such file; shipped are .*soyuz-ms-4clocks"):
         find("mir", tmp_path)

@@ -140,7 +140,7 @@ unknown option in the file
     policy 'patent': hysterisis_deg: unknown key
 vehicle of the file missing
     $ run {no_vehicle}.toml
-    vehicle 'sojuz-ms\.toml': no such file; shipped are soyuz-ms
+    vehicle 'sojuz-ms\.toml': no such file; shipped are .*soyuz-ms
 unknown figure expected
     $ run {expectation}.toml
     expect\.soyuz\.satelites\.mean: no such figure
