@@ -7,7 +7,6 @@ in light, in dark and on paper.
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,25 +96,3 @@ def stacked(rows: int, gap: float = 0.04) -> list[list[float]]:
 def numbered(name: str, i: int) -> str:
     """plotly's name of the i-th axis, 0-based: yaxis, yaxis2, ..."""
     return name if i == 0 else f"{name}{i + 1}"
-
-
-def band(name: str, x: NDArray, low: NDArray, high: NDArray, colour: str, **more) -> list[Json]:
-    """Two traces that fill what is between them."""
-    edge = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip", "showlegend": False}
-    t = moments(x)
-    return [
-        {"type": "scatter", "x": t, "y": numbers(low), **edge, **more},
-        {"type": "scatter", "x": t, "y": numbers(high), **edge, "fill": "tonexty", "fillcolor": colour,
-         "name": name} | more,
-    ]  # fmt: skip
-
-
-def shared_legend(rows: Sequence[Json]) -> list[Json]:
-    """Traces of the same name once in the legend."""
-    seen: set[str] = set()
-    out = []
-    for row in rows:
-        first = row.get("name", "") not in seen
-        seen.add(row.get("name", ""))
-        out.append({"showlegend": first, "legendgroup": row.get("name", "")} | row)
-    return out
