@@ -68,6 +68,11 @@ class Layout:
         return attributes["E2EStreamKey"].value if "E2EStreamKey" in attributes else ""
 
     @property
+    def repeats(self) -> bool:
+        """Whether its messages are named after their sender, even if there is only one of them."""
+        return self.messages[0].name != self.name
+
+    @property
     def sent(self) -> str:
         return SENT[KIND_BY_NAME[self.name].cycle]
 

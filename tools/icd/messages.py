@@ -99,8 +99,8 @@ def _message(contract: Contract, layout: Layout, group: Group) -> Markup:
 
 
 def _own_anchor(layout: Layout) -> Markup | None:
-    """Identifier of a layout that only one message has; that message's anchor is the section's."""
-    return code_id(layout.messages[0].frame_id) if len(layout.messages) == 1 else None
+    """Identifier of a layout that is one message; that message's anchor is the section's."""
+    return None if layout.repeats else code_id(layout.messages[0].frame_id)
 
 
 def _facts(layout: Layout) -> Markup:
@@ -115,7 +115,7 @@ def _facts(layout: Layout) -> Markup:
         ),
         ("length", f"{first.length} bytes"),
     ]
-    if len(layout.messages) == 1:
+    if not layout.repeats:
         facts.insert(0, ("from, to", text((_senders(layout), " → ", _join(readers(first))))))
         return _definitions(facts)
     rows = (

@@ -1,0 +1,74 @@
+"""The page in headless Chromium: silent, drawn, and printable.
+
+Where there is no Chromium this skips, loudly; with GNSS_HIL_REQUIRE_CHROMIUM set it fails.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.tools.icd.pages import page
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(autouse=True)
+def _browser():
+    if not CHROMIUM:
+        reason = "no Chromium: the interface control document is not opened in a browser"
+        (pytest.fail if os.environ.get("GNSS_HIL_REQUIRE_CHROMIUM") else pytest.skip)(reason)
+
+
+def opened(folder: Path, html: str, *options: str) -> subprocess.CompletedProcess:
+    file = folder / "page.html"
+    file.write_text(html, "utf-8")
+    common = (
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--enable-logging=stderr",
+        "--window-size=1440,900",
+    )
+    profile = f"--user-data-dir={folder / 'profile'}"
+    return subprocess.run(
+        [CHROMIUM, *common, profile, *options, file.as_uri()], capture_output=True, text=True, timeout=120
+    )
+
+
+def console(done: subprocess.CompletedProcess) -> list[str]:
+    return re.findall(r"CONSOLE.*", done.stderr)
+
+
+def test_it_opens_without_a_word_on_the_console(tmp_path):
+    done = opened(tmp_path, page(), "--dump-dom")
+    assert done.returncode == 0, done.stderr
+    assert console(done) == []
+    assert done.stdout.count("data-bit=") == page().count("data-bit=") > 2000
+
+
+def test_a_word_on_the_console_would_be_heard(tmp_path):
+    done = opened(
+        tmp_path, page().replace("</main>", "<script>console.error('ouch')</script></main>"), "--dump-dom"
+    )
+    assert len(console(done)) == 1
+
+
+def test_nothing_is_wider_than_a_phone(tmp_path):
+    """Wide tables scroll in their own frames; the page itself does not."""
+    script = "document.title = document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    narrow = page().replace("</main>", f"</main><script>{script}</script>")
+    done = opened(tmp_path, narrow, "--dump-dom", "--window-size=500,900")
+    assert re.search(r"<title>(-?\d+)</title>", done.stdout)[1] == "0"
+
+
+def test_it_prints(tmp_path):
+    paper = tmp_path / "icd.pdf"
+    done = opened(tmp_path, page(), f"--print-to-pdf={paper}", "--no-pdf-header-footer")
+    assert done.returncode == 0, done.stderr
+    assert 20 < paper.read_bytes().count(b"/Type /Page\n") < 80
