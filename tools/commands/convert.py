@@ -48,10 +48,16 @@ def run(arguments: Namespace) -> int:
     finally:
         ticker.close()
     print(f"{out}: {done.frames} frames")
-    for reason, count in done.omitted.items():
-        print(f"{PROGRAM}: {source}: {count} {reason} frames left out", file=sys.stderr)
-    for reason, count in done.strayed.items():
-        print(f"{PROGRAM}: {source}: {count} frames {reason}", file=sys.stderr)
-    for name, other in done.renamed.items():
-        print(f"{PROGRAM}: {out}: bus {name} comes back as {other}", file=sys.stderr)
+    for line in _remarks(source, out, done):
+        print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 0
+
+
+def _remarks(source: Path, out: Path, done) -> list[str]:
+    """What is not in the new file as it was in the old one."""
+    return [
+        *([f"{source}: {done.complaint}"] if done.complaint else []),
+        *(f"{source}: frames left out: {count} {reason}" for reason, count in done.omitted.items()),
+        *(f"{source}: {count} frames {reason}" for reason, count in done.strayed.items()),
+        *(f"{out}: bus {name} comes back as {other}" for name, other in done.renamed.items()),
+    ]

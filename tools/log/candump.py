@@ -39,7 +39,8 @@ _OCTET = (
 NAME_BYTES = 15
 """Longest name of a bus: IFNAMSIZ less the closing zero."""
 
-FD = "CAN FD"
+FD, CUT = "CAN FD", "cut short"
+"""Why frames are left out."""
 
 _LINE = re.compile(
     rb"\((\d{1,12})\.(\d{6})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
@@ -219,3 +220,5 @@ def read_chunks(
             text = whole + newline
             yield parse_lines(text, f"{origin} (after line {lines})" if lines else origin, omitted)
             lines += text.count(b"\n")
+    if rest and omitted is not None:
+        omitted[CUT] += 1

@@ -15,13 +15,15 @@ from tools.log.recording import Channels, Recording, format_of, open_writer
 @dataclass(slots=True)
 class Converted:
     """frames   written
-    omitted  by reason: what the formats cannot hold
+    omitted  by reason: frames that could not be read or have no place in this bench
+    complaint  of the input as a whole
     strayed  by reason: frames that are there, but not where they should be
     renamed  buses that come back under another name
     """
 
     frames: int = 0
     omitted: Counter[str] = field(default_factory=Counter)
+    complaint: str = ""
     strayed: Counter[str] = field(default_factory=Counter)
     renamed: dict[str, str] = field(default_factory=dict)
 
@@ -53,7 +55,7 @@ def convert(
         with suppress(OSError):
             draft.unlink(missing_ok=True)
         raise
-    done.omitted.update(recording.omitted)
+    done.omitted, done.complaint = +recording.omitted, recording.complaint
     if not kind.named:
         done.renamed = channels.renamed
     return done

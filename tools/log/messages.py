@@ -11,7 +11,7 @@ import numpy as np
 
 from dbc.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, SFF_MASK, WIDTH, FrameBatch
 from dbc.link.pythoncan import from_messages, to_messages
-from tools.log.candump import FD, LogError, Piece
+from tools.log.candump import CUT, FD, LogError, Piece
 
 if TYPE_CHECKING:
     import can
@@ -24,13 +24,16 @@ _LATEST_S = 1e11
 
 
 def pieces_of(messages: Iterable[can.Message], origin: str, omitted: Counter[str]) -> Iterator[Piece]:
-    """Pieces of a recording that python-can reads; channel n is the bus `cann`. FD frames are only counted."""
+    """Pieces of a recording that python-can reads; channel n is the bus `can{n}`.
+
+    CAN FD frames, and those with less data than they announce, are counted and left out.
+    """
     messages = iter(messages)
     while chunk := list(islice(messages, MESSAGES)):
         classical = [m for m in chunk if not m.is_fd]
-        if len(classical) < len(chunk):
-            omitted[FD] += len(chunk) - len(classical)
-        yield _piece(classical, origin)
+        whole = [m for m in classical if len(m.data) >= min(m.dlc, WIDTH) or m.is_remote_frame]
+        omitted.update({FD: len(chunk) - len(classical), CUT: len(classical) - len(whole)})
+        yield _piece(whole, origin)
 
 
 def _piece(messages: list[can.Message], origin: str) -> Piece:

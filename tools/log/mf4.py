@@ -1,11 +1,13 @@
 """ASAM MDF 4 (.mf4) through asammdf, an extra: bus logging as the standard names its channels.
 
-Written whole pieces at a time; python-can's writer, which appends frame by frame, takes a thousand times longer.
+Written whole pieces at a time; python-can's writer appends frame by frame.
 """
 
 from __future__ import annotations
 
+import gc
 import logging
+import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,7 +16,7 @@ import numpy as np
 
 from dbc.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, WIDTH
 from tools.errors import Missing
-from tools.log.candump import Piece
+from tools.log.candump import LogError, Piece
 
 HINT = "MF4 needs the package asammdf: pip install 'gnss-hil[mf4]'"
 
@@ -36,6 +38,33 @@ def require() -> None:
         import asammdf  # noqa: F401
     except ImportError:
         raise Missing(HINT) from None
+
+
+def open_reader(path: Path):
+    """python-can's reader. What asammdf leaves of a damaged file complains on stderr when it is collected."""
+    require()
+    hook, sys.unraisablehook = sys.unraisablehook, lambda unraisable: None
+    try:
+        reader, fault = _attempt(path)
+        if fault:
+            gc.collect()
+    finally:
+        sys.unraisablehook = hook
+    if fault:
+        raise LogError(f"{path}: not ASAM MDF 4, or damaged: {fault}")
+    return reader
+
+
+def _attempt(path: Path):
+    """A reader and "", or None and why there is none."""
+    import can
+
+    try:
+        return can.MF4Reader(path), ""
+    except OSError:
+        raise
+    except Exception as error:  # a parser of somebody else's on an untrusted file
+        return None, " ".join(str(error).split()) or type(error).__name__
 
 
 class Mf4Writer:

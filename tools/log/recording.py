@@ -3,8 +3,8 @@
 What a format cannot hold, besides CAN FD frames, which are counted and left out:
 
     .log  candump       nothing is lost
-    .asc  Vector ASC    names of buses (channel 1 is can0); of an error frame all but its time and bus; the time
-                        zone (local time, as Vector has it)
+    .asc  Vector ASC    names of buses (channel 1 is can0); of an error frame all but its time and bus;
+                        the time zone (local time, as Vector has it)
     .blf  Vector BLF    names of buses
     .mf4  ASAM MDF 4    names of buses; the order of data, error and remote frames of the same microsecond
 """
@@ -14,17 +14,15 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol
-
-import numpy as np
+from typing import Any, Protocol
 
 from tools.errors import Mistake
-from tools.log.candump import LogError, Piece, format_lines, read_chunks
+from tools.log.candump import LogError, Piece, read_chunks
 
 
 class Writer(Protocol):
@@ -39,8 +37,8 @@ class Writer(Protocol):
 class Format:
     """A way to keep a recording.
 
-    reader  python-can's class, None where we read ourselves
-    writer  module and class of ours, or python-can's
+    reader  class of tools.log.foreign, None where we read ourselves
+    writer  module and class
     named   keeps the names of buses, and frames in any order
     """
 
@@ -51,10 +49,10 @@ class Format:
 
 
 FORMATS = {
-    ".log": Format("candump", None, ("tools.log.recording", "CandumpWriter"), named=True),
-    ".asc": Format("Vector ASC", "ASCReader", ("tools.log.asc", "AscWriter")),
-    ".blf": Format("Vector BLF", "BLFReader", ("tools.log.recording", "BlfWriter")),
-    ".mf4": Format("ASAM MDF 4", "MF4Reader", ("tools.log.mf4", "Mf4Writer")),
+    ".log": Format("candump", None, ("tools.log.writers", "CandumpWriter"), named=True),
+    ".asc": Format("Vector ASC", "AscReader", ("tools.log.asc", "AscWriter")),
+    ".blf": Format("Vector BLF", "BlfReader", ("tools.log.writers", "BlfWriter")),
+    ".mf4": Format("ASAM MDF 4", "Mf4Reader", ("tools.log.mf4", "Mf4Writer")),
 }
 
 
@@ -70,12 +68,14 @@ def format_of(path: Path) -> Format:
 class Recording:
     """A recording to be read, several times if need be.
 
-    omitted  frames that the last reading left out, by reason
-    share    of the file that has been read, 0 to 1; None where the format does not tell
+    omitted    frames that the last reading left out, by reason
+    complaint  what is wrong with the file as a whole, known when it has been read; "" if nothing is
+    share      of the file that has been read, 0 to 1; None where the format does not tell
     """
 
     path: Path
     omitted: Counter[str] = field(default_factory=Counter)
+    complaint: str = ""
     share: float | None = None
 
     def __post_init__(self) -> None:
@@ -86,7 +86,7 @@ class Recording:
     def pieces(self) -> Iterator[Piece]:
         """All frames; LogError tells where the file is none of its format."""
         self.omitted.clear()
-        self.share = None
+        self.complaint, self.share = "", None
         reader = format_of(self.path).reader
         return self._candump() if reader is None else self._foreign(reader)
 
@@ -98,40 +98,35 @@ class Recording:
                 yield piece
 
     def _foreign(self, name: str) -> Iterator[Piece]:
-        import can
-
         from tools.log.messages import pieces_of
 
-        if name == "MF4Reader":
-            import_module("tools.log.mf4").require()
-        more = {"relative_timestamp": False} if name == "ASCReader" else {}
-        reader, told = None, 0
+        told, size = 0, max(self.path.stat().st_size, 1)
         try:
-            reader = getattr(can, name)(self.path, **more)
-            for piece in pieces_of(reader, str(self.path), self.omitted):
-                self.share = _share(reader, self.path)
-                told += len(piece[0])
-                yield piece
-        except (LogError, OSError, MemoryError):
+            reader = getattr(import_module("tools.log.foreign"), name)(self.path)
+            with closing(_Stopping(reader)):
+                for piece in pieces_of(reader, str(self.path), self.omitted):
+                    at = reader.tell()
+                    self.share = None if at is None else at / size
+                    told += len(piece[0])
+                    yield piece
+                self.complaint = reader.complaint()
+        except (LogError, OSError, MemoryError, Mistake):
             raise
-        except Exception as error:  # whatever a parser of somebody else's makes of a damaged file
+        except Exception as error:  # whatever somebody else's parser makes of a damaged file
             said = " ".join(str(error).split()) or type(error).__name__
             what = format_of(self.path).name
             raise LogError(f"{self.path}: not {what}, or damaged after {told} frames: {said}") from None
-        finally:
-            if reader is not None:
-                with suppress(Exception):  # of a damaged file
-                    reader.stop()
 
 
-def _share(reader, path: Path) -> float | None:
-    """How far a reader of python-can is in its file."""
-    stream = getattr(reader, "file", None)
-    stream = getattr(stream, "buffer", stream)  # a text file does not tell while it is iterated
-    try:
-        return stream.tell() / max(path.stat().st_size, 1)
-    except (AttributeError, OSError, ValueError):
-        return None
+@dataclass(frozen=True, slots=True)
+class _Stopping:
+    """Closes a reader of python-can, whatever it is in the middle of."""
+
+    reader: Any
+
+    def close(self) -> None:
+        with suppress(Exception):  # of a damaged file: the fault is told already
+            self.reader.stop()
 
 
 class Channels(dict[bytes, int]):
@@ -155,50 +150,3 @@ def open_writer(path: Path, kind: Format, channels: Mapping[bytes, int]) -> Writ
     """A writer of a format on a file of any name."""
     module, name = kind.writer
     return getattr(import_module(module), name)(path, channels)
-
-
-class CandumpWriter:
-    """Text of `candump -l`."""
-
-    def __init__(self, path: Path, channels: Mapping[bytes, int]):
-        self._file = path.open("wb")
-
-    def write(self, piece: Piece) -> None:
-        unix_us, bus, frames = piece
-        names = np.unique(bus).tolist()
-        if len(names) == 1:
-            self._file.write(format_lines(unix_us, frames, names[0].decode()))
-            return
-        lines = np.empty(len(frames), object)
-        for name in names:
-            mine = bus == name
-            text = format_lines(unix_us[mine], frames[mine], name.decode())
-            lines[mine] = text.splitlines(keepends=True)
-        self._file.write(b"".join(lines))
-
-    def close(self) -> None:
-        self._file.close()
-
-
-class BlfWriter:
-    """python-can's writer of Vector's binary log."""
-
-    def __init__(self, path: Path, channels: Mapping[bytes, int]):
-        import can
-
-        self._channels = channels
-        self._log = can.BLFWriter(path)
-
-    def write(self, piece: Piece) -> None:
-        from tools.log.messages import messages_of
-
-        for message in messages_of(piece, self._channels):
-            self._log.on_message_received(message)
-
-    def close(self) -> None:
-        self._log.stop()
-
-
-def buses_of(pieces: Sequence[Piece]) -> list[str]:
-    """Names of the buses in pieces, in order."""
-    return sorted({name.decode() for _, bus, _ in pieces for name in set(bus.tolist())})
