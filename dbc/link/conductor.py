@@ -17,6 +17,11 @@ SLICE_S = 0.1
 """Longest wait at a stretch, so that a signal is noticed."""
 
 
+GREETINGS, GREETINGS_APART_S = 4, 0.05
+"""A node that announces itself so often, at least so far apart, instead of answering has started anew: it did
+not hear the block and never will. Those that it sent before it heard the block come all at once, or fewer."""
+
+
 class MissingNodes(Exception):
     """The barrier's limit passed; the message says who is missing."""
 
@@ -135,9 +140,12 @@ class Conductor:
         end_s = sent_s + self._limit_s
         repeat_s = sent_s + self._repeat_s
         wait_s = min(SLICE_S, self._limit_s)
-        while not exchange.hear(link.receive(wait_s)):
+        greetings, greeted_s = 0, sent_s
+        while not exchange.hear(frames := link.receive(wait_s)):
             now_s = time.perf_counter()
-            if self._stop() or now_s >= end_s:
+            if exchange.greeted(frames) and now_s >= greeted_s + GREETINGS_APART_S:
+                greetings, greeted_s = greetings + 1, now_s
+            if self._stop() or now_s >= end_s or greetings == GREETINGS:
                 return False
             if now_s >= repeat_s:
                 link.send(exchange.repeat())

@@ -19,6 +19,9 @@ from dbc.link.base import LinkClosed, LinkError, NotYet, frames_from_wire
 FRAME = CAN_FRAME.itemsize
 CHUNK = 1 << 16
 
+SUN_PATH_BYTES = 107
+"""Longest path of a UNIX socket: struct sockaddr_un.sun_path, less the closing zero."""
+
 _GONE = (BrokenPipeError, ConnectionResetError)
 
 

@@ -8,12 +8,13 @@ order. A receiver that falls behind fills its queue; then nobody else is read un
 from __future__ import annotations
 
 import errno
+import math
 import os
 import selectors
-import shutil
 import socket
-import tempfile
+import struct
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -22,15 +23,16 @@ from pathlib import Path
 
 from dbc.frames import WIDTH
 from dbc.link.base import LinkError
-from dbc.link.embedded import CHUNK, FRAME
+from dbc.link.embedded import CHUNK, FRAME, SUN_PATH_BYTES
+from dbc.link.private import PrivateFolder as PrivateFolder
 
 QUEUE_BYTES = 1 << 20
 """A peer with more than this waiting for it holds the others back (65,536 frames)."""
 
-_SUN_PATH_BYTES = 107  # struct sockaddr_un.sun_path, less the closing zero
+ACCEPT_AGAIN_S = 0.2
+"""How long those who connect wait at least where a process has no file descriptor left."""
 
-_PREFIX, _NAME_BYTES = "gnss-hil-", 16
-"""Of private folders, and the room for a socket's name in them."""
+_NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 Tap = Callable[[int, bytes], None]
 """Called in the hub's thread with the sender's number and whole frames, in bus order."""
@@ -41,7 +43,8 @@ PeerWatch = Callable[[int, bool], None]
 
 @dataclass(eq=False, slots=True)
 class _Peer:
-    """One connection. `tail` is the beginning of a frame that has not come whole; `queue` waits to leave."""
+    """One connection. `tail` is the beginning of a frame that has not come whole; `queue` waits to leave;
+    `full_s` is when it began to hold the others back."""
 
     number: int
     sock: socket.socket
@@ -50,6 +53,8 @@ class _Peer:
     queued: int = 0
     deaf: bool = False
     interest: int = selectors.EVENT_READ
+    process: int = 0
+    full_s: float = math.inf
 
     def offer(self, wire: bytes) -> None:
         if self.deaf:
@@ -97,7 +102,8 @@ class Hub:
         self._listener = _listen(self.path)
         self._wake, self._woken = socket.socketpair()
         self._selector = selectors.DefaultSelector()
-        self._selector.register(self._listener, selectors.EVENT_READ, None)
+        self._refusing = False
+        self._listen_on(self._listener)
         self._selector.register(self._woken, selectors.EVENT_READ, self)
         self._thread = threading.Thread(target=self._serve, name=f"hub {self.path.name}", daemon=True)
         self._thread.start()
@@ -111,6 +117,11 @@ class Hub:
     @property
     def peers(self) -> int:
         return len(self._peers)
+
+    def holding_back(self, seconds: float) -> list[tuple[int, int]]:
+        """Number and process of peers that do not read and so have held everybody back for so long."""
+        since_s = time.monotonic() - seconds
+        return [(peer.number, peer.process) for peer in list(self._peers.values()) if peer.full_s <= since_s]
 
     def close(self) -> None:
         """Ends the bus: every peer reads an end of file. May be called twice."""
@@ -129,7 +140,8 @@ class Hub:
             self._shut()
 
     def _turn(self) -> bool:
-        for key, events in self._selector.select():
+        refused = self._refusing
+        for key, events in self._selector.select(ACCEPT_AGAIN_S if self._refusing else None):
             peer = key.data
             if peer is self:
                 return False
@@ -141,6 +153,8 @@ class Hub:
                 self._settle(peer)
             if events & selectors.EVENT_READ and peer.interest & selectors.EVENT_READ:
                 self._read(peer)
+        if refused:
+            self._refuse(False)
         return True
 
     def _accept(self) -> None:
@@ -148,15 +162,26 @@ class Hub:
         while True:
             try:
                 sock, _ = self._listener.accept()
-            except OSError:  # nobody (any more)
+            except OSError as error:  # nobody (any more)
+                if error.errno in _NO_ROOM:
+                    self._refuse(True)
                 return
             sock.setblocking(False)
             self._joined += 1
-            peer = _Peer(self._joined, sock)
+            peer = _Peer(self._joined, sock, process=_process_of(sock))
             self._selector.register(sock, peer.interest, peer)
             self._peers[peer.number] = peer
             self._apply_interest()
             self._watch(peer.number, True)
+
+    def _refuse(self, refusing: bool) -> None:
+        """Let those who connect wait: no file descriptor is left, and the selector would not rest."""
+        if refusing != self._refusing:
+            self._refusing = refusing
+            (self._selector.unregister if refusing else self._listen_on)(self._listener)
+
+    def _listen_on(self, listener: socket.socket) -> None:
+        self._selector.register(listener, selectors.EVENT_READ, None)
 
     def _read(self, peer: _Peer) -> None:
         try:
@@ -201,6 +226,7 @@ class Hub:
         """Brings the selector in line with a peer's queue."""
         full = peer.queued > QUEUE_BYTES
         if full != (peer.number in self._full):
+            peer.full_s = time.monotonic() if full else math.inf
             (self._full.add if full else self._full.discard)(peer.number)
             self._apply_interest()
         elif bool(peer.queue) != bool(peer.interest & selectors.EVENT_WRITE):
@@ -243,9 +269,14 @@ class Hub:
             self.path.unlink()
 
 
+def _process_of(sock: socket.socket) -> int:
+    """Who connected; SO_PEERCRED is pid, uid, gid."""
+    return struct.unpack("=3i", sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))[0]
+
+
 def _listen(path: Path) -> socket.socket:
-    if len(os.fsencode(path)) > _SUN_PATH_BYTES:
-        raise LinkError(f"bus 'embedded:{path}': the path is longer than {_SUN_PATH_BYTES} bytes")
+    if len(os.fsencode(path)) > SUN_PATH_BYTES:
+        raise LinkError(f"bus 'embedded:{path}': the path is longer than {SUN_PATH_BYTES} bytes")
     _clear_away(path)
     sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -271,23 +302,3 @@ def _clear_away(path: Path) -> None:
             path.unlink(missing_ok=True)
         except OSError:
             return  # bind will say what is wrong
-
-
-def _fits(parent: str) -> bool:
-    """Whether a socket's path has room in a private folder within `parent`."""
-    return len(os.fsencode(parent)) + len(f"/{_PREFIX}12345678/") + _NAME_BYTES <= _SUN_PATH_BYTES
-
-
-class PrivateFolder:
-    """A folder of mode 0700 for the bus's socket, removed at the end.
-
-    Where the temporary folder's name is so long that a socket's path would not fit, it is in /tmp.
-    """
-
-    def __enter__(self) -> Path:
-        parent = tempfile.gettempdir()
-        self._path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=parent if _fits(parent) else "/tmp"))
-        return self._path
-
-    def __exit__(self, *_) -> None:
-        shutil.rmtree(self._path, ignore_errors=True)

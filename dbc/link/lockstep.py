@@ -131,6 +131,15 @@ class Exchange:
         self._keep(frames[start:])
         return self.answered
 
+    def greeted(self, frames: FrameBatch) -> bool:
+        """Whether a node that has not answered yet announces itself in these frames."""
+        waiting = [
+            can_id
+            for can_id, answer in zip(self._heartbeat_ids, self._answers, strict=True)
+            if answer is None
+        ]
+        return bool(np.isin(frames.can_id, waiting).any())
+
     @property
     def answered(self) -> bool:
         return all(answer is not None for answer in self._answers)

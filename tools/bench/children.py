@@ -9,12 +9,13 @@ import subprocess
 import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tools.arguments import EXTERNAL
+from tools.bench import leash
 from tools.errors import Failed, Missing, Mistake
 from tools.folder import SCENARIO, TRUTH, RunFolder
 from tools.plan import Plan
@@ -67,13 +68,17 @@ class Child:
         return True
 
     def leave(self) -> None:
-        """End it: asked first, killed when it does not listen."""
+        """End it and what it started: asked first, killed when it does not listen."""
         if self.running:
             self.sent_away = True
-            self.process.terminate()
-            if not self.wait(LEAVE_S):
-                self.process.kill()
-                self.process.wait()
+            self._signal_group(signal.SIGTERM)
+            self.wait(LEAVE_S)
+            self._signal_group(signal.SIGKILL)
+            self.process.wait()
+
+    def _signal_group(self, number: int) -> None:
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, number)
 
 
 def told_of_bus(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
@@ -102,14 +107,16 @@ def start(
     pass_fds: Sequence[int] = (),
 ) -> Child:
     """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order.
+    It is on a leash: if the supervisor dies, it is told to end.
 
     words  file for its stderr; None lets it pass to ours
     told   what it finds in its environment besides ours
     """
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(told or {})}
+    leashed = [sys.executable, "-I", "-S", leash.__file__, str(os.getpid()), *command]
     with nullcontext() if words is None else words.open("wb") as stream:
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
+            leashed, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
             process_group=0,
         )  # fmt: skip
     return Child(name, process, words)

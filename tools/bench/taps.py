@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -47,11 +47,14 @@ def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
 class Ear:
     """What the bus says, from another thread to the supervisor's.
 
+    laggards  peers (number, process) that have held the bus back for so many seconds; a bus of ours knows
+
     Frames come out with the instant they were heard in `t_ns`: nanoseconds of `time.perf_counter_ns`.
     """
 
     def __init__(self):
         self._pieces: queue.Queue[tuple[int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
+        self.laggards: Callable[[float], list[tuple[int, int]]] = lambda seconds: []
         self.closing = False
         self.failure = ""
 
@@ -81,6 +84,7 @@ class Ear:
 def embedded_bus(path: Path, ear: Ear) -> Iterator[str]:
     """A hub of our own with the recorder inside; its specification."""
     hub = Hub(path, taps=(lambda sender, wire: ear.hear(wire),))
+    ear.laggards = hub.holding_back
     try:
         yield f"embedded:{path}"
     finally:

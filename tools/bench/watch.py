@@ -23,6 +23,9 @@ NO_ANSWER = (
 FAREWELL_S = 1.0
 """At the end of a run the flight software may be gone this much before the emulator."""
 
+HELD_BACK_S = 5.0
+"""A bus of ours loses nothing: a peer that never reads stops it, and is named after this long."""
+
 SETTLE_S = 1.0
 """Where no BENCH_END tells that all is said, the last answers may come this long after the emulator left."""
 
@@ -143,6 +146,7 @@ class Watch:
     flights: Sequence[Child]
     lockstep: bool
     advised: bool = False
+    named: set[tuple[int, int]] = field(default_factory=set)
     begun: float = field(default_factory=time.perf_counter)
 
     def until_over(self, stop: Callable[[], bool]) -> str:
@@ -220,10 +224,21 @@ class Watch:
         time.sleep(TURN_S)
         for line in self.lines:
             line.take()
+            self._name_laggards(line)
         self.master.look()
         figures = self.master.figures()
         self._advise(figures)
         self.display.refresh(figures.unanswered)
+
+    def _name_laggards(self, line: Line) -> None:
+        """Once each: peers for whom the whole bus waits."""
+        for number, process in line.ear.laggards(HELD_BACK_S):
+            if (line.number, number) not in self.named:
+                self.named.add((line.number, number))
+                self.display.note(
+                    f"the bus has waited {HELD_BACK_S:g} s for peer {number} (process {process}) to read; "
+                    "a peer that only sends shuts its reading side"
+                )
 
     def _advise(self, figures: Figures) -> None:
         """Once, when lockstep goes on without a single answer: it looks hung, and is not."""
