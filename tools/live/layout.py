@@ -151,7 +151,8 @@ def _block(craft: CraftStanding, antenna: int, grid: Grid, most: int) -> list[Li
     shown = channels if grid.channels >= most else min(channels, max(grid.channels - 1, 0))
     cells = [Cell(craft, antenna, channel) for channel in range(shown)]
     rows = [line(Span(_row((h, COLUMNS[h].text(c)) for h in grid.columns), c.style)) for c in cells]
-    hidden = parted((Span(f"+{channels - shown}", "dim"), Span("more", "dim")), grid.width)
+    count = f"+{channels - shown}"
+    hidden = line(Span(f"{count} more" if len(count) + 5 <= grid.width else count, "dim"))
     return [title, heads, *rows, *([hidden] if shown < channels else [])]
 
 

@@ -17,6 +17,8 @@ from tools.monitor.words import UNKNOWN, Words
 
 _IDENTIFIER = re.compile(r"0[xX]([0-9a-fA-F]{1,8})(?:-0[xX]([0-9a-fA-F]{1,8}))?")
 
+_EXAMPLES = "for example RX1_RANGE, RX1_*, RANGE, FLIGHT, 0x100 or 0x100-0x10F"
+
 
 class Choice:
     """Frames to be shown; without a pattern all of them, those of no contract too."""
@@ -42,11 +44,7 @@ class Choice:
         ids = [i for label, found in known.items() if fnmatchcase(label, pattern.upper()) for i in found]
         if not ids:
             near = get_close_matches(pattern.upper(), known, 1)
-            hint = (
-                f"did you mean '{near[0]}'?"
-                if near
-                else "RX1_RANGE, RX1_*, RANGE, FLIGHT, 0x100, 0x100-0x10F"
-            )
+            hint = f"did you mean '{near[0]}'?" if near else _EXAMPLES
             raise Mistake(f"--only {pattern}: no message, kind or sender of that name; {hint}")
         self._base[ids] = True
 

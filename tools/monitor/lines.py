@@ -98,22 +98,23 @@ class Printer:
             self._change.notify()
         self._thread.join(patience_s)
 
-    def _next(self) -> Piece | None:
+    def _next(self) -> tuple[Piece | None, int]:
+        """What to write next, and how many frames to say were left out before it; (None, 0) at the end."""
         with self._change:
-            while not self._pieces and not self._over:
+            while not (self._pieces or self._left_out or self._over):
                 self._change.wait()
-            if not self._pieces:
-                return None
-            piece = self._pieces.popleft()
-            self._waiting -= len(piece.frames)
-            return piece
+            if self._pieces:
+                piece = self._pieces.popleft()
+                self._waiting -= len(piece.frames)
+                return piece, piece.left_out
+            left_out, self._left_out = self._left_out, 0
+            return None, left_out
 
     def _write(self) -> None:
         try:
-            while (piece := self._next()) is not None:
-                gap = _gap(piece.left_out)
-                self._all(gap + self._text(piece))
-            self._all(_gap(self._left_out))
+            while any(following := self._next()):
+                piece, left_out = following
+                self._all(_gap(left_out) + (self._text(piece) if piece else b""))
         except OSError as error:
             self.failure = error
 
