@@ -98,7 +98,7 @@ def _protection(subject: Subject) -> Iterator[Markup]:
         first frame of a stream is in order whatever its counter.
     """)
     yield protection.advances(codec)
-    yield tag.h3("What is not used, and what follows", id="refused")
+    yield tag.h3("Reasons and consequences", id="reasons")
     yield prose.paragraph("""
         Checked in this order: form (error frame, extended, remote, length, identifier), CRC and counter 15,
         counter, contract of the node, epoch, completeness. The reasons are those under which our flight

@@ -88,14 +88,14 @@ def messages_chapter(contract: Contract) -> Iterator[Markup]:
 
 
 def _message(contract: Contract, layout: Layout, group: Group) -> Markup:
-    return tag.section(
+    head = tag.div(
         tag.h4(tag.span(class_=f"chip g{group.tone}"), layout.name, " ", _own_anchor(layout)),
         tag.p(layout.comment, class_="says"),
         _facts(layout),
         tag.figure(bits.draw(layout)),
-        _signal_table(contract, layout),
-        class_="message", id=layout.name,
-    )  # fmt: skip
+        class_="keep",
+    )
+    return tag.section(head, _signal_table(contract, layout), class_="message", id=layout.name)
 
 
 def _own_anchor(layout: Layout) -> Markup | None:

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from dbc.vehicle import find
+from emulator.scenario import shipped
 from tests.tools.icd.pages import page
 from tools.cli import main
 
@@ -64,6 +66,32 @@ def test_mistakes_get_one_line(argv, line, capsys):
     out, err = capsys.readouterr()
     assert out == ""
     assert re.fullmatch(f"gnss-hil: {line}\n", err), err
+
+
+@pytest.fixture
+def two_craft(tmp_path) -> Path:
+    """A scenario with a craft of four receivers and one of two."""
+    whole = shipped()["soyuz"].read_text("utf-8")
+    craft = whole[whole.index("[[craft]]") :].replace('name = "soyuz"', 'name = "other"')
+    path = tmp_path / "two.toml"
+    path.write_text(whole + craft.replace('vehicle = "soyuz-ms.toml"', 'vehicle = "pair.toml"'), "utf-8")
+    antennas = find("soyuz-ms").read_text("utf-8").split("[[antenna]]")
+    vehicle = "[[antenna]]".join(antennas[:3]).replace('name = "soyuz-ms"', 'name = "pair"')
+    (tmp_path / "pair.toml").write_text(vehicle, "utf-8")
+    return path
+
+
+def test_craft_with_different_receivers_need_a_choice(two_craft, capsys):
+    assert main(["icd", "--html", str(two_craft)]) == 2
+    assert capsys.readouterr().err == (
+        f"gnss-hil: {two_craft}: its craft have 2 and 4 receivers; choose with --receivers N\n"
+    )
+    assert main(["icd", "--html", str(two_craft), "--receivers", "2"]) == 0
+    page_ = capsys.readouterr().out
+    assert "Craft other, vehicle pair" in page_
+    assert "Craft soyuz" not in page_
+    assert 'id="RX2_RANGE"' in page_
+    assert 'id="RX3_RANGE"' not in page_
 
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path, capsys):

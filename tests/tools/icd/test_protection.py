@@ -65,7 +65,7 @@ def test_counter_states_are_those_of_the_contracts_table():
     ]
 
 
-def test_every_reason_for_not_using_a_frame_is_told():
+def test_every_reason_has_its_consequence():
     from dbc.e2e import Verdict
     from flightsw.rejections import Reason
 
