@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from dbc import satellites
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
-from tools.page.holds import Holds, holds
+from tools.page.holds import Holds, bridged, holds, joined
 from tools.page.motion import covariance, radial_along_cross, sigmas_along
 from tools.page.sky import Places, Sightings, instants, look, places
 from tools.page.thin import BUCKETS
@@ -97,7 +97,7 @@ def gather(
         sigma = np.where(np.isnan(error), np.nan, sigmas_along(axes, said))
     here = position if truth_m is None else np.where(np.isnan(position), truth_m, position)
     table = _Channels(channels, name, t_ns) if channels is not None else None
-    held, bridge = _bridged(table, interval_ns) if table else (None, 0)
+    held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)
     usable = ~np.isnan(here).any(axis=1) & ~np.isnan(quaternion).any(axis=1)
     return Craft(
         name, vehicle, interval_ns, t_ns, position, velocity, truth_m, truth_mps, visible, error, sigma,
@@ -153,14 +153,13 @@ def _truth_on(t_ns: NDArray[np.int64], rows: np.ndarray):
     )
 
 
-def _bridged(table: _Channels, interval_ns: int) -> tuple[Holds, int]:
-    """Stretches, breaks bridged just long enough that they can be drawn."""
-    t_ns, receiver, satellite = table.tracked()
-    bridge = 0
-    found = holds(t_ns, receiver, satellite, interval_ns)
+def _bridged(table: _Channels, receivers: int, interval_ns: int) -> tuple[Holds, int]:
+    """Stretches, breaks bridged just long enough that they can be drawn; how long."""
+    one_by_one = (holds(*table.tracked(receiver), interval_ns) for receiver in range(1, receivers + 1))
+    found, bridge = joined(list(one_by_one)), 0
     while len(found) > _MOST_HOLDS:
         bridge = max(2 * bridge, interval_ns)
-        found = holds(t_ns, receiver, satellite, interval_ns, bridge)
+        found = bridged(found, bridge)
     return found, bridge
 
 
@@ -185,10 +184,10 @@ class _Channels:
         read["t_ns"] = self._marks_ns[np.searchsorted(self._marks_s, read["t_gps_s"])]
         return read
 
-    def tracked(self) -> tuple[NDArray, NDArray, NDArray]:
-        """t_ns, receiver, satellite of every measurement."""
-        read = self._read(self._table.select("t_gps_s", "receiver", "sat"))
-        return read["t_ns"], read["receiver"].astype(np.int64), read["sat"]
+    def tracked(self, receiver: int) -> tuple[NDArray, NDArray, NDArray]:
+        """t_ns, receiver, satellite of every measurement of one receiver."""
+        read = self._read(self._table.filter(receiver=receiver).select("t_gps_s", "receiver", "sat"))
+        return read["t_ns"], read["receiver"], read["sat"]
 
     def at(self, t_ns: NDArray[np.int64]) -> tuple[Places, NDArray[np.int64]]:
         """Places of measured satellites at some time marks, and the receivers that measured them."""

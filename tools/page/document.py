@@ -114,6 +114,9 @@ class Page:
         try:
             draft.write_text(self.html(), "utf-8")
             draft.replace(path)
+        except OSError as error:
+            error.filename = str(path)  # nobody knows the draft
+            raise
         finally:
             draft.unlink(missing_ok=True)
 

@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from tools.page.document import note, table
-from tools.results.text import figure, small
+from tools.results.text import figure, percent, small
 
 Summary = Mapping[str, Any]
 
@@ -49,9 +49,11 @@ def tiles(rows: list[tuple[str, str]]) -> str:
 
 def craft_tiles(figures: Summary, epochs: int) -> list[tuple[str, str]]:
     error, pdop, held = figures["position_error_m"], figures["pdop"], figures["satellites_tracked"]
-    share = 100 * figures["fixes"] / epochs if epochs else 0.0
     return [
-        (f"{share:.1f} %", f"epochs with a fix, {figure(figures['fixes'])} of {figure(epochs)}"),
+        (
+            f"{percent(figures['fixes'], epochs)} %",
+            f"epochs with a fix, {figure(figures['fixes'])} of {figure(epochs)}",
+        ),
         (
             _shown(held["mean"]),
             f"satellites in the fix, mean; {_shown(held['min'])} to {_shown(held['max'])}",

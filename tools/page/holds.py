@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,22 +30,32 @@ class Holds:
 
 
 def holds(
-    t_ns: NDArray[np.int64],
-    receiver: NDArray[np.int64],
-    satellite: NDArray[np.int64],
-    interval_ns: int,
-    bridge_ns: int = 0,
+    t_ns: NDArray[np.int64], receiver: NDArray[np.int64], satellite: NDArray[np.int64], interval_ns: int
 ) -> Holds:
-    """Stretches from single measurements (n,) in any order; breaks up to `bridge_ns` are bridged."""
+    """Stretches from single measurements (n,) in any order; by receiver, satellite and time."""
     order = np.lexsort((t_ns, satellite, receiver))
     t_ns, receiver, satellite = t_ns[order], receiver[order], satellite[order]
-    if not len(t_ns):
-        return Holds(receiver, satellite, t_ns, t_ns)
-    new = (np.diff(receiver) != 0) | (np.diff(satellite) != 0)
-    new |= np.diff(t_ns) > interval_ns * 3 // 2 + bridge_ns
+    return bridged(Holds(receiver, satellite, t_ns, t_ns + interval_ns), interval_ns // 2)
+
+
+def bridged(parts: Holds, break_ns: int) -> Holds:
+    """Neighbours of the same receiver and satellite joined where the break between them is that short.
+
+    parts   by receiver, satellite and time
+    """
+    if not len(parts):
+        return parts
+    new = (np.diff(parts.receiver) != 0) | (np.diff(parts.satellite) != 0)
+    new |= parts.begin_ns[1:] - parts.end_ns[:-1] > break_ns
     first = np.r_[0, np.flatnonzero(new) + 1]
-    last = np.r_[first[1:] - 1, len(t_ns) - 1]
-    return Holds(receiver[first], satellite[first], t_ns[first], t_ns[last] + interval_ns)
+    last = np.r_[first[1:] - 1, len(parts) - 1]
+    return Holds(parts.receiver[first], parts.satellite[first], parts.begin_ns[first], parts.end_ns[last])
+
+
+def joined(parts: Sequence[Holds]) -> Holds:
+    """One table of several."""
+    names = ("receiver", "satellite", "begin_ns", "end_ns")
+    return Holds(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

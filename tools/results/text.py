@@ -27,6 +27,11 @@ def small(value) -> str:
     return f"{value:.3f}" if abs(value) < 1 else f"{value:.2f}" if abs(value) < 10 else f"{value:.1f}"
 
 
+def percent(part: int, whole: int) -> str:
+    """A share with one decimal, never rounded up: what is not all of them is not 100 %."""
+    return f"{1000 * part // whole / 10:.1f}" if whole else "-"
+
+
 def _spread(s: Mapping[str, Any]) -> str:
     if s["mean"] is None:
         return "-"
@@ -38,7 +43,7 @@ def _errors(s: Mapping[str, Any], unit: str) -> str:
 
 
 def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, str]]:
-    share = f" ({100 * c['fixes'] / epochs:.1f} %)" if epochs else ""
+    share = f" ({percent(c['fixes'], epochs)} %)" if epochs else ""
     a = c["assignment"]
     yield name, ""
     yield "  fixes", f"{figure(c['fixes'])} of {figure(epochs)} epochs{share}"

@@ -6,13 +6,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tools.page.holds import Holds, Lanes, holds, lanes
+from tools.page.holds import Holds, Lanes, bridged, holds, lanes
 
 
-def stretches(rows, **more) -> list[tuple[int, int, int, int]]:
+def stretches(rows, break_ns: int = 0) -> list[tuple[int, int, int, int]]:
     """(receiver, satellite, begin, end) of measurements (t, receiver, satellite) an epoch of 10 apart."""
     t, receiver, satellite = np.array(rows, np.int64).reshape(-1, 3).T
-    h = holds(t, receiver, satellite, 10, **more)
+    h = bridged(holds(t, receiver, satellite, 10), break_ns)
     return list(zip(h.receiver.tolist(), h.satellite.tolist(), h.begin_ns.tolist(), h.end_ns.tolist(),
                     strict=True))  # fmt: skip
 
@@ -25,7 +25,7 @@ def test_a_satellite_that_changes_its_antenna_has_two_stretches_that_meet():
 def test_a_missed_epoch_is_a_break_unless_bridged():
     rows = [(t, 2, 5) for t in (0, 10, 30, 40)]
     assert stretches(rows) == [(2, 5, 0, 20), (2, 5, 30, 50)]
-    assert stretches(rows, bridge_ns=10) == [(2, 5, 0, 50)]
+    assert stretches(rows, break_ns=10) == [(2, 5, 0, 50)]
 
 
 def test_two_channels_of_a_receiver_on_one_satellite_are_one_stretch():

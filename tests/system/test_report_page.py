@@ -1,0 +1,213 @@
+"""report.html in a real browser, and what becomes of it where something is missing."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.system import browser
+from tools.cli import main
+
+TITLES = (
+    "Assignment", "Sky of antenna fore", "Sky of antenna starboard", "Sky of antenna aft",
+    "Sky of antenna port", "Position error", "Satellites", "Dilution of precision", "Ground track", "Orbit",
+    "Carrier to noise density", "Bus load", "Latency of an epoch",
+)  # fmt: skip
+
+
+def played(folder: Path, *more: str) -> Path:
+    assert (
+        main(["run", "soyuz", "--bus", "inline", "--duration", "90", "--quiet", "--out", str(folder), *more])
+        == 0
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Path:
+    return played(tmp_path_factory.mktemp("report") / "patent")
+
+
+@pytest.fixture(scope="module")
+def prototype(tmp_path_factory) -> Path:
+    return played(tmp_path_factory.mktemp("report") / "prototype", "--policy", "prototype")
+
+
+@pytest.fixture
+def copied(run, tmp_path) -> Path:
+    return Path(shutil.copytree(run, tmp_path / "copy"))
+
+
+def drawn(page: Path, folder: Path, **how) -> dict:
+    """A page that was drawn whole, without a word of complaint and without asking anybody for anything."""
+    browser.require()
+    seen = browser.look(page, folder, **how)
+    assert seen.complaints == []
+    assert seen.probe is not None, "the page never finished drawing"
+    for plot in seen.probe["plots"]:
+        assert plot["surfaces"] and plot["traces"], plot
+    assert not [address for address in seen.probe["addresses"] + seen.probe["fetched"] if "//" in address]
+    return seen.probe
+
+
+def titles(page: Path) -> list[str]:
+    return re.findall(r"<figcaption><h3>([^<]*)</h3>", page.read_text("utf-8"))
+
+
+def test_every_plot_of_a_run_is_drawn(run, tmp_path):
+    page = run / "report.html"
+    assert page.stat().st_size < 3_000_000
+    assert titles(page) == list(TITLES)
+    probe = drawn(page, tmp_path)
+    assert len(probe["plots"]) == len(TITLES)
+    assert probe["scroll"] <= probe["width"] == 1200
+    spans = {tuple(plot["time"]) for plot in probe["plots"] if plot["time"]}
+    assert len(spans) == 1, "plots over time show different stretches"
+
+
+def test_a_narrow_window_needs_no_sideways_scrolling(run, tmp_path):
+    probe = drawn(run / "report.html", tmp_path, width=600, scheme=browser.DARK)
+    assert probe["scroll"] <= probe["width"] == 600
+    assert probe["colour"] == "dark"
+
+
+def test_light_and_dark_are_two_pictures_and_neither_is_blank(run, tmp_path):
+    browser.require()
+    light, dark = (
+        browser.screenshot(run / "report.html", tmp_path, scheme) for scheme in (browser.LIGHT, browser.DARK)
+    )
+    assert light.shape == dark.shape
+    for picture in (light, dark):
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200
+    assert np.median(light) > 200 > 60 > np.median(dark)
+
+
+def test_a_page_that_fails_is_noticed(run, tmp_path):
+    """The tests above would see an exception, a plot that is not drawn, and a stranger's address."""
+    browser.require()
+    whole = (run / "report.html").read_text("utf-8")
+    broken = tmp_path / "broken.html"
+    broken.write_text(whole.replace("await Plotly.react(", "await Plotly.refract("), "utf-8")
+    seen = browser.look(broken, tmp_path)
+    assert seen.probe is None and "refract" in "".join(seen.complaints)
+    calling = tmp_path / "calling.html"
+    calling.write_text(whole.replace("</main>", '<img src="http://example.com/a.png"></main>'), "utf-8")
+    seen = browser.look(calling, tmp_path)
+    assert "Content Security Policy" in "".join(seen.complaints)  # the page's own, before any network
+    assert "http://example.com/a.png" in seen.probe["addresses"]
+
+
+def test_satellites_on_several_antennas_at_once_are_told(prototype, run):
+    assert re.search(
+        r"several antennas held the satellite at once: \d+ satellites",
+        (prototype / "report.html").read_text(),
+    )
+    assert "Diamonds are handovers" in (run / "report.html").read_text()
+
+
+def test_without_truth_the_page_says_so_and_draws_the_rest(copied, tmp_path, capsys):
+    (copied / "truth").unlink()
+    assert main(["report", str(copied)]) == 0
+    assert capsys.readouterr().out.endswith(f"\nreport:     {copied}/report.html\n")
+    text = (copied / "report.html").read_text("utf-8")
+    assert "No truth was kept with this run" in text
+    assert len(drawn(copied / "report.html", tmp_path)["plots"]) == len(TITLES) - 1
+
+
+def test_without_a_log_the_page_shows_fixes_and_truth(tmp_path):
+    folder = played(tmp_path / "bare", "--no-log")
+    text = (folder / "report.html").read_text("utf-8")
+    assert "has no table of channels" in text
+    assert text.count("This run kept no table of channels") == 3
+    assert titles(folder / "report.html") == [
+        "Assignment", "Sky of the antennas", *TITLES[5:]
+    ]  # fmt: skip
+    assert len(drawn(folder / "report.html", tmp_path)["plots"]) == len(TITLES) - 6
+
+
+def test_a_run_without_a_fix_has_a_page(copied, tmp_path):
+    """A flight software that never publishes: its frames are taken out of the record."""
+    lines = (copied / "bus.log").read_bytes().splitlines(keepends=True)
+    kept = [line for line in lines if not re.search(rb" can0 0[24]", line)]
+    assert len(kept) < len(lines)
+    (copied / "bus.log").write_bytes(b"".join(kept))
+    assert main(["report", str(copied)]) == 0
+    text = (copied / "report.html").read_text("utf-8")
+    assert text.count("There is not one valid fix in this run.") == 2
+    drawn(copied / "report.html", tmp_path)
+
+
+def test_refused_frames_have_a_plot_and_a_table(copied, tmp_path):
+    log = (copied / "bus.log").read_bytes().splitlines(keepends=True)
+    at = [i for i, line in enumerate(log) if b" can0 100#" in line][10]
+    log[at] = log[at][:-4] + (b"00" if log[at][-4:-2] != b"00" else b"11") + log[at][-2:]
+    (copied / "bus.log").write_bytes(b"".join(log))
+    assert main(["report", str(copied)]) == 0
+    page = copied / "report.html"
+    assert "refused: corrupted" in page.read_text("utf-8")
+    assert titles(page) == [*TITLES, "Frames refused"]
+    drawn(page, tmp_path)
+
+
+def test_a_run_may_go_without_a_page(tmp_path, capsys):
+    folder = played(tmp_path / "plain", "--no-report")
+    assert not (folder / "report.html").exists()
+    assert capsys.readouterr().out.endswith(f"run folder: {folder}\n")
+
+
+def test_a_page_that_cannot_be_written_costs_nothing_else(copied, capsys):
+    (copied / "report.html").unlink()
+    (copied / "report.html").mkdir()
+    before = json.loads((copied / "summary.json").read_text())
+    (copied / "summary.json").unlink()
+    assert main(["report", str(copied)]) == 1
+    said = capsys.readouterr()
+    (line,) = said.err.splitlines()
+    assert f"{copied}/report.html" in line and "summary.json" in line
+    assert json.loads((copied / "summary.json").read_text()) == before
+    assert not list(copied.glob(".*"))
+
+
+def test_two_runs_compared(run, prototype, tmp_path, capsys):
+    page = tmp_path / "compared.html"
+    assert main(["report", str(run), str(prototype), "--out", str(page)]) == 0
+    out = capsys.readouterr().out
+    assert out.endswith(f"\nreport: {page}\n")
+    first, second = (json.loads((folder / "summary.json").read_text()) for folder in (run, prototype))
+    a, b = (s["craft"]["soyuz"]["satellites_tracked"]["mean"] for s in (first, second))
+    row = next(line.split() for line in out.splitlines() if line.startswith("soyuz.satellites_tracked.mean"))
+    assert [float(cell) for cell in row[1:]] == pytest.approx([a, b, b / a], rel=5e-3)
+    assert len(drawn(page, tmp_path)["plots"]) == 4
+
+
+def test_a_comparison_goes_beside_the_first_run_unless_told(copied, prototype, capsys):
+    assert main(["report", str(copied), str(prototype)]) == 0
+    assert (copied / "compare-prototype.html").is_file()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda folder: (folder / "summary.json").unlink(), "has no summary.json"),
+        (lambda folder: (folder / "summary.json").write_text("[]"), "summary.json: is damaged"),
+        (lambda folder: (folder / "summary.json").write_text('{"craft": {'), "summary.json: is damaged"),
+        (lambda folder: (folder / "fixes.parquet").write_bytes(b"PAR1"), "a table is damaged"),
+        (lambda folder: shutil.rmtree(folder), "no such run folder"),
+    ],
+)  # fmt: skip
+def test_a_folder_that_cannot_be_compared_is_told_in_one_line(run, copied, capsys, spoil, says):
+    spoil(copied)
+    assert main(["report", str(run), str(copied)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(copied) in line and says in line
+
+
+def test_a_page_is_not_written_where_it_cannot_be(run, tmp_path, capsys):
+    assert main(["report", str(run), "--out", str(tmp_path / "nowhere" / "a.html")]) == 2
+    assert main(["report", str(run), "--out", str(tmp_path)]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 2
