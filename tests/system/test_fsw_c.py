@@ -21,7 +21,7 @@ from tests.system.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded
 from tools.cli import main
 
 EXAMPLE = ROOT / "examples" / "fsw_c"
-AGREEMENT_M = 0.01
+AGREEMENT_M = 0.001  # of two least squares with the same weights; found: 0.14 mm, the step of the bus
 EPOCHS = 130
 LACKING = [name for name in ("gcc", "make", "sha256sum") if shutil.which(name) is None]
 
