@@ -1,0 +1,229 @@
+"""`gnss-hil monitor` as a process on real embedded buses: piped, slow, cut off, on a terminal, with a run."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from dbc.frames import batch
+from dbc.link import bench
+from dbc.link.base import open_link
+from dbc.link.hub import Hub, PrivateFolder
+from tests.tools.live.flown import epochs
+from tests.tools.live.terminals import Session, row
+from tools.cli import main
+from tools.monitor import find
+from tools.monitor.lines import ROOM_FRAMES
+
+
+@contextmanager
+def bus():
+    """A bus of ours: hub, specification, and a sender on it."""
+    with PrivateFolder() as folder, Hub(folder / "can0") as hub:
+        spec = f"embedded:{folder / 'can0'}"
+        link = open_link(spec)
+        yield hub, spec, link
+        link.close()
+
+
+def monitor(spec: str, *more: str, **pipes) -> subprocess.Popen:
+    pipes = {"stdout": subprocess.PIPE, **pipes}
+    command = [sys.executable, "-m", "tools.cli", "monitor", "--bus", spec, *more]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **pipes)
+
+
+def joined(hub: Hub, process, peers: int = 2) -> None:
+    end = time.monotonic() + 30
+    while hub.peers < peers:
+        assert process.poll() is None and time.monotonic() < end, process.communicate()
+        time.sleep(0.02)
+
+
+def test_every_frame_is_a_line_and_the_totals_come_at_ctrl_c():
+    blocks = epochs()[0][:70]
+    with bus() as (hub, spec, link):
+        process = monitor(spec)
+        joined(hub, process)
+        for block in blocks:
+            link.send(block)
+        link.send(batch([0x7AB], b"\x01"))
+        lines = [process.stdout.readline() for _ in range(sum(map(len, blocks)) + 1)]
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 130 and not out
+    assert all(re.match(r"\(\d+\.\d{6}\) [0-9A-F]{3} \w+ \w+=", line) for line in lines[:-1])
+    assert lines[-1].endswith("7AB ? 01 [WRONG_LENGTH]\n")
+    assert re.search(r"^010 +TIME_MARK +TIME +70 +0$", err, re.M)
+    assert re.search(rf"^{len(lines)} frames in .* s; wrong length 1$", err, re.M)
+    assert "Traceback" not in err
+
+
+def test_only_what_is_asked_for_is_shown_raw_lines_are_candumps():
+    block = epochs()[0][-1]
+    with bus() as (hub, spec, link):
+        process = monitor(spec, "--only", "NAV_X", "--raw", "--duration", "3")
+        joined(hub, process)
+        link.send(block)
+        out, _ = process.communicate(timeout=30)
+    (i,) = (block.can_id == 0x041).nonzero()[0]
+    assert process.returncode == 0
+    assert re.fullmatch(rf"\(\d+\.\d{{6}}\) can0 041#{block.data[i].tobytes().hex().upper()}\n", out)
+
+
+def test_a_bus_that_goes_away_is_one_line_and_a_run_that_ends_is_none():
+    for farewell, status, says in (
+        ((), 1, r"gnss-hil: bus embedded:\S+: the hub closed the bus"),
+        ((bench.encode(bench.END_ID, 1, 10, 0),), 0, "gnss-hil: the bench has ended its run"),
+    ):
+        with bus() as (hub, spec, link):
+            process = monitor(spec)
+            joined(hub, process)
+            for frames in (epochs()[0][0], *farewell):
+                link.send(frames)
+            for _ in range(len(epochs()[0][0]) + len(farewell)):
+                process.stdout.readline()
+            hub.close()
+            _, err = process.communicate(timeout=30)
+        assert process.returncode == status
+        assert re.search(f"^{says}$", err, re.M), err
+
+
+def test_a_reader_that_sleeps_does_not_hold_the_bus(tmp_path):
+    """Four times as many frames as find room, nobody reads the lines: the sender is not held back."""
+    block = epochs()[0][-1]
+    rounds = 4 * ROOM_FRAMES // len(block)
+    with bus() as (hub, spec, link):
+        process = monitor(spec)
+        joined(hub, process)
+        begun = time.monotonic()
+        for _ in range(rounds):
+            link.send(block)
+        link.send(batch([0x7AB], b"\x01"))
+        sent_s = time.monotonic() - begun
+        first = process.stdout.readline()
+        seen, left_out = 1, 0
+        for text in process.stdout:
+            if match := re.fullmatch(r"# (\d+) frames not shown: whoever reads this is too slow\n", text):
+                left_out += int(match[1])
+            else:
+                seen += 1
+            if seen + left_out >= rounds * len(block):
+                break
+        process.send_signal(signal.SIGINT)
+        rest, err = process.communicate(timeout=30)
+    assert first.startswith("(") and left_out > 0
+    total = rounds * len(block) + 1
+    tail = sum(int(n) for n in re.findall(r"^# (\d+)", rest, re.M)) + len(re.findall(r"^\(", rest, re.M))
+    assert seen + left_out + tail == total
+    assert re.search(rf"^{total} frames in ", err, re.M)
+    assert re.search(r"^\d+ frames not shown", err, re.M)
+    print(f"{total} frames in {sent_s:.1f} s past a reader that slept")
+
+
+def test_a_reader_that_leaves_ends_it_quietly():
+    with bus() as (hub, spec, link):
+        process = monitor(spec)
+        joined(hub, process)
+        link.send(epochs()[0][-1])
+        process.stdout.readline()
+        process.stdout.close()
+        end = time.monotonic() + 30
+        while process.poll() is None:
+            assert time.monotonic() < end
+            link.send(epochs()[0][-1])
+            time.sleep(0.05)
+        assert process.returncode == 0
+        assert "Traceback" not in process.stderr.read()
+        process.stderr.close()
+
+
+def test_on_a_terminal_there_is_a_table_that_is_resized_and_left_clean():
+    blocks = epochs()[0]
+    with bus() as (hub, spec, link):
+        session = Session("monitor", "--bus", spec, columns=100, lines=20)
+        joined(hub, session.process)
+        for block in blocks:
+            link.send(block)
+        session.watch(lambda: "epoch=74" in row(session, "010"))
+        assert session.screen.alternate and "more identifiers" in session.text
+        mark = row(session, "010")
+        assert re.match(r"010 TIME_MARK +\d+\.\d ok +\d+s session=\d+ epoch=74", mark), mark
+        session.resize(150, 120)
+        session.watch(lambda: "FLIGHT_HEARTBEAT" in session.text and "sender" in session.text)
+        link.send(batch(blocks[-1].can_id[:1], blocks[-1].data[:1] ^ 255))
+        session.watch(lambda: "corrupted" in row(session, "010"))
+        os.kill(session.process.pid, signal.SIGINT)
+        assert session.end() == 130
+    assert not session.screen.alternate and session.screen.cursor_shown
+    after = session.raw[session.raw.rindex(b"\x1b[?1049l") :]
+    assert b"corrupted 1" in after and b"TIME_MARK" in after
+
+
+def test_the_bus_of_a_run_is_found_and_the_run_does_not_mind(tmp_path, monkeypatch):
+    """Found without a path; nothing is lost; the monitor ends with the run."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    folder = tmp_path / "run"
+    command = [sys.executable, "-m", "tools.cli", "run", "--pace", "x20", "--duration", "1d", "--quiet"]
+    run = subprocess.Popen([*command, "--out", str(folder)], stdout=subprocess.PIPE, text=True)
+    log, end = folder / "bus.log", time.monotonic() + 60
+    while not (log.exists() and log.stat().st_size):
+        assert run.poll() is None and time.monotonic() < end
+        time.sleep(0.05)
+    command = [sys.executable, "-m", "tools.cli", "monitor", "--only", "NAV_STATUS"]
+    listener = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    said = [listener.stdout.readline() for _ in range(20)]
+    run.send_signal(signal.SIGINT)
+    out, _ = run.communicate(timeout=60)
+    rest, err = listener.communicate(timeout=60)
+    assert run.returncode == 130 and " 0 lost, " in out
+    assert listener.returncode == 0, err
+    assert all(" NAV_STATUS mode=" in text for text in (*said, *rest.splitlines()))
+    assert "no faults" in err and "the bench has ended its run" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "says"),
+    [
+        (["--bus", "embedded:/nowhere"], 3, "gnss-hil: bus 'embedded:/nowhere': No such file or directory"),
+        (["--bus", "inline"], 2, "gnss-hil: --bus inline: it is inside one process, nobody can listen"),
+        (["--bus", "embedded:/x", "--only", "RX1_RNAGE"], 2, "gnss-hil: --only RX1_RNAGE: no message"),
+        (
+            ["--bus", "embedded:/x", "--vehicle", "soyuz-ms", "--receivers", "2"],
+            2,
+            "gnss-hil: --receivers 2: ",
+        ),
+        (["--receivers", "9"], 2, "gnss-hil: --receivers: '9': 1 to 8"),
+        (["--vehicle", "nope"], 2, "gnss-hil: vehicle 'nope': no such file"),
+    ],
+)
+def test_a_mistake_is_one_line(capsys, arguments, status, says):
+    assert main(["monitor", *arguments]) == status
+    err = capsys.readouterr().err
+    assert err.startswith(says) and err.count("\n") == 1
+
+
+def test_which_bus_is_asked_when_there_is_none_or_more_than_one(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with PrivateFolder() as first, PrivateFolder() as second:
+        with Hub(first / "can0"), Hub(second / "can0"):
+            assert main(["monitor"]) == 2
+            line = capsys.readouterr().err
+            assert "several are running" in line and str(first) in line and str(second) in line
+        (first / "can0").touch()  # no socket
+        with socket.socket(socket.AF_UNIX) as dead:  # a bench that was killed leaves its socket
+            dead.bind(str(second / "can0"))
+        assert find.sockets(str(tmp_path)) == []
+
+
+def test_without_a_bench_there_is_one_clear_line(capsys, monkeypatch):
+    monkeypatch.setattr(find, "sockets", lambda parent: [])
+    assert main(["monitor"]) == 3
+    assert capsys.readouterr().err.startswith("gnss-hil: --bus embedded: no bench is running")
