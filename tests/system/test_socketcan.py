@@ -65,6 +65,7 @@ def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
         "in_c_flies",
         "in_c_outlives",
         "python_receiver_flies",
+        "monitor_reads_vcan",
     ):
         assert must in done.stdout
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -247,3 +248,27 @@ def epochs_played(status: Path) -> int:
     """How far an emulator has come."""
     lines = status.read_text().splitlines() if status.exists() else []
     return json.loads(lines[-1]).get("epoch", 0) if lines and lines[-1].endswith("}") else 0
+
+
+def test_a_monitor_reads_vcan_whatever_is_on_it(link):
+    before = listeners()
+    monitor = run("tools.cli", "monitor", "--bus", "socketcan:vcan0", stdout=subprocess.PIPE)
+    end_s = time.monotonic() + 60
+    while listeners() == before:
+        assert monitor.poll() is None and time.monotonic() < end_s
+        time.sleep(0.05)
+    link.send(mark(5))
+    for frame in ("123#R4", "12345678#0102", "7AB#DEADBEEF00000000", "010#00"):
+        subprocess.run(["cansend", "vcan0", frame], check=True)
+    said = [monitor.stdout.readline().split(maxsplit=1)[1] for _ in range(5)]
+    monitor.send_signal(signal.SIGINT)
+    _, err = monitor.communicate(timeout=60)
+    assert monitor.returncode == 130
+    assert said == [
+        "010 TIME_MARK session=7 epoch=5\n",
+        "123 ? remote, length 4 [REMOTE]\n",
+        "12345678 ? 01 02 [EXTENDED]\n",
+        "7AB ? DE AD BE EF 00 00 00 00 [UNKNOWN_ID]\n",
+        "010 TIME_MARK 00 [WRONG_LENGTH]\n",
+    ]
+    assert "unknown id 1, wrong length 1, remote 1, extended 1" in err
