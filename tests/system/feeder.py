@@ -9,6 +9,7 @@ import os
 import socket
 import struct
 import subprocess
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ _FRAME = struct.Struct("=IB3x8s")  # struct can_frame
 _BENCH = struct.Struct("<IHH")
 SYNC, DONE, END = 0x7E0, 0x7E1, 0x7EF
 TIME_MARK, HEARTBEAT = 0x010, 0x710
+ANSWER_S = 15
 
 Frame = tuple[int, bytes]
 """Identifier and data."""
@@ -109,7 +111,9 @@ class Feeder:
     def answer(self, session: int, epoch: int) -> list[Frame]:
         """What it sends up to its DONE; start heartbeats before the first NAV_STATUS are passed over."""
         frames: list[Frame] = []
+        end_s = time.monotonic() + ANSWER_S
         while (frame := self.receive())[0] != DONE:
+            assert time.monotonic() < end_s, f"epoch {epoch} is not answered"
             if frames or frame[0] != HEARTBEAT:
                 frames.append(frame)
         assert _BENCH.unpack(frame[1]) == (epoch, session, len(frames))
