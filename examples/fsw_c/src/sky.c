@@ -14,7 +14,8 @@
  * own it is the unit sphere. */
 bool ray_is_clear(const double craft_m[3], const double satellite_m[3])
 {
-    const double axis_m[3] = {EQUATOR_M + RAY_HEIGHT_M, EQUATOR_M + RAY_HEIGHT_M, (EQUATOR_M + RAY_HEIGHT_M) * (1.0 - FLATTENING)};
+    const double equator_m = EQUATOR_M + RAY_HEIGHT_M;
+    const double axis_m[3] = {equator_m, equator_m, equator_m * (1.0 - FLATTENING)};
     double from[3], along[3], nearest[3];
     for (int i = 0; i < 3; i++) {
         from[i] = craft_m[i] / axis_m[i];
