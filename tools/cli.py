@@ -59,6 +59,16 @@ COMMANDS = {
             ("report runs/soyuz-20121031-001500", "report runs/patent runs/prototype --out compared.html"),
         ),
         Command(
+            "replay", "a recording again: one side of it against real software, or all of it",
+            (
+                "replay runs/soyuz-20121031-001500 --only emulator --same",
+                "replay RUN --only emulator --flight ./mine --report runs/mine",
+                "replay trace.blf --only emulator --bus socketcan:vcan0 --pace realtime",
+                "replay RUN --only flight --bus socketcan:can0",
+                "replay RUN --bus socketcan:vcan0 --pace x10",
+            ),
+        ),
+        Command(
             "convert", "a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
             ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
         ),

@@ -25,12 +25,15 @@ def default_path(scenario: str) -> Path:
 
 
 class RunFolder:
-    """A new folder; `discard` removes it and the folders above that were made for it."""
+    """A new folder; `discard` removes it and the folders above that were made for it.
 
-    def __init__(self, path: Path):
+    option  that named it
+    """
+
+    def __init__(self, path: Path, option: str = "--out"):
         self.path = path
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise Mistake(f"--out {path}: exists and is not an empty folder")
+            raise Mistake(f"{option} {path}: exists and is not an empty folder")
         self._made = [p for p in (path, *path.parents) if not p.exists()]
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -39,7 +42,7 @@ class RunFolder:
             probe.unlink()
         except OSError as error:
             self.discard()
-            raise Mistake(f"--out {path}: cannot be written: {error.strerror}") from None
+            raise Mistake(f"{option} {path}: cannot be written: {error.strerror}") from None
 
     def __truediv__(self, name: str) -> Path:
         return self.path / name

@@ -1,0 +1,1 @@
+"""A recording played again, one side of it against real software."""

@@ -1,0 +1,74 @@
+"""What is to be replayed: a run folder, or a recording alone; and what is known of the craft it is from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from dbc import vehicle as vehicles
+from dbc.codec import codec
+from emulator.scenario import Scenario
+from tools.errors import Mistake
+from tools.folder import LOG, SCENARIO
+from tools.log.recording import Recording
+from tools.plan import vehicle_name
+from tools.replay.tape import Tape, open_tape
+from tools.results import assemble
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """folder   of the run; None for a recording alone, as is `scenario`
+    craft    its name
+    number   its place in the scenario
+    vehicle  vehicle file, None if nobody named one
+    """
+
+    tape: Tape
+    folder: Path | None
+    scenario: Scenario | None
+    craft: str
+    number: int
+    vehicle: Path | None
+
+    @property
+    def alone(self) -> bool:
+        """Whether the run has no other craft."""
+        return self.scenario is not None and len(self.scenario.craft) == 1
+
+
+def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
+    """The source of a command line; Mistake says what does not fit.
+
+    craft    its name in the run, or the name of its bus in the recording; None: the only one
+    vehicle  file, or name of a shipped one, instead of the run's
+    """
+    named = Path(vehicles.find(vehicle)) if vehicle else None
+    contract = codec(vehicles.load(named).antennas) if named else None
+    folder = _folder_of(path)
+    if folder is None:
+        tape = open_tape(Recording(path), craft, contract)
+        return Source(tape, None, None, tape.bus, 0, named)
+    recording = Recording(folder / LOG if path == folder else path)
+    scenario, _ = assemble.read_scenario(folder)
+    names = [c.name for c in scenario.craft]
+    buses = assemble.bus_names(names)
+    if craft is None and len(names) > 1:
+        raise Mistake(f"{path}: has {len(names)} craft; choose one with --craft: {', '.join(names)}")
+    wanted = craft or names[0]
+    if wanted not in (*names, *buses):
+        raise Mistake(f"--craft {wanted}: no such craft in {path}; it has {', '.join(names)}")
+    number = names.index(wanted) if wanted in names else buses.index(wanted)
+    tape = open_tape(recording, buses[number], contract)
+    file = named or folder / vehicle_name(names, number)
+    return Source(tape, folder, scenario, names[number], number, file)
+
+
+def _folder_of(path: Path) -> Path | None:
+    """The run folder that is named, or that a named bus.log lies in."""
+    if path.is_dir():
+        for name in (SCENARIO, LOG):
+            if not (path / name).is_file():
+                raise Mistake(f"{path}: is no run folder with a log: it has no {name}")
+        return path
+    return path.parent if path.name == LOG and (path.parent / SCENARIO).is_file() else None
