@@ -1,7 +1,7 @@
 """Text for a window of a given size: styled pieces, lines that are never wider than the window.
 
 rich was measured first: a table of four antennas takes it 32 ms a draw, 13 % of a core at four draws a
-second, and 0.06 s to import. These few functions take a hundredth of it.
+second, and 0.06 s to import. These few functions take 3 ms.
 """
 
 from __future__ import annotations
