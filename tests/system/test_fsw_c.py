@@ -93,7 +93,7 @@ def test_the_same_frames_give_the_same_fixes(fsw, ours, epochs, tmp_path):
             position_m = answer[f"NAV_{axis.upper()}"][0][f"{axis}_m"]
             velocity_mps = answer[f"NAV_V{axis.upper()}"][0][f"v{axis}_mps"]
             assert position_m == pytest.approx(row[f"{axis}_ecef_m"], abs=AGREEMENT_M)
-            assert velocity_mps == pytest.approx(row[f"v{axis}_ecef_mps"], abs=0.02)
+            assert velocity_mps == pytest.approx(row[f"v{axis}_ecef_mps"], abs=0.0005)
         assert answer["NAV_CLOCK"][0]["bias_m"] == pytest.approx(row["clock_bias_m"], abs=AGREEMENT_M)
         assert len(answer["NAV_USED"]) == 4
         assert sum(used["channels"].bit_count() for used in answer["NAV_USED"]) == row["measurements"]
