@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.test_run import children_of
+from tests.system.runs import children_of
 from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
 
 pytestmark = pytest.mark.slow

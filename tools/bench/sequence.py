@@ -2,7 +2,7 @@
 
 Per epoch: the emulator's block, then each flight node's block, each in sending order (lockstep). At other
 paces frames stay in the order they were heard. Bench frames steer and are left out; so is whatever came
-before the first time mark (start heartbeats).
+before the first time mark (start heartbeats) or after BENCH_END.
 """
 
 from __future__ import annotations
@@ -117,6 +117,7 @@ class Sequencer:
             self._lockstep = False
         self._session, self._epoch = self._label(mark)
         self.opened += 1
+        self.ended = False
         self._heard.append(mark)
 
     def finish(self, keep_pending: bool = False) -> list[Epoch]:
@@ -133,7 +134,7 @@ class Sequencer:
         return [epoch]
 
     def _take(self, frames: FrameBatch) -> None:
-        if not len(frames):
+        if not len(frames) or self.ended:
             return
         flight = self._flight_id[frames.can_id & SFF_MASK]
         if not self._lockstep:

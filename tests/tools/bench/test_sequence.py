@@ -85,6 +85,25 @@ def test_frames_that_nobody_closes_are_kept():
     assert recorded(*heard) == CANONICAL
 
 
+END = bench.encode(bench.END_ID, SESSION, 2, 0)
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_after_the_end_nothing_belongs_to_the_run(lockstep):
+    assert recorded(*PLAIN, END, GREETING, frame("RANGE", 1), lockstep=lockstep) == CANONICAL
+    other = bench.encode(bench.END_ID, SESSION + 1, 2, 0)
+    assert recorded(*PLAIN, other, GREETING)[1] == (1, concat([emulated(1), flown(1), GREETING]))
+
+
+def test_without_a_sync_frames_stay_as_heard():
+    heard = [GREETING, emulated(0), GREETING, emulated(1), flown(0), emulated(2), flown(2)]
+    assert recorded(*heard) == [
+        (0, emulated(0)),
+        (1, concat([emulated(1), flown(0)])),
+        (2, concat([emulated(2), flown(2)])),
+    ]
+
+
 def test_foreign_frames_are_kept():
     stranger = batch([0x7A0], b"whatever")
     (first, _) = recorded(emulated(0), stranger, *PLAIN[1:])

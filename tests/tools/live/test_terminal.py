@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.test_run import children_of
+from tests.system.runs import children_of
 from tests.tools.live.terminals import Session, row
 
 FIT = " soyuz  00:"

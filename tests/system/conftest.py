@@ -1,0 +1,17 @@
+"""Runs that several tests look at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.system.runs import DURATION
+from tools.cli import main
+
+
+@pytest.fixture(scope="session")
+def inline(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "inline"
+    assert main(["run", "--bus", "inline", "--duration", DURATION, "--out", str(folder), "--quiet"]) == 0
+    return folder

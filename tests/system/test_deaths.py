@@ -1,0 +1,105 @@
+"""Runs that end before their time: interrupted, a process killed, the bus gone, the disk full."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from dbc.link.hub import Hub
+from dbc.link.private import PrivateFolder
+from tests.system.runs import FILES, children_of, started, summary_of, wait_for_frames
+from tools.cli import main
+
+
+@pytest.mark.parametrize("bus", ["inline", "embedded"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_a_run_still_writes_its_folder(tmp_path, bus, number):
+    folder = tmp_path / "run"
+    process = started(folder, "--bus", bus)
+    wait_for_frames(folder, process)
+    children = children_of(process.pid)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert {path.name for path in folder.iterdir()} == FILES
+    summary = summary_of(folder)
+    assert summary["interrupted"] and not summary["reproducible"]
+    assert summary["frames"]["lost"] == 0 and summary["frames"]["rejected"] == {}
+    assert "Traceback" not in err and "(interrupted)" in out
+    assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
+
+
+@pytest.mark.parametrize(
+    ("module", "name"), [("flightsw", "flight software of soyuz"), ("emulator", "emulator")]
+)
+def test_who_died_is_told_and_the_record_is_kept(tmp_path, module, name):
+    folder = tmp_path / "run"
+    process = started(folder)
+    wait_for_frames(folder, process)
+    children = children_of(process.pid)
+    os.kill(children[module], signal.SIGKILL)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert f"gnss-hil: {name} killed by SIGKILL" in err
+    assert {path.name for path in folder.iterdir()} == FILES
+    assert not summary_of(folder)["reproducible"]
+    assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
+
+
+def test_when_the_supervisor_dies_the_record_holds_everything_up_to_then(tmp_path, capsys):
+    folder = tmp_path / "run"
+    process = started(folder)
+    wait_for_frames(folder, process)
+    children = children_of(process.pid)
+    process.kill()
+    process.communicate(timeout=30)
+    deadline = time.monotonic() + 15
+    while any(Path(f"/proc/{pid}").exists() for pid in children.values()):
+        assert time.monotonic() < deadline, "children outlive their supervisor"
+        time.sleep(0.1)
+    assert main(["report", str(folder)]) == 0
+    summary = summary_of(folder)
+    assert summary["craft"]["soyuz"]["fixes"] > 0
+    assert summary["craft"]["soyuz"]["position_error_m"]["median"] < 10
+    assert summary["interrupted"] and summary["real_time_factor"] is None
+    assert "satellites in the fix" in capsys.readouterr().out
+
+
+def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):
+    process = started(tmp_path / "run")
+    deadline = time.monotonic() + 30
+    while "emulator" not in (children := children_of(process.pid)):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    os.kill(children["emulator"], signal.SIGKILL)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert err == "gnss-hil: emulator killed by SIGKILL\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_bus_that_goes_away_is_told_and_the_record_is_kept(tmp_path):
+    with PrivateFolder() as private:
+        hub = Hub(private / "bus")
+        folder = tmp_path / "run"
+        process = started(folder, "--bus", f"gnss-hil:{private / 'bus'}")
+        wait_for_frames(folder, process)
+        hub.close()
+        _, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    (line,) = err.splitlines()
+    assert re.match(r"gnss-hil: (bus gnss-hil:|emulator ended|flight software of soyuz ended)", line), line
+    assert {path.name for path in folder.iterdir()} == FILES
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")
+def test_a_verdict_that_finds_no_room_is_one_line_after_the_run(tmp_path, capsys):
+    arguments = ["run", "--bus", "inline", "--duration", "20", "--out", str(tmp_path / "run"), "--quiet"]
+    assert main([*arguments, "--junit", "/dev/full"]) == 1
+    assert capsys.readouterr().err == "gnss-hil: --junit /dev/full: No space left on device\n"
+    assert summary_of(tmp_path / "run")["epochs"] == 20

@@ -1,0 +1,274 @@
+"""Somebody else's software on either side of the bus, started by the bench or by hand."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from datetime import datetime
+
+import polars as pl
+import pytest
+
+from dbc.codec import codec
+from dbc.link.bench import session_of
+from dbc.link.hub import Hub
+from dbc.link.private import PrivateFolder
+from tests.system.runs import DURATION, sha, summary_of
+from tools.arguments import unchanged
+from tools.bench import watch
+from tools.bench.children import StatusReader
+from tools.bench.line import Line
+from tools.bench.sequence import Sequencer
+from tools.bench.taps import Ear
+from tools.cli import main
+from tools.live.progress import Progress
+from tools.plan import make
+
+OTHER = """\
+import os, sys
+from flightsw.__main__ import main
+here = os.environ
+assert here["GNSS_HIL_CRAFT"] == "soyuz"
+assert os.path.isabs(here["GNSS_HIL_VEHICLE"])
+sys.exit(main(["--bus", here["GNSS_HIL_BUS"], "--vehicle", here["GNSS_HIL_VEHICLE"], "--once"]))
+"""
+
+
+def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # a run folder named from here, as people do
+    (tmp_path / "other.py").write_text(OTHER)
+    command = f"{sys.executable} {tmp_path / 'other.py'}"
+    arguments = [
+        "run",
+        "--flight",
+        command,
+        "--duration",
+        DURATION,
+        "--out",
+        "run",
+        "--quiet",
+    ]
+    assert main(arguments) == 0
+    assert sha(tmp_path / "run") == sha(inline)
+    assert summary_of(tmp_path / "run")["policy"] == command
+
+
+def test_a_flight_software_that_you_start_yourself_joins(inline, tmp_path):
+    folder = tmp_path / "run"
+    command = [sys.executable, "-m", "tools.cli", "run", "--flight", "external", "--out", str(folder)]
+    bench = subprocess.Popen([*command, "--duration", DURATION], stderr=subprocess.PIPE, text=True)
+    line = bench.stderr.readline()
+    bus = line.split(" on ")[1].split(",")[0]
+    assert line.startswith("waiting for the flight software of soyuz on embedded:")
+    command = [
+        sys.executable,
+        "-m",
+        "flightsw",
+        "--once",
+        "--bus",
+        bus,
+        "--vehicle",
+        str(folder / "vehicle.toml"),
+    ]
+    flight = subprocess.run(command, capture_output=True, timeout=60)
+    _, err = bench.communicate(timeout=30)
+    assert (bench.returncode, flight.returncode) == (0, 0), err
+    assert sha(folder) == sha(inline)
+
+
+def test_a_flight_software_that_cannot_start_is_told_and_leaves_nothing(tmp_path, capsys):
+    assert main(["run", "--flight", "false", "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    assert capsys.readouterr().err == "gnss-hil: flight software of soyuz ended with status 1\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_flight_software_that_leaves_at_once_is_the_one_to_blame(tmp_path, capsys):
+    assert main(["run", "--flight", "true", "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    assert capsys.readouterr().err == "gnss-hil: flight software of soyuz ended with status 0\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_traceback_of_another_flight_software_reaches_its_author(tmp_path, capfd):
+    (tmp_path / "other.py").write_text("raise RuntimeError('the antenna fell off')\n")
+    command = f"{sys.executable} {tmp_path / 'other.py'}"
+    assert main(["run", "--flight", command, "--out", str(tmp_path / "run"), "--quiet"]) == 1
+    lines = capfd.readouterr().err.splitlines()
+    assert lines[0].startswith("Traceback")
+    assert lines[-2:] == [
+        "RuntimeError: the antenna fell off",
+        "gnss-hil: flight software of soyuz ended with status 1",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("lockstep", "statuses", "notes"),
+    [
+        (True, [(0, 0), (1, 1), (2, 2)], 1),
+        (True, [(1, 0), (2, 1)], 0),
+        (False, [(1, 1)], 0),
+    ],
+)
+def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, statuses, notes):
+    reading, writing = os.pipe()
+    plan = make(unchanged("soyuz"))
+    display = Progress(plan, quiet=True)
+    line = Line(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
+    rounds = watch.Watch([line], display, watch.ReportingMaster(None, StatusReader(reading)), [], lockstep)
+    for epoch, unanswered in statuses:
+        said = {"epoch": epoch, "epochs_unanswered": unanswered}
+        os.write(writing, json.dumps(said).encode() + b"\n")
+        rounds.round()
+    assert capsys.readouterr().err == (watch.NO_ANSWER + "\n") * notes
+    os.close(reading)
+    os.close(writing)
+
+
+def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
+    with PrivateFolder() as private, Hub(private / "bus"):
+        bus = f"gnss-hil:{private / 'bus'}"
+        arguments = ["run", "--bus", bus, "--duration", DURATION, "--out", str(tmp_path / "run"), "--quiet"]
+        assert main(arguments) == 0
+    assert sha(tmp_path / "run") == sha(inline)
+    assert summary_of(tmp_path / "run")["bus"] == {"interface": "gnss-hil", "channel": str(private / "bus")}
+
+
+EMULATOR = """\
+import os, sys
+from dbc.link.bench import session_of
+from emulator.__main__ import main
+here = os.environ
+assert here["GNSS_HIL_CRAFT"] == "soyuz" and os.path.isabs(here["GNSS_HIL_VEHICLE"])
+words = [here["GNSS_HIL_SCENARIO"], "--bus", here["GNSS_HIL_BUS"], "--pace", here["GNSS_HIL_PACE"]]
+words += ["--duration", here["GNSS_HIL_DURATION"], "--session", str(session_of(1)), "--quiet"]
+sys.exit(main(words + sys.argv[1:]))
+"""
+
+
+def run_with(emulator: str, tmp_path, *more: str) -> int:
+    """`gnss-hil run` with a program of Python as the emulator; its exit status."""
+    (tmp_path / "theirs.py").write_text(emulator)
+    command = f"{sys.executable} {tmp_path / 'theirs.py'}"
+    return main(["run", "--emulator", command, "--out", str(tmp_path / "run"), "--quiet", *more])
+
+
+def test_another_emulator_is_started_with_what_it_needs(inline, tmp_path, capsys):
+    assert run_with(EMULATOR, tmp_path, "--duration", DURATION) == 0
+    assert sha(tmp_path / "run") == sha(inline)
+    summary, ours = summary_of(tmp_path / "run"), summary_of(inline)
+    assert summary["emulator"].endswith("theirs.py") and ours["emulator"] == "ours"
+    assert (summary["epochs"], summary["epochs_unanswered"], summary["reproducible"]) == (70, 0, True)
+    assert 0 < summary["epoch_latency_ms"]["p50"] <= summary["epoch_latency_ms"]["p99"]
+    soyuz = summary["craft"]["soyuz"]
+    assert soyuz["position_error_m"] == dict.fromkeys(("median", "rms", "p95", "max"))
+    assert soyuz["fixes"] == ours["craft"]["soyuz"]["fixes"] > 0
+    said = capsys.readouterr().out
+    assert "satellites in view         -\n" in said
+    assert not {"truth", "truth.parquet"} & {path.name for path in (tmp_path / "run").iterdir()}
+
+
+def test_both_sides_may_be_started_by_hand_and_before_the_bench(inline, tmp_path):
+    with PrivateFolder() as private:
+        bus = f"embedded:{private / 'mine'}"
+        flight = [sys.executable, "-m", "flightsw", "--bus", bus, "--vehicle", str(inline / "vehicle.toml")]
+        emulator = [
+            sys.executable, "-m", "emulator", str(inline / "scenario.toml"), "--bus", bus,
+            "--session", str(session_of(1)),
+        ]  # fmt: skip
+        peers = [
+            subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for command in (flight, emulator)
+        ]
+        for peer in peers:
+            assert peer.stderr.readline().endswith(f"waiting for a bench on {bus}\n")
+        arguments = ["--flight", "external", "--emulator", "external", "--bus", bus, "--duration", DURATION]
+        assert main(["run", *arguments, "--out", str(tmp_path / "run"), "--quiet"]) == 0
+        assert peers[1].wait(10) == 0, peers[1].communicate()
+        said = [peers[0].stderr.readline() for _ in range(2)]
+        assert said[0] == f"flightsw: on {bus}, waiting for a run\n"
+        assert said[1] == "flightsw: the hub closed the bus; waiting for it to come back\n"
+        peers[0].send_signal(signal.SIGINT)
+        assert peers[0].wait(10) == 130
+        for peer in peers:
+            peer.stderr.close()
+    assert sha(tmp_path / "run") == sha(inline)
+
+
+LATER = """\
+import os
+text = open(os.environ["GNSS_HIL_SCENARIO"]).read().replace("2012-10-31T00:15:00", "2013-02-03T04:05:06")
+open("later.toml", "w").write(text.replace("vehicle.toml", os.environ["GNSS_HIL_VEHICLE"]))
+os.environ["GNSS_HIL_SCENARIO"] = os.path.abspath("later.toml")
+"""
+
+
+def test_the_record_has_the_time_that_the_emulator_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_with(LATER + EMULATOR, tmp_path, "--duration", "12") == 0
+    begin = datetime(2013, 2, 3, 4, 5, 6)
+    first = float((tmp_path / "run" / "bus.log").read_text().split(")")[0][1:])
+    assert first == (begin - datetime(1970, 1, 1)).total_seconds() - 16  # GPS - UTC then
+    t_gps_s = pl.read_parquet(tmp_path / "run" / "fixes.parquet")["t_gps_s"]
+    assert t_gps_s.to_list() == [(begin - datetime(1980, 1, 6)).total_seconds() + k for k in range(12)]
+
+
+PLAYER = """\
+import os, sys, time
+from dbc.codec import codec
+from dbc.link.base import open_link
+from tools.log.candump import parse_lines
+_, _, frames = parse_lines(open(sys.argv[1], "rb").read())
+frames = frames[[codec(4).sender_of[i] != "FLIGHT" for i in frames.can_id]]
+marks = [i for i in range(len(frames)) if frames.can_id[i] == 0x10] + [len(frames)]
+link = open_link(os.environ["GNSS_HIL_BUS"])
+time.sleep(1.5)  # let the flight software come
+for begin, end in zip(marks[7:], marks[8:]):
+    link.send(frames[begin:end])
+    time.sleep(0.05)
+time.sleep(100)
+"""
+
+
+def test_an_emulator_that_neither_steers_nor_ends_is_recorded_for_the_scenarios_time(inline, tmp_path):
+    (tmp_path / "player.py").write_text(PLAYER)
+    player = f"{sys.executable} {tmp_path / 'player.py'} {inline / 'bus.log'}"
+    begun_s = time.monotonic()
+    folder = tmp_path / "run"
+    assert main(["run", "--emulator", player, "--duration", "40", "--out", str(folder), "--quiet"]) == 0
+    assert time.monotonic() - begun_s < 30
+    summary = summary_of(folder)
+    assert (summary["epochs"], summary["duration_s"]) == (40, 40.0)
+    assert summary["frames"]["rejected"] == {} and summary["frames"]["lost"] == 0
+    assert summary["craft"]["soyuz"]["fixes"] >= 10
+    assert 0 < summary["epoch_latency_ms"]["p50"] < 1000
+
+
+@pytest.mark.parametrize(
+    ("program", "line"),
+    [
+        ("import sys; sys.exit(4)", "emulator of soyuz ended with status 4"),
+        ("", "emulator of soyuz ended with status 0"),
+    ],
+)
+def test_an_emulator_that_leaves_at_once_is_the_one_to_blame(tmp_path, capsys, program, line):
+    assert run_with(program, tmp_path, "--duration", "12") == 1
+    assert capsys.readouterr().err == f"gnss-hil: {line}\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_socket_of_your_choice_is_private_and_taken_once(tmp_path, capsys):
+    with PrivateFolder() as private:
+        path = private / "mine"
+        with socket.socket(socket.AF_UNIX) as dead:
+            dead.bind(str(path))  # what a killed bench leaves behind
+        with Hub(path):
+            assert path.stat().st_mode & 0o777 == 0o600
+            assert main(["run", "--bus", f"embedded:{path}", "--out", str(tmp_path / "run")]) == 3
+        assert capsys.readouterr().err == f"gnss-hil: bus 'embedded:{path}': somebody is there already\n"
+        path.write_text("something of mine")
+        assert main(["run", "--bus", f"embedded:{path}", "--out", str(tmp_path / "run")]) == 3
+        assert path.read_text() == "something of mine"
+    assert not (tmp_path / "run").exists()
