@@ -90,7 +90,7 @@ END = bench.encode(bench.END_ID, SESSION, 2, 0)
 
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_after_the_end_nothing_belongs_to_the_run(lockstep):
-    assert recorded(*PLAIN, END, GREETING, frame("RANGE", 1), lockstep=lockstep) == CANONICAL
+    assert recorded(*PLAIN, END, GREETING, frame("RANGE", 1, 1), lockstep=lockstep) == CANONICAL
     other = bench.encode(bench.END_ID, SESSION + 1, 2, 0)
     assert recorded(*PLAIN, other, GREETING)[1] == (1, concat([emulated(1), flown(1), GREETING]))
 
