@@ -166,9 +166,7 @@ def need_vehicle(source: Source) -> Path:
 
 def need_scenario(source: Source) -> Path:
     if source.folder is None:
-        raise Mistake(
-            f"{source.tape.recording.path}: is in no run folder, there is no scenario for an emulator"
-        )
+        raise Mistake(f"{source.tape.recording.path}: is in no run folder; an emulator needs its scenario")
     if not source.alone:
         raise Mistake(f"{source.folder}: has several craft; start its emulator yourself, on one bus for each")
     return source.folder / SCENARIO

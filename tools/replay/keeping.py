@@ -54,6 +54,8 @@ def recorder(tape: Tape, path: Path | None) -> Iterator[Keep]:
             yield keep
         finally:
             record.flush()
+            if not record.frames:  # nothing came of it
+                path.unlink()
 
 
 @contextmanager
@@ -67,8 +69,9 @@ def recording_at(tape: Tape, out: Path | None) -> Iterator[Keep]:
     try:
         with recorder(tape, draft) as keep:
             yield keep
-        with naming(out):
-            convert(Recording(draft), out)
+        if draft.exists():
+            with naming(out):
+                convert(Recording(draft), out)
     finally:
         draft.unlink(missing_ok=True)
 

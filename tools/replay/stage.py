@@ -41,7 +41,8 @@ def _other_side(arguments: Namespace, source: Source, spec: str, words: Path, sa
     emulating = arguments.only == "emulator"
     whose = arguments.flight if emulating else arguments.emulator
     if whose == EXTERNAL:
-        say(f"waiting for the {role} on {spec}")
+        if arguments.require != "none":
+            say(f"waiting for the {role} on {spec}")
         return company.other_side(None, role, {}, None)
     if whose != OURS:
         told = company.told(source, spec, of_run=not emulating)

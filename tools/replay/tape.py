@@ -13,6 +13,7 @@ from dbc import e2e, gpstime
 from dbc.codec import IDENTIFIERS, Codec, codec
 from dbc.contract import MAX_RECEIVERS
 from dbc.frames import SFF_MASK, WIDTH, FrameBatch, concat
+from dbc.link import bench
 from tools.bench.marktime import said_ns
 from tools.bench.sequence import Sequencer
 from tools.errors import Mistake
@@ -159,18 +160,28 @@ def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[TapeEpo
         marks = marks_in(contract, frames)
         if session is None and len(marks.session):
             session = marks.session[0]
-        others = marks.rows[marks.session != session]
-        if len(others):
-            frames = frames[: others[0]]
+        over = _over(frames, marks, session)
+        frames = frames[:over]
         if sequencer is None:  # a run's own log has no BENCH_SYNC any more, and its frames are in order
             steered = bool((frames.can_id == contract.can_id_of["BENCH_SYNC", 0]).any())
             sequencer = Sequencer(contract, lockstep=steered)
         for epoch in sequencer.hear(frames):
             yield _sides(epoch, flight_id)
-        if sequencer.ended or len(others):
+        if over is not None:
             break
     for epoch in sequencer.finish() if sequencer else ():
         yield _sides(epoch, flight_id)
+
+
+def _over(frames: FrameBatch, marks: Marks, session: int | None) -> int | None:
+    """The row where a run of a session is over; None if it goes on."""
+    if session is None:
+        return None
+    rows = marks.rows[marks.session != session].tolist()
+    for row in np.flatnonzero(frames.can_id == bench.END_ID).tolist():
+        if bench.decode(frames, row).session == session:
+            rows.append(row)
+    return min(rows, default=None)
 
 
 def _sides(epoch, flight_id: np.ndarray) -> TapeEpoch:
