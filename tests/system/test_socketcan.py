@@ -49,7 +49,7 @@ def kernels() -> set[str]:
 @pytest.mark.slow
 def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
     suites = ["tests/conformance", "tests/system/test_socketcan_inside.py"]
-    suites += ["tests/system/test_receiver_py_inside.py"]
+    suites += ["tests/system/test_receiver_py_inside.py", "tests/system/test_replay_inside.py"]
     done = shell(
         sys.executable, "-m", "pytest", "-q", "-rA", "-m", "socketcan", "-p", "no:cacheprovider", *suites,
         timeout_s=600, cwd=ROOT,
@@ -66,6 +66,8 @@ def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
         "in_c_outlives",
         "python_receiver_flies",
         "monitor_reads_vcan",
+        "canplayer_plays",
+        "play_it_in_lockstep",
     ):
         assert must in done.stdout
 

@@ -1,0 +1,87 @@
+"""On a kernel with CAN: canplayer plays a run's log to our flight software, and so do we; candump records it.
+
+`tests/system/test_socketcan.py` runs this in user-mode Linux where the machine's own kernel has no CAN.
+"""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from dbc.contract import FLIGHT_NODE
+from dbc.link.base import open_link
+from tests.system.test_socketcan_inside import Candump
+from tools.cli import main
+from tools.log.candump import format_lines, parse_lines
+from tools.log.recording import Recording
+from tools.replay.tape import open_tape
+
+pytestmark = pytest.mark.socketcan
+
+if "vcan0" not in {name for _, name in socket.if_nameindex()}:
+    pytest.skip("no vcan0 on this kernel; see test_socketcan.py", allow_module_level=True)
+
+BUS = "socketcan:vcan0"
+NAV_X, HEARTBEAT = 0x041, 0x700 + FLIGHT_NODE
+PLAYED = slice(-9, None)
+"""Epochs that canplayer plays, a second each."""
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    words = ["run", "--bus", "inline", "--duration", "48", "--out", str(folder), "--quiet", "--no-report"]
+    assert main(words) == 0
+    return folder / "bus.log"
+
+
+@pytest.fixture
+def flight():
+    """Our flight software on vcan0, ready."""
+    words = [sys.executable, "-m", "flightsw", "--vehicle", "soyuz-ms", "--bus", BUS, "--quiet"]
+    link = open_link(BUS)
+    process = subprocess.Popen(words)
+    end_s = time.monotonic() + 60
+    while HEARTBEAT not in link.receive(0.5).can_id:
+        assert process.poll() is None and time.monotonic() < end_s
+    link.close()
+    yield process
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 130
+
+
+def test_canplayer_plays_a_run_and_the_flight_software_finds_its_fixes(log, flight, tmp_path):
+    if shutil.which("canplayer") is None:
+        pytest.fail("canplayer is missing (Debian package can-utils)")
+    tape = open_tape(Recording(log), None, None)
+    part = tmp_path / "part.log"
+    with part.open("wb") as stream:
+        for epoch in list(tape.epochs())[PLAYED]:
+            stream.write(format_lines(epoch.emulator.t_ns // 1000, epoch.emulator, "can0"))
+    candump = Candump(tmp_path / "heard.log")
+    subprocess.run(["canplayer", "-I", str(part), "vcan0=can0"], check=True, timeout=60)
+    time.sleep(1.0)  # the answer to the last epoch
+    candump.close()
+    heard = parse_lines((tmp_path / "heard.log").read_bytes())[2]
+    assert (heard.can_id == NAV_X).sum() >= 5  # canplayer sends none
+    assert len(heard) > len(part.read_bytes().splitlines()) > 1000
+
+
+def test_we_play_it_in_lockstep_and_candump_has_the_same_run(log, flight, tmp_path):
+    out, heard = tmp_path / "again.log", tmp_path / "heard.log"
+    candump = Candump(heard)
+    words = ["--only", "emulator", "--bus", BUS, "--same", "--out", str(out), "--quiet"]
+    assert main(["replay", str(log), *words]) == 0
+    candump.close()
+    assert out.read_bytes() == log.read_bytes()
+    ours, theirs = (open_tape(Recording(path), None, None) for path in (log, heard))
+    for mine, other in zip(ours.epochs(), theirs.epochs(), strict=True):
+        assert (mine.emulator.data == other.emulator.data).all()
+        assert (mine.flight.data == other.flight.data).all()
