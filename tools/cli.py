@@ -59,7 +59,7 @@ COMMANDS = {
             ("report runs/soyuz-20121031-001500", "report runs/patent runs/prototype --out compared.html"),
         ),
         Command(
-            "replay", "a recording again: one side of it against real software, or all of it",
+            "replay", "play a recording again: one side against real software, or all of it",
             (
                 "replay runs/soyuz-20121031-001500 --only emulator --same",
                 "replay RUN --only emulator --flight ./mine --report runs/mine",
@@ -69,7 +69,7 @@ COMMANDS = {
             ),
         ),
         Command(
-            "convert", "a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
+            "convert", "write a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
             ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
         ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),

@@ -71,7 +71,7 @@ def test_canplayer_plays_a_run_and_the_flight_software_finds_its_fixes(log, flig
     candump.close()
     heard = parse_lines((tmp_path / "heard.log").read_bytes())[2]
     assert (heard.can_id == NAV_X).sum() >= 5  # canplayer sends none
-    assert len(heard) > len(part.read_bytes().splitlines()) > 1000
+    assert len(heard) > len(part.read_bytes().splitlines()) > 500
 
 
 def test_we_play_it_in_lockstep_and_candump_has_the_same_run(log, flight, tmp_path):
