@@ -1,4 +1,4 @@
-"""A flight software as others write one for `gnss-hil replay --flight`: it has its environment alone."""
+"""A flight software as others would write one for `gnss-hil replay --flight`."""
 
 from __future__ import annotations
 

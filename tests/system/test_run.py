@@ -22,9 +22,7 @@ FIX_COLUMNS = (
     "craft t_gps_s valid x_ecef_m y_ecef_m z_ecef_m vx_ecef_mps vy_ecef_mps vz_ecef_mps clock_bias_m "
     "satellites pdop"
 ).split()
-START_GPS_S = (
-    1712 * 604_800 + 3 * 86_400 + 900.0
-)  # 2012-10-31 00:15:00: GPS week 1712, Wednesday
+START_GPS_S = 1712 * 604_800 + 3 * 86_400 + 900.0  # 2012-10-31 00:15:00: GPS week 1712, Wednesday
 
 
 @pytest.fixture(scope="module")
