@@ -17,6 +17,7 @@ import pytest
 
 from dbc.contract import FLIGHT_NODE
 from dbc.link.base import open_link
+from dbc.link.bench import END_ID
 from tests.system.test_socketcan_inside import Candump
 from tools.cli import main
 from tools.log.candump import format_lines, parse_lines
@@ -79,6 +80,10 @@ def test_we_play_it_in_lockstep_and_candump_has_the_same_run(log, flight, tmp_pa
     candump = Candump(heard)
     words = ["--only", "emulator", "--bus", BUS, "--same", "--out", str(out), "--quiet"]
     assert main(["replay", str(log), *words]) == 0
+    end_s = time.monotonic() + 20
+    while f" {END_ID:03X}#" not in heard.read_text():  # candump may be behind: lockstep is fast
+        assert time.monotonic() < end_s
+        time.sleep(0.05)
     candump.close()
     assert out.read_bytes() == log.read_bytes()
     ours, theirs = (open_tape(Recording(path), None, None) for path in (log, heard))
