@@ -40,7 +40,7 @@ def convert(
     pieces = recording.pieces()
     if not kind.named:
         pieces = in_time_order(pieces, done.strayed)
-    draft = out.with_name(f".{out.name}.draft{out.suffix}")
+    draft = out.with_name(f".{out.name}.draft{out.suffix.lower()}")
     try:
         writer = open_writer(draft, kind, channels)
         try:

@@ -129,6 +129,10 @@ class _Stopping:
             self.reader.stop()
 
 
+MAX_CHANNELS = 255
+"""Of the formats that number their buses."""
+
+
 class Channels(dict[bytes, int]):
     """Numbers of buses, from 0: the number in the name (can1, vcan1), else, or if that is taken, the next."""
 
@@ -136,9 +140,12 @@ class Channels(dict[bytes, int]):
         digits = re.search(rb"\d{1,3}$", name)
         taken = set(self.values())
         wanted = int(digits[0]) if digits else 0
-        free = next(n for n in (wanted, *range(256)) if n not in taken and n < 255)
-        self[name] = free
-        return free
+        free = (n for n in (wanted, *range(MAX_CHANNELS)) if n not in taken and n < MAX_CHANNELS)
+        number = next(free, None)
+        if number is None:
+            raise LogError(f"more than {MAX_CHANNELS} buses: only .log has room for them")
+        self[name] = number
+        return number
 
     @property
     def renamed(self) -> dict[str, str]:
