@@ -6,12 +6,21 @@ import fcntl
 import os
 import shutil
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from dbc.link.embedded import SUN_PATH_BYTES
 
-_PREFIX, _NAME_BYTES = "gnss-hil-bus-", 16
-"""Of private folders, and the room for a socket's name in them."""
+_NAME_BYTES = 16
+"""Room for a socket's name in a private folder."""
+
+
+@cache
+def _prefix() -> str:
+    """Of the folders that this kernel's processes make. Its locks say nothing about those of another kernel on
+    the same files: of a user-mode Linux, or of the host under one."""
+    boot = Path("/proc/sys/kernel/random/boot_id")
+    return f"gnss-hil-bus-{boot.read_text()[:6] if boot.exists() else 'unknown'}-"
 
 
 class PrivateFolder:
@@ -32,7 +41,7 @@ class PrivateFolder:
 
     def _make(self, parent: Path) -> bool:
         """A locked folder; False if somebody took it for abandoned before it was locked."""
-        self._path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=parent))
+        self._path = Path(tempfile.mkdtemp(prefix=_prefix(), dir=parent))
         try:
             self._lock = os.open(self._path, os.O_RDONLY | os.O_DIRECTORY)
         except FileNotFoundError:
@@ -50,12 +59,12 @@ class PrivateFolder:
 
 def _fits(parent: str) -> bool:
     """Whether a socket's path has room in a private folder within `parent`."""
-    return len(os.fsencode(parent)) + len(f"/{_PREFIX}12345678/") + _NAME_BYTES <= SUN_PATH_BYTES
+    return len(os.fsencode(parent)) + len(f"/{_prefix()}12345678/") + _NAME_BYTES <= SUN_PATH_BYTES
 
 
 def _remove_abandoned(parent: Path) -> None:
     """Removes folders of ours that nobody holds a lock on."""
-    for path in parent.glob(f"{_PREFIX}*"):
+    for path in parent.glob(f"{_prefix()}*"):
         try:
             if path.lstat().st_uid != os.getuid():
                 continue
