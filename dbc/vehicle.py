@@ -28,7 +28,7 @@ class Strict(BaseModel):
 
 
 class Antenna(Strict):
-    name: Annotated[str, Field(min_length=1, max_length=24)]
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,23}$")]
     receiver: Annotated[int, Field(ge=1, le=MAX_RECEIVERS)]
     channels: Annotated[int, Field(ge=1, le=CHANNELS)]
     clock_domain: Annotated[int, Field(ge=0, le=7)] = 0

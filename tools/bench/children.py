@@ -49,7 +49,7 @@ class Child:
         return f"{self.name} {how}{self.last_words(': ')}"
 
     def last_words(self, before: str = "") -> str:
-        if self.words is None:
+        if self.words is None or not self.words.exists():  # whoever cleans /tmp must not hide who died
             return ""
         lines = self.words.read_text("utf-8", "replace").strip().splitlines()
         return before + lines[-1] if lines else ""

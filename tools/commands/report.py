@@ -41,6 +41,10 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
     names = [run.name for run in runs]
     print(compare.render(names, compare.rows(runs[0].summary, runs[1].summary)))
     print(f"\nreport: {compare.write(*runs, path)}")
+    for key in ("scenario", "seed", "duration_s", "epoch_interval_s"):
+        mine, other = (run.summary[key] for run in runs)
+        if mine != other:
+            print(f"{PROGRAM}: the runs differ in {key}: {mine} and {other}", file=sys.stderr)
     return 0
 
 

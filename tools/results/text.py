@@ -69,7 +69,8 @@ def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     rejected = sum(frames["rejected"].values())
     reasons = ", ".join(f"{count} {reason}" for reason, count in frames["rejected"].items())
     channel = f":{s['bus']['channel']}" if s["bus"]["channel"] else ""
-    yield "bus", f"{s['bus']['interface']}{channel}, {s['pace']}"
+    known = s["bus"]["interface"] is not None
+    yield "bus", f"{s['bus']['interface']}{channel}, {s['pace']}" if known else "unknown: the run broke off"
     yield (
         "  frames",
         f"{figure(frames['received'])} heard of {figure(frames['sent'])} sent, "
