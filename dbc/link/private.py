@@ -17,7 +17,7 @@ _NAME_BYTES = 16
 
 @cache
 def _prefix() -> str:
-    """Of the folders that this kernel's processes make. Its locks say nothing about those of another kernel on
+    """Of the folders that this kernel's processes make. Its locks say nothing of those of another kernel on
     the same files: of a user-mode Linux, or of the host under one."""
     boot = Path("/proc/sys/kernel/random/boot_id")
     return f"gnss-hil-bus-{boot.read_text()[:6] if boot.exists() else 'unknown'}-"

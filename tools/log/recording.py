@@ -115,7 +115,8 @@ class Recording:
         except Exception as error:  # whatever somebody else's parser makes of a damaged file
             said = " ".join(str(error).split()) or type(error).__name__
             what = format_of(self.path).name
-            raise LogError(f"{self.path}: not {what}, or damaged after {told} frames or more: {said}") from None
+            where = f"damaged after {told} frames or more"
+            raise LogError(f"{self.path}: not {what}, or {where}: {said}") from None
 
 
 @dataclass(frozen=True, slots=True)
