@@ -83,9 +83,17 @@ class Bench:
 
     def assemble(self):
         """The start barrier: heartbeats with counter 0 until the flight software's was heard."""
-        while not any(s.get("contract_hash") == HASH for _, s in self.hear(0.1)):
+        heard = None
+        while heard is None:
             self.counters.clear()
             self.heartbeats("READY")
+            heard = next(
+                (said["contract_hash"] for name, said in self.hear(0.1) if name.endswith("HEARTBEAT")), None
+            )
+        if heard != HASH:
+            raise ConnectionError(
+                f"the flight software speaks contract {heard:08X}, {DBC.name} is {HASH:08X}"
+            )
 
     def lockstep(self):
         """Ends the block and waits for the answer; TimeoutError if ten repetitions bring none."""
