@@ -241,7 +241,8 @@ def test_an_emulator_that_neither_steers_nor_ends_is_recorded_for_the_scenarios_
     assert time.monotonic() - begun_s < 30
     summary = summary_of(folder)
     assert (summary["epochs"], summary["duration_s"]) == (40, 40.0)
-    assert summary["frames"]["rejected"] == {} and summary["frames"]["lost"] == 0
+    # Nobody waits for anybody here: on a busy machine an answer may come epochs late.
+    assert set(summary["frames"]["rejected"]) <= {"MIXED_EPOCH"} and summary["frames"]["lost"] == 0
     assert summary["craft"]["soyuz"]["fixes"] >= 10
     assert 0 < summary["epoch_latency_ms"]["p50"] < 1000
 
