@@ -11,6 +11,7 @@ import os
 import random
 import shlex
 import socket
+import subprocess
 import sys
 import threading
 import time
@@ -22,6 +23,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from dbc.codec import codec
 from dbc.contract import VALUES
 from dbc.frames import EFF_FLAG, RTR_FLAG
 from dbc.generate import dbc_text
@@ -129,6 +131,21 @@ def test_a_bus_that_closes_is_told_in_one_line():
         _, said = receiver.communicate(timeout=30)
     assert receiver.returncode == 1
     assert said == "receiver: the hub closed the bus\n"
+
+
+def test_another_contract_is_told_and_not_flown():
+    """The receiver with its DBC, a flight software with the DBC of four receivers."""
+    with PrivateFolder() as private, Hub(private / "bus") as hub:
+        spec = f"embedded:{hub.path}"
+        receiver = start({"GNSS_HIL_BUS": spec})
+        words = ["--vehicle", "soyuz-ms", "--bus", spec, "--once", "--quiet"]
+        flight = subprocess.Popen([sys.executable, "-m", "flightsw", *words])
+        line = receiver.stderr.readline()
+        assert receiver.poll() is None
+        for process in (receiver, flight):
+            process.terminate()
+            process.wait()
+    assert line == f"FLIGHT speaks contract {codec(4).hash:08x}, gnss.dbc is {codec(1).hash:08x}\n"
 
 
 @pytest.mark.parametrize(
