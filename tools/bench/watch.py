@@ -211,7 +211,7 @@ class Watch:
             if not child.running and child.process.returncode:
                 return child.obituary()
         for flight in self.flights:
-            if not flight.running and not self._ends_well():
+            if not flight.running and (flight.process.returncode or not self._ends_well()):
                 return flight.obituary()
         return self.master.trouble
 

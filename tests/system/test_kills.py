@@ -1,0 +1,143 @@
+"""Fifty processes killed at random: the rest ends, says who, and the folder tells everything up to then.
+
+A child killed: the run writes its folder as ever. The supervisor killed: nobody is left who could, so its
+children end, the log holds what was heard, `gnss-hil report` rebuilds the rest, and the next run removes its
+private folder.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from dbc.codec import codec
+from dbc.frames import FrameBatch
+from dbc.link.private import PrivateFolder
+from tests.system.runs import FILES, children_of
+from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
+from tools.log.candump import parse_lines
+
+KILLS, SEED, AT_ONCE = 50, 3, 2
+ENDS_WITHIN_S, WRITES_WITHIN_S = 5.0, 30.0
+"""All children; and the supervisor, which then makes tables on a machine that has other things to do."""
+
+NAMES = {"emulator": "emulator", "flightsw": "flight software of soyuz"}
+VICTIMS = ("emulator", "flightsw", "supervisor")
+CODEC = codec(4)
+ROWS = {"channels.parquet": "SV_CLOCK", "assignments.parquet": "COMMAND"}
+"""Tables, and the kind of frame that makes a row of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kill:
+    """Who dies how long after the first frame is on record, and at which pace the run goes."""
+
+    number: int
+    victim: str
+    after_s: float
+    pace: str
+
+
+def kills(count: int) -> list[Kill]:
+    draw = random.Random(SEED)
+    return [
+        Kill(i, VICTIMS[i % 3], draw.uniform(0, 1.2), draw.choice(("lockstep", "lockstep", "x50")))
+        for i in range(count)
+    ]
+
+
+def alive(pid: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def until(condition, seconds: float) -> bool:
+    end_s = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end_s:
+        time.sleep(0.02)
+    return condition()
+
+
+def killed_run(kill: Kill, folder: Path, bus: str = "embedded") -> str:
+    """One run with one death; what is wrong with how it ended, "" if nothing is."""
+    words = ["--duration", "1d", "--bus", bus, "--pace", kill.pace, "--no-report", "--quiet"]
+    command = [sys.executable, "-m", "tools.cli", "run", *words, "--out", str(folder)]
+    run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    log = folder / "bus.log"
+    try:
+        until(lambda: run.poll() is not None or (log.exists() and log.stat().st_size > 0), 60)
+        if run.poll() is not None:
+            return f"ended before anybody was killed: {run.stderr.read()}"
+        children = children_of(run.pid)
+        time.sleep(kill.after_s)
+        os.kill({**children, "supervisor": run.pid}[kill.victim], signal.SIGKILL)
+        if not until(lambda: not any(map(alive, children.values())), ENDS_WITHIN_S):
+            return f"alive after {ENDS_WITHIN_S} s: {[name for name, pid in children.items() if alive(pid)]}"
+        if not until(lambda: run.poll() is not None, WRITES_WITHIN_S):
+            return f"the supervisor goes on after {WRITES_WITHIN_S} s"
+        return _ended_badly(kill, run.returncode, run.stderr.read()) or _incomplete(kill, folder)
+    finally:
+        run.kill()
+        run.wait()
+        run.stderr.close()
+
+
+def _ended_badly(kill: Kill, status: int, said: str) -> str:
+    if kill.victim == "supervisor":
+        good = status == -signal.SIGKILL and said == ""
+    else:
+        good = status == 1 and said.endswith(f"gnss-hil: {NAMES[kill.victim]} killed by SIGKILL\n")
+    return "" if good and "Traceback" not in said else f"status {status}: {said}"
+
+
+def _incomplete(kill: Kill, folder: Path) -> str:
+    """What the folder lacks; of a dead supervisor's after a report."""
+    if kill.victim == "supervisor":
+        command = [sys.executable, "-m", "tools.cli", "report", str(folder)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode or done.stderr:
+            return f"report ended with {done.returncode}: {done.stderr}"
+    frames = json.loads((folder / "summary.json").read_text())["frames"]
+    heard = parse_lines(whole_lines(folder / "bus.log"))[2]
+    missing = expected(heard) - {path.name for path in folder.iterdir()}
+    rejected = frames["rejected"] if kill.pace == "lockstep" else {}  # elsewhere an answer may come too late
+    if missing or frames["received"] != len(heard) or rejected or not len(heard):
+        return f"missing {sorted(missing)}; {frames}, {len(heard)} lines"
+    return ""
+
+
+def expected(heard: FrameBatch) -> set[str]:
+    """What a folder must hold; a table without a row is left out."""
+    kinds = set(CODEC.kind_of[heard.can_id].tolist())
+    empty = {table for table, kind in ROWS.items() if CODEC.kinds[kind].number not in kinds}
+    return FILES - {"report.html"} - empty
+
+
+def whole_lines(log: Path) -> bytes:
+    return log.read_bytes().rpartition(b"\n")[0] + b"\n"
+
+
+@pytest.mark.slow
+def test_whoever_is_killed_the_rest_ends_and_the_record_is_kept(tmp_path, monkeypatch):
+    with PrivateFolder() as temporary:  # all sockets of these runs are in here
+        monkeypatch.setenv("TMPDIR", str(temporary))
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            faults = list(pool.map(lambda kill: killed_run(kill, tmp_path / f"{kill.number}"), kills(KILLS)))
+        told = [f"{kill}: {fault}" for kill, fault in zip(kills(KILLS), faults, strict=True) if fault]
+        assert not told, "\n".join(told)
+        last = [sys.executable, "-m", "tools.cli", "run", "--duration", "5", "--out", str(tmp_path / "last")]
+        subprocess.run(last, check=True, capture_output=True)
+        assert not list(temporary.iterdir()), "sockets of the dead are left"
