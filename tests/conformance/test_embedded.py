@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import resource
 import shutil
 import socket
 import stat
@@ -9,6 +11,7 @@ import struct
 import subprocess
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import can
@@ -287,3 +290,55 @@ def test_a_c_program_joins_with_connect_read_and_write(hub, tmp_path):
     hub.close()
     assert client.communicate(timeout=10)[0] == "1000\n"
     assert client.returncode == 0
+
+
+def test_a_peer_that_never_reads_is_named_once_it_held_back_long_enough(hub):
+    deaf, link, sock = raw(hub), join(hub), raw(hub)
+    sock.setblocking(False)
+    assert hub.holding_back(0) == []
+    wire = memoryview(to_wire(numbered((QUEUE_BYTES + KERNEL_BUFFERS_BYTES) // 16)))
+    gone = threading.Event()
+
+    def hear():
+        with suppress(LinkClosed):
+            while not gone.is_set():
+                link.receive(0.05)
+
+    reader = threading.Thread(target=hear)
+    reader.start()
+    end_s = time.monotonic() + 5
+    while wire and not hub.holding_back(0) and time.monotonic() < end_s:
+        try:
+            wire = wire[sock.send(wire) :]
+        except BlockingIOError:
+            time.sleep(0.001)
+    assert hub.holding_back(0) == [(1, os.getpid())]
+    assert hub.holding_back(60) == []
+    deaf.close()
+    assert eventually(lambda: hub.holding_back(0) == [])
+    gone.set()
+    reader.join()
+    link.close()
+    sock.close()
+
+
+def test_without_a_file_descriptor_the_hub_rests_and_who_connects_waits(hub):
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    late = socket.socket(socket.AF_UNIX)
+    held = [os.dup(0)]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (held[0] + 8, limits[1]))
+    try:
+        with suppress(OSError):
+            while True:
+                held.append(os.dup(0))
+        late.connect(str(hub.path))
+        begun_s = time.process_time()
+        time.sleep(0.5)
+        assert time.process_time() - begun_s < 0.25, "the hub spins"
+        assert hub.peers == 0
+    finally:
+        for descriptor in held:
+            os.close(descriptor)
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert eventually(lambda: hub.peers == 1)
+    late.close()

@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 
 from dbc import vehicle
+from dbc.codec import codec
 from dbc.contract import BENCH_FIRST
 from dbc.frames import from_wire
 from dbc.link import bench
 from dbc.link.hub import Hub, PrivateFolder
 
+CODEC = codec(4)
 VEHICLE = vehicle.find("soyuz-ms")
 EPOCHS = 150
 
@@ -184,6 +186,58 @@ def test_a_dead_flight_software_is_counted_and_time_goes_on(processes):
     ended = processes.status()[-1]
     assert ended["epoch"] == 200
     assert 0 < ended["epochs_unanswered"] < 200
+
+
+@pytest.mark.parametrize("pace", ["lockstep", "x10"])
+def test_a_restarted_flight_software_has_a_fix_in_the_first_epoch_it_hears_whole(processes, pace):
+    """Its receivers never stopped: this is their warm start, not theirs and its own."""
+    flight = processes.fly()
+    emulator = processes.emulate("--pace", pace, duration_s=3600)
+    processes.reached(60)
+    flight.kill()
+    flight.wait()
+    processes.fly()
+    processes.joined(2)
+    restarted_at = max(line.get("epoch", -1) for line in processes.status())
+    processes.reached(restarted_at + 40)
+    emulator.send_signal(signal.SIGINT)
+    assert emulator.wait(10) == 130
+    if pace == "lockstep":
+        assert processes.status()[-1]["epochs_unanswered"] == 1
+    (_, answers) = max((peer, from_wire(bytes(wire))) for peer, wire in processes.wire.items())
+    opened = answers.data[answers.can_id == CODEC.can_id_of["NAV_STATUS", 0]]
+    said = CODEC.decode("NAV_STATUS", opened)
+    assert len(opened) > 20
+    assert (said["mode"] == 2).all() and said["satellites"].min() > 15
+
+
+def test_a_restarted_emulator_is_another_run_and_is_picked_up(processes):
+    processes.fly()
+    processes.joined(1)
+    sessions = []
+    for _ in range(2):
+        emulator = processes.start(
+            "emulator", "soyuz", "--quiet", "--status", str(processes.folder / "status")
+        )
+        processes.reached(10)
+        emulator.kill()
+        emulator.wait()
+        marks = from_wire(bytes(processes.wire[max(processes.wire)]))
+        mark = marks.data[marks.can_id == CODEC.can_id_of["TIME_MARK", 0]][:1]
+        sessions.append(int(CODEC.decode("TIME_MARK", mark)["session"][0]))
+        (processes.folder / "status").unlink()
+    assert sessions[0] != sessions[1]
+
+
+def test_a_flight_software_returns_to_a_bus_that_returns(processes):
+    flight = processes.fly()
+    processes.joined(1)
+    processes.hub.close()
+    processes.hub = Hub(processes.folder / "bus.sock", [processes._keep])
+    processes.joined(1)
+    assert processes.emulate(duration_s=20).wait(30) == 0
+    assert processes.status()[-1]["epochs_unanswered"] == 0
+    assert flight.poll() is None
 
 
 def test_the_flight_software_leaves_when_told(processes):

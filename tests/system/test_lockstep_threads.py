@@ -100,6 +100,34 @@ def test_nobody_answers_and_time_goes_on(bus):
     assert master.tally.unanswered == 2
 
 
+def test_a_node_that_started_anew_is_not_waited_for(bus):
+    master, joined = conductor(bus), []
+    with flight(bus):
+        master.assemble(timeout_s=5)
+        play(master, range(3))
+    restart = threading.Timer(0.3, lambda: joined.append(Flight(bus)))
+    restart.start()
+    begun_s = time.monotonic()
+    assert play(master, [3]) == [EMPTY]
+    assert 0.3 < time.monotonic() - begun_s < 5, "the limit is 10 s"
+    assert master.tally.unanswered == 1
+    assert play(master, [4, 5]) == [navigation(1), navigation(2)]
+    joined[0].leave()
+    assert joined[0].fresh == [True, False]
+
+
+def test_announcements_that_waited_somewhere_are_no_restart(bus):
+    """A bus that stood still delivers all at once what a node said before it heard the block."""
+    with flight(bus, delay_s=0.6) as node:
+        master, stranger = conductor(bus), bus.connect()
+        master.assemble(timeout_s=5)
+        waited = threading.Timer(0.3, lambda: stranger.send(concat([heartbeat()] * 20)))
+        waited.start()
+        play(master, [0])
+        assert master.tally.unanswered == 0 and len(node.blocks) == 1
+        waited.join()
+
+
 def test_a_stop_ends_waiting_without_blaming_the_node(bus):
     master = conductor(bus, stop=lambda: True)
     master.assemble()
