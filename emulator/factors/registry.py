@@ -13,13 +13,7 @@ from typing import Annotated
 from pydantic import Field
 
 from dbc.registry import table
-from dbc.vehicle import Strict
-
-
-class Factor(Strict):
-    """Parameters of a factor; `enabled = false` switches it off."""
-
-    enabled: bool = True
+from emulator.factors.base import Factor
 
 
 class CodeNoise(Factor):
