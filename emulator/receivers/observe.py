@@ -20,6 +20,7 @@ from emulator.signals.bands import BY_SYSTEM, wavelength_m
 from emulator.signals.geometry import Array, at_transmission, path
 from emulator.signals.scene import Scene
 from emulator.world.earth import LIGHT_MPS
+from emulator.world.sky import SkyState
 
 PHASE_LIMIT_CYC = 1.3e8
 """Where the carrier phase is restarted: its signal on the bus ends at 1.37e8 cycles."""
@@ -75,9 +76,9 @@ def observe(
     system = satellites.system_of(sat)
     signals = path(scene.motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver])
     offset_s, drift = scene.clock_s
-    sv_drift_mps = sky.clock_drift_mps[row]
-    sv_clock_back_m = sv_drift_mps * signals.flight_s
-    exact_m = signals.length_m + LIGHT_MPS * offset_s[receiver] - (sky.clock_truth_m[row] - sv_clock_back_m)
+    sv_drift_mps = sky.clock_truth_mps[row]
+    sv_clock_m = sky.clock_truth_m[row] - sv_drift_mps * signals.flight_s
+    exact_m = signals.length_m + LIGHT_MPS * offset_s[receiver] - sv_clock_m
     # The satellite's clock runs at the transmission instant, which moves at 1 - rate / c.
     exact_mps = (
         signals.rate_mps + LIGHT_MPS * drift[receiver] - sv_drift_mps * (1 - signals.rate_mps / LIGHT_MPS)
@@ -88,7 +89,7 @@ def observe(
     error = noise.errors(factors, raw, cn0, BY_SYSTEM.chip_m[system], wave_m)
     cycles = (exact_m + error.phase_m) / wave_m
     phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, sky.ephemeris[row])
-    pos, vel = at_transmission(sky, row, signals.flight_s)
+    pos, vel = reported_at_transmission(sky, row, signals.flight_s)
     return Observations(
         receiver,
         channel,
@@ -101,9 +102,18 @@ def observe(
         channels.slips[receiver, channel],
         pos,
         vel,
-        sky.clock_m[row] - sv_clock_back_m,
-        sv_drift_mps,
+        sky.clock_m[row] - sky.clock_drift_mps[row] * signals.flight_s,
+        sky.clock_drift_mps[row],
     ), channels
+
+
+def reported_at_transmission(sky: SkyState, row: Numbers, flight_s: Array) -> tuple[Array, Array]:
+    """Positions and velocities (p, 3) that satellites report of their transmission instants."""
+    pos, vel = at_transmission(sky, row, flight_s)
+    if sky.off_ecef_m is None:
+        return pos, vel
+    rate = sky.off_ecef_mps[row]
+    return pos + sky.off_ecef_m[row] - flight_s[:, None] * rate, vel + rate
 
 
 def _start_phases(

@@ -57,6 +57,15 @@ def fit_matrix(degree: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=16)
+def _derivative_matrix(degree: int) -> NDArray[np.float64]:
+    """(degree + 1, degree + 1) values at the Lobatto nodes -> derivatives by x there."""
+    slopes = chebyshev.chebder(fit_matrix(degree))
+    matrix = chebyshev.chebvander(lobatto_nodes(degree), degree - 1) @ slopes
+    matrix.flags.writeable = False
+    return matrix
+
+
+@lru_cache(maxsize=16)
 def _basis_matrix(degree: int, half_s: float) -> NDArray[np.float64]:
     """(degree + 1, 3, degree + 1) powers of x -> T_k and its first and second derivatives by time,
     x = t / half_s."""
@@ -108,6 +117,10 @@ class Grid:
     def fit(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Values (s, degree + 1, w) at the nodes of s segments -> coefficients of the same shape."""
         return np.matmul(fit_matrix(self.degree), values)
+
+    def derivative(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Time derivative at the nodes of s segments of what has these values (s, degree + 1, w) there."""
+        return np.matmul(_derivative_matrix(self.degree), values) / self.half_s
 
     def evaluate(self, coefficients: NDArray[np.float64], segment: int, t_ns: int) -> NDArray[np.float64]:
         """Value, first and second time derivative, (3, w), of one segment (degree + 1, w) at t_ns."""

@@ -3,9 +3,11 @@
 A sky is made of constellations, one for each system. A constellation evaluates its ephemerides for many
 segments at once; the sky keeps the result as polynomials, one minute each, and reads them every epoch.
 
-Broadcast orbits and clocks *are* the truth here (modelled: no satellite flies them). Where one ephemeris
-gives way to the next, the satellite jumps by what the two disagree, decimetres to metres, and says so by
-another `ephemeris` number: a receiver cannot count cycles across that.
+Truth and report. Left alone, what satellites broadcast *is* the truth (modelled: no satellite flies it).
+Where one ephemeris gives way to the next, such a satellite jumps by what the two disagree, decimetres to
+metres, and says so by another `ephemeris` number: a receiver cannot count cycles across that. With precise
+orbits the truth is theirs, and what satellites broadcast is only what receivers hear of it; error models
+change the report, never the truth. The table holds the truth and what the report is off.
 
 Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
 """
@@ -13,8 +15,9 @@ Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,13 +37,15 @@ GRID = Grid(origin_ns=0, segment_ns=60 * NS_PER_S, margin_ns=2 * NS_PER_S, degre
 class SkyState:
     """All satellites of a sky at one instant; rows are the same satellites through a run.
 
-    index             (n,) satellite index, `dbc.satellites`
-    pos_ecef_m        (n, 3) antenna phase centre, WGS-84 ECEF axes of the instant [m]
-    vel_ecef_mps      (n, 3) first and
-    acc_ecef_mps2     (n, 3) second time derivative of it [m/s], [m/s^2]
-    clock_m           (n,) as broadcast: to be added to a pseudorange, relativity and group delay inside [m]
-    clock_truth_m     (n,) as transmitted: clock_m less what no message tells, the system's offset [m]
-    clock_drift_mps   (n,) rate of both [m/s]
+    index               (n,) satellite index, `dbc.satellites`
+    pos_ecef_m          (n, 3) antenna phase centre, WGS-84 ECEF axes of the instant [m]
+    vel_ecef_mps        (n, 3) first and
+    acc_ecef_mps2       (n, 3) second time derivative of it [m/s], [m/s^2]
+    clock_truth_m       (n,) to be added to a pseudorange, relativity and group delay inside, as transmitted:
+                        less what no message tells, the system's offset [m]; its rate:
+    clock_truth_mps     (n,) [m/s]
+    clock_m, clock_drift_mps     (n,) the same as reported, without the system's offset
+    off_ecef_m, off_ecef_mps     (n, 3) reported minus true position, and its rate; None if they are one
     available, healthy, frequency, iod, ura, ephemeris   (n,) see Broadcast
     """
 
@@ -48,9 +53,12 @@ class SkyState:
     pos_ecef_m: Array
     vel_ecef_mps: Array
     acc_ecef_mps2: Array
-    clock_m: Array
     clock_truth_m: Array
+    clock_truth_mps: Array
+    clock_m: Array
     clock_drift_mps: Array
+    off_ecef_m: Array | None
+    off_ecef_mps: Array | None
     available: NDArray[np.bool_]
     healthy: NDArray[np.bool_]
     frequency: NDArray[np.int64]
@@ -59,9 +67,25 @@ class SkyState:
     ephemeris: NDArray[np.int64]
 
 
+class TrueOrbits(Protocol):
+    """Orbits and clocks that are the truth instead of what is broadcast; `Constellation.sample` without a
+    message: positions (s, k, n, 3), clocks (s, k, n), available (s, n). Numbers are nan or without meaning
+    where nothing is available."""
+
+    index: NDArray[np.int64]
+
+    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, NDArray]: ...
+
+
+Misreport = Callable[[NDArray[np.int64], Array, Array, Array], tuple[Array | float, Array | float]]
+"""An error of what all satellites of a sky report: middles_ns (s,), nodes_s (k,), true positions and
+velocities (s, k, n, 3) -> reported minus true positions (s, k, n, 3) [m] and clocks (s, k, n) [m]."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Chunk:
-    """coefficients (s, degree + 1, 4 n): positions by satellite and axis, then clocks."""
+    """coefficients (s, degree + 1, 4 n or 8 n): positions by satellite and axis, clocks; then, where they
+    differ, what the report is off, in the same order."""
 
     coefficients: Array
     broadcast: Broadcast
@@ -70,16 +94,26 @@ class _Chunk:
 class Sky:
     """Several constellations as one table.
 
-    offset_m  (n,) residual offset of each satellite's system against GPS [m]: it lengthens the
-              pseudoranges of the system's satellites and appears in no broadcast clock
+    offset_m    (n,) residual offset of each satellite's system against GPS [m]: it lengthens the
+                pseudoranges of the system's satellites and appears in no broadcast clock
+    truth       orbits that are flown instead of those broadcast; satellites they lack are not there
+    misreports  errors of the report
     """
 
-    def __init__(self, constellations: Sequence[Constellation], offset_m: Sequence[float]):
+    def __init__(
+        self,
+        constellations: Sequence[Constellation],
+        offset_m: Sequence[float],
+        truth: TrueOrbits | None = None,
+        misreports: Sequence[Misreport] = (),
+    ):
         self._constellations = tuple(constellations)
         self.index = np.concatenate([c.index for c in constellations])
         self._offset_m = np.concatenate(
             [np.full(len(c.index), value) for c, value in zip(constellations, offset_m, strict=True)]
         )
+        self._truth = truth
+        self._misreports = tuple(misreports)
         self._chunks = Chunks(self._build)
 
     def at(self, t_ns: int) -> SkyState:
@@ -89,15 +123,20 @@ class Sky:
         number, row = divmod(segment, GRID.per_chunk)
         chunk = self._chunks[number]
         value, rate, acceleration = GRID.evaluate(chunk.coefficients[row], segment, t_ns)
+        clock_m, drift_mps = value[3 * n : 4 * n], rate[3 * n : 4 * n]
+        reported = clock_m, drift_mps, None, None
+        if len(value) > 4 * n:
+            off, off_rate = value[4 * n : 7 * n].reshape(n, 3), rate[4 * n : 7 * n].reshape(n, 3)
+            reported = clock_m + value[7 * n :], drift_mps + rate[7 * n :], off, off_rate
         b = chunk.broadcast
         return SkyState(
             self.index,
             value[: 3 * n].reshape(n, 3),
             rate[: 3 * n].reshape(n, 3),
             acceleration[: 3 * n].reshape(n, 3),
-            value[3 * n :],
-            value[3 * n :] - self._offset_m,
-            rate[3 * n :],
+            clock_m - self._offset_m,
+            drift_mps,
+            *reported,
             b.available[row],
             b.healthy[row],
             b.frequency[row],
@@ -111,12 +150,50 @@ class Sky:
         parts = [c.sample(middles_ns, nodes_s) for c in self._constellations]
         positions = np.concatenate([pos for pos, _, _ in parts], axis=2)
         clocks = np.concatenate([clock for _, clock, _ in parts], axis=2)
-        values = np.concatenate((positions.reshape(*positions.shape[:2], -1), clocks), axis=2)
         said = [b for _, _, b in parts]
         broadcast = Broadcast(
             *(np.concatenate([getattr(b, name) for b in said], axis=1) for name in Broadcast.__slots__)
         )
-        return _Chunk(GRID.fit(values), broadcast)
+        columns = _columns(positions, clocks)
+        if self._truth is not None:
+            broadcast, columns = self._flown(middles_ns, nodes_s, positions, clocks, broadcast)
+        if self._misreports:
+            columns = self._misreported(middles_ns, nodes_s, columns)
+        return _Chunk(GRID.fit(columns), broadcast)
+
+    def _flown(self, middles_ns, nodes_s, positions, clocks, broadcast) -> tuple[Broadcast, Array]:
+        """Broadcast and columns of a sky that flies `truth` and reports what it broadcasts.
+
+        A truth without jumps needs no number of its ephemeris: one for all.
+        """
+        flown_m, flown_clock_m, flies = self._truth.sample(middles_ns, nodes_s)
+        place = {index: column for column, index in enumerate(self._truth.index.tolist())}
+        column = np.array([place.get(index, -1) for index in self.index.tolist()])
+        there = (column >= 0) & flies[:, column] & broadcast.available
+        true_m = np.where(there[:, None, :, None], flown_m[:, :, column], positions)
+        true_clock_m = np.where(there[:, None], flown_clock_m[:, :, column], clocks)
+        broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
+        off = _columns(positions - true_m, clocks - true_clock_m)
+        return broadcast, np.concatenate((_columns(true_m, true_clock_m), off), axis=2)
+
+    def _misreported(self, middles_ns, nodes_s, columns: Array) -> Array:
+        """Columns with the errors of the report added to what it is off."""
+        s, k, width = columns.shape
+        n = len(self.index)
+        rates = GRID.derivative(columns[:, :, : 3 * n])
+        pos_m, vel_mps = (part.reshape(s, k, n, 3) for part in (columns[:, :, : 3 * n], rates))
+        off = columns[:, :, 4 * n :] if width > 4 * n else np.zeros((s, k, 4 * n))
+        for misreport in self._misreports:
+            off_m, off_clock_m = misreport(middles_ns, nodes_s, pos_m, vel_mps)
+            off = off + _columns(
+                np.broadcast_to(off_m, (s, k, n, 3)), np.broadcast_to(off_clock_m, (s, k, n))
+            )
+        return np.concatenate((columns[:, :, : 4 * n], off), axis=2)
+
+
+def _columns(positions: Array, clocks: Array) -> Array:
+    """Positions (s, k, n, 3) and clocks (s, k, n) side by side, (s, k, 4 n)."""
+    return np.concatenate((positions.reshape(*positions.shape[:2], -1), clocks), axis=2)
 
 
 NOMINAL: dict[str, Callable[[int], Constellation]] = {"gps": nominal_gps, "glonass": nominal_glonass}
