@@ -12,11 +12,13 @@ from dbc import codec, e2e, satellites
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import scenario
+from emulator.effects import build_effects
+from emulator.onboard.instant import Instant, exact
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
 from emulator.scenario import ScenarioError
-from emulator.signals import clock, draws
+from emulator.signals import clock, draws, noise
 from emulator.world.attitude import build_attitude
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.orbit import build_orbit
@@ -70,6 +72,7 @@ def initial_state(world: World) -> EmulatorState:
     return EmulatorState(
         tuple(
             UnitState(
+                None,
                 fresh_channels(craft.vehicle.channels),
                 fresh_knowledge(len(world.sky.index)),
                 e2e.fresh_counters(),
@@ -87,6 +90,7 @@ def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) ->
     _check_turns(craft)
     key = draws.key_of(craft.name)
     contract = codec.codec(vehicle.antennas)
+    factors = craft.factors.on()
     return CraftWorld(
         craft.name,
         key,
@@ -96,8 +100,10 @@ def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) ->
         settings,
         _pace(settings),
         search.RULES[settings.autonomous],
-        {name: row for name, row in craft.factors if row.enabled},
-        _wander(craft, given.seed, key, vehicle.clock_domain),
+        build_effects(factors),
+        bool(noise.LOOPS.keys() & factors.keys()),
+        clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), time.interval_ns),
+        Instant(-1, exact),
         max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         contract,
         frames.stationery(contract, vehicle.antennas),

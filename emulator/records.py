@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +10,12 @@ from numpy.typing import NDArray
 from dbc.codec import Codec
 from dbc.e2e import Verdict
 from dbc.vehicle import Vehicle
-from emulator.factors.registry import Factor
+from emulator.onboard.instant import Instant
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, Pace
 from emulator.scenario import Receivers
-from emulator.signals import clock
+from emulator.signals.clock import Clocks, ClockState
+from emulator.signals.rays import Effect
 from emulator.world.attitude import Attitude
 from emulator.world.orbit import Orbit
 from emulator.world.sky import Sky
@@ -27,8 +27,10 @@ class CraftWorld:
 
     key              64 bits that stand for its name in the random draws
     settings         receivers' parameters of the scenario
-    factors          error factors that are on, by name
-    wander           its oscillators
+    effects          error factors at work on what its receivers measure
+    draws            whether any of them draws random words
+    clocks           its receivers' oscillators
+    instant          when its receivers latch
     epochs_per_pass  epochs in which the almanac is sent once
     """
 
@@ -40,8 +42,10 @@ class CraftWorld:
     settings: Receivers
     pace: Pace
     rule: search.Rule
-    factors: Mapping[str, Factor]
-    wander: clock.Wander
+    effects: tuple[Effect, ...]
+    draws: bool
+    clocks: Clocks
+    instant: Instant
     epochs_per_pass: int
     codec: Codec
     stationery: frames.Stationery
@@ -66,10 +70,12 @@ class World:
 class UnitState:
     """One craft between epochs.
 
+    clocks        its receivers' oscillators, None before the first epoch
     sent, heard   counters of protected streams, as sender and receiver
     refused       (verdicts,) command frames rejected so far, by `dbc.e2e.Verdict`
     """
 
+    clocks: ClockState | None
     channels: Channels
     knowledge: Knowledge
     sent: NDArray[np.int8]

@@ -13,11 +13,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, create_model, field_validator, model_validator
+from pydantic import Field, ValidationError, create_model, model_validator
 
 from dbc import gpstime, vehicle
 from dbc.vehicle import Strict, faults
-from emulator.factors.registry import FACTORS
+from emulator.factors.base import Factor
+from emulator.factors.registry import of_scope
 from emulator.receivers.search import RULES
 
 Positive = Annotated[float, Field(gt=0)]
@@ -26,6 +27,30 @@ Angle = Annotated[float, Field(ge=-360, le=360)]
 
 class ScenarioError(ValueError):
     """A scenario that cannot be played; the message is for people, one line a fault."""
+
+
+class _Switched(Strict):
+    """Factors of one scope by name: a table of parameters, or `name = false` for `{enabled = false}`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _switches(cls, value: Any):
+        if not isinstance(value, dict):
+            return value
+        return {k: {"enabled": v} if isinstance(v, bool) else v for k, v in value.items()}
+
+    def on(self) -> dict[str, Factor]:
+        """The factors that are on, by name, in the registry's order."""
+        return {name: row for name, row in self if row.enabled}
+
+
+def _factors(scope: str) -> type[_Switched]:
+    rows = of_scope(scope).items()
+    fields = {name: (row.model, row.model(enabled=row.default)) for name, row in rows}
+    return create_model(f"{scope.capitalize()}Factors", __base__=_Switched, **fields)
+
+
+SkyFactors, CraftFactors = _factors("sky"), _factors("craft")
 
 
 class Time(Strict):
@@ -61,6 +86,7 @@ class Sky(Strict):
     glonass: str | list[str] = "nominal"
     glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
     ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
+    factors: SkyFactors = SkyFactors()
 
 
 class Orbit(Strict):
@@ -147,11 +173,6 @@ class Flight(Strict):
     options: dict[str, float | str | bool] = Field(default_factory=dict)
 
 
-Factors = create_model(
-    "Factors", __base__=Strict, **{name: (row.model, row.model()) for name, row in FACTORS.items()}
-)
-
-
 class Craft(Strict):
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,15}$")]
     vehicle: str
@@ -160,15 +181,7 @@ class Craft(Strict):
     receivers: Receivers = Receivers()
     clock: Clock = Clock()
     flight: Flight = Flight()
-    factors: Factors = Factors()
-
-    @field_validator("factors", mode="before")
-    @classmethod
-    def _switches(cls, value: Any):
-        """`code_noise = false` is short for `code_noise = {enabled = false}`."""
-        if not isinstance(value, dict):
-            return value
-        return {k: {"enabled": v} if isinstance(v, bool) else v for k, v in value.items()}
+    factors: CraftFactors = CraftFactors()
 
 
 class Expectation(Strict):

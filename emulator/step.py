@@ -6,6 +6,7 @@ Commands sent in epoch k arrive here with epoch k + 1, act at once and are answe
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from emulator.scene import scene_of
 from emulator.signals import draws, geometry
 from emulator.signals.scene import Scene
 from emulator.truth import TRUTH, in_view_bits
+from emulator.world.sky import SkyState
 
 
 def emulate_step(
@@ -30,45 +32,62 @@ def emulate_step(
     inbox    frames heard since the last epoch, by name of the craft whose bus they were on
     returns  next state; frames by craft; truth (crafts,) of dtype `emulator.truth.TRUTH`
     """
-    t_ns = world.start_ns + epoch * world.interval_ns
-    sky = world.sky.at(t_ns)
-    motion = geometry.inertial(sky)
+    mark_ns = world.start_ns + epoch * world.interval_ns
+    heavens: dict[int, tuple[SkyState, geometry.Motion]] = {}
     units, sent, truth = [], {}, np.zeros(len(world.craft), TRUTH)
     for number, (craft, unit) in enumerate(zip(world.craft, state.units, strict=True)):
-        scene = scene_of(world, craft, sky, motion, t_ns)
-        unit, sent[craft.name] = _craft_step(world, craft, unit, scene, inbox.get(craft.name, EMPTY), epoch)
+        clocks = craft.clocks(unit.clocks, epoch)
+        ahead_s = craft.instant.ahead_s(clocks, epoch)
+        t_ns = mark_ns - round(ahead_s * gpstime.NS_PER_S)
+        if t_ns not in heavens:
+            sky = world.sky.at(t_ns)
+            heavens[t_ns] = sky, geometry.inertial(sky)
+        scene = scene_of(world, craft, clocks, *heavens[t_ns], t_ns)
+        unit = replace(unit, clocks=clocks)
+        heard = inbox.get(craft.name, EMPTY)
+        unit, sent[craft.name] = _craft_step(world, craft, unit, scene, heard, epoch, ahead_s)
         units.append(unit)
-        _tell_truth(truth[number], number, scene)
+        _tell_truth(truth[number], number, craft, scene, mark_ns)
     return EmulatorState(tuple(units)), sent, truth
 
 
 def _craft_step(
-    world: World, craft: CraftWorld, unit: UnitState, scene: Scene, heard: FrameBatch, epoch: int
+    world: World,
+    craft: CraftWorld,
+    unit: UnitState,
+    scene: Scene,
+    heard: FrameBatch,
+    epoch: int,
+    ahead_s: float,
 ) -> tuple[UnitState, FrameBatch]:
     """The receivers of one craft: hear, choose, track, measure, send."""
     t_ns, sky, paper = scene.t_ns, scene.sky, craft.stationery
+    mark_ns = world.start_ns + epoch * world.interval_ns
     channels, counters, refused, answers = _hear(world, craft, unit, scene, heard, epoch)
-    renews = search.renews(t_ns, world.interval_ns)
+    renews = search.renews(mark_ns, world.interval_ns)
     target = search.choose(craft.rule, channels, scene.signal & sky.healthy, scene.view, sky.index, renews)
     channels = retarget(channels, channels.commanded, target, t_ns)
     channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns)
-    words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.factors else None
-    seen, channels = observe(channels, begins, scene, craft.factors, words)
+    words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.draws else None
+    seen, channels = observe(channels, begins, scene, craft.effects, words)
     rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(
-        paper, world.session, epoch, t_ns, gpstime.leap_seconds(t_ns), scene.quaternion, scene.rate_body_rps
-    )
+        paper, world.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), scene.quaternion,
+        scene.rate_body_rps,
+    )  # fmt: skip
     parts = (
         mark,
         *answers,
         attitude,
-        frames.receivers_part(paper, seen, sky, scene.clock_s[0], craft.vehicle.clock_domain, state),
+        frames.receivers_part(
+            paper, seen, sky, scene.clock_s[0] - ahead_s, craft.vehicle.clock_domain, state
+        ),
         frames.almanac_part(paper, rows, sender, sky),
         paper.heartbeats,
     )
-    block, sent = e2e.protect(craft.codec, frames.block(parts, t_ns), unit.sent, epoch)
-    return UnitState(channels, knowledge, sent, counters, refused), block
+    block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
+    return UnitState(unit.clocks, channels, knowledge, sent, counters, refused), block
 
 
 def _hear(
@@ -106,13 +125,14 @@ def _receiver_state(channels: Channels, counts: Numbers, knowledge: Knowledge) -
     return np.where(obeys, name["COMMANDED"], name["AUTONOMOUS"] if knowledge.warm else name["START"])
 
 
-def _tell_truth(row: np.void, number: int, scene: Scene) -> None:
-    """Fill in one row of truth."""
+def _tell_truth(row: np.void, number: int, craft: CraftWorld, scene: Scene, mark_ns: int) -> None:
+    """Fill in one row of truth: place and motion at the time the mark says, all else of the latch."""
     usable = scene.sky.index[(scene.signal & scene.sky.healthy).any(axis=0)]
-    row["t_gps_ns"] = scene.t_ns
+    marked = scene.state if scene.t_ns == mark_ns else craft.orbit.at(mark_ns)
+    row["t_gps_ns"] = mark_ns
     row["craft"] = number
-    row["position_ecef_m"] = scene.state.pos_ecef_m
-    row["velocity_ecef_mps"] = scene.state.vel_ecef_mps
+    row["position_ecef_m"] = marked.pos_ecef_m
+    row["velocity_ecef_mps"] = marked.vel_ecef_mps
     row["quaternion_body_from_ecef"] = scene.quaternion
     row["rate_body_rps"] = scene.rate_body_rps
     row["clock_s"] = scene.by_domain_s

@@ -85,10 +85,11 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         metavar="RULE",
         help=f"receivers left alone search by: {', '.join(RULES)}",
     )
-    add(
-        "--off", action="append", default=[], choices=[*FACTORS, "all"], metavar="FACTOR",
-        help=f"switch an error factor off; repeatable: {', '.join([*FACTORS, 'all'])}",
-    )  # fmt: skip
+    for way in ("on", "off"):
+        add(
+            f"--{way}", action="append", default=[], choices=[*FACTORS, "all"], metavar="FACTOR",
+            help=f"switch an error factor {way}; repeatable: {', '.join([*FACTORS, 'all'])}",
+        )  # fmt: skip
 
 
 def unchanged(scenario: str) -> argparse.Namespace:

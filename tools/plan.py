@@ -14,7 +14,7 @@ from dbc.link.bench import session_of
 from dbc.vehicle import Vehicle
 from emulator import scenario as scenarios
 from emulator.build import build_world
-from emulator.factors.registry import FACTORS
+from emulator.factors.registry import of_scope
 from emulator.scenario import Scenario, ScenarioError
 from emulator.step import World
 from emulator.world import rinex
@@ -115,7 +115,7 @@ def _change(document: dict[str, Any], a: Namespace) -> None:
         document["seed"] = a.seed
     if a.nav:
         document["sky"] = {**document.get("sky", {}), **sky_of_files(a.nav)}
-    off = list(FACTORS) if "all" in a.off else a.off
+    _switch(document.setdefault("sky", {}), "sky", a)
     for craft in document.get("craft", []):
         if not isinstance(craft, dict):
             continue
@@ -127,8 +127,19 @@ def _change(document: dict[str, Any], a: Namespace) -> None:
             options.update(_once(a.option))
         if a.autonomous is not None:
             craft.setdefault("receivers", {})["autonomous"] = a.autonomous
-        if off:
-            craft["factors"] = {**craft.get("factors", {}), **dict.fromkeys(off, False)}
+        _switch(craft, "craft", a)
+
+
+def _switch(owner: Any, scope: str, a: Namespace) -> None:
+    """Factors of a scope on or off; one that is switched on keeps the parameters the scenario gives it."""
+    if not isinstance(owner, dict) or not (a.on or a.off):
+        return
+    factors = owner.setdefault("factors", {})
+    rows = of_scope(scope)
+    for names, enabled in ((a.on, True), (a.off, False)):
+        for name in rows if "all" in names else [name for name in names if name in rows]:
+            given = factors.get(name)
+            factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
 
 
 def _once(options: Sequence[tuple[str, Any]]) -> dict[str, Any]:

@@ -1,56 +1,44 @@
-"""Error factors of the emulated receivers: one registry, one row each.
+"""Error factors of the emulated sky, craft and receivers: one registry, one row each.
 
-A row has a name, a parameter model, and the source of its formula. From the table come the scenario's
-validation, the command line's choices and the documentation. Which pure function applies a row's
-parameters stands in `emulator.signals`.
+A row has a name, a parameter model, the source of its formulas, where it belongs, and whether it is on if a
+scenario says nothing of it. From the table come the scenario's validation, the command line's choices and
+the documentation. Which pure functions apply a row's parameters stands in `emulator.effects`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
-
-from pydantic import Field
+from typing import Literal
 
 from dbc.registry import table
 from emulator.factors.base import Factor
-
-
-class CodeNoise(Factor):
-    """Thermal noise of a non-coherent early-minus-late delay lock loop."""
-
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
-    correlator_spacing_chips: Annotated[float, Field(gt=0, le=1)] = 0.5
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
-
-
-class CarrierNoise(Factor):
-    """Thermal noise of a Costas phase lock loop."""
-
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
-
-
-class DopplerNoise(Factor):
-    """Thermal noise of a frequency lock loop."""
-
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 2.0
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+from emulator.factors.loops import CarrierNoise, CodeNoise, DopplerNoise
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
+    """A factor.
+
+    scope    "sky": one for all craft, in [sky.factors]; "craft": each craft's own, in [craft.factors]
+    default  on where a scenario does not name it
+    """
+
     name: str
     model: type[Factor]
     source: str
+    scope: Literal["sky", "craft"] = "craft"
+    default: bool = False
 
+
+_LOOPS = "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9"
 
 FACTORS = table(
-    Row("code_noise", CodeNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., DLL thermal noise"),
-    Row(
-        "carrier_noise", CarrierNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., PLL thermal noise"
-    ),
-    Row(
-        "doppler_noise", DopplerNoise, "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., FLL thermal noise"
-    ),
+    Row("code_noise", CodeNoise, f"{_LOOPS}: DLL thermal noise", default=True),
+    Row("carrier_noise", CarrierNoise, f"{_LOOPS}: PLL thermal noise", default=True),
+    Row("doppler_noise", DopplerNoise, f"{_LOOPS}: FLL thermal noise", default=True),
 )
+
+
+def of_scope(scope: str) -> dict[str, Row]:
+    """The rows that belong to the sky, or to each craft."""
+    return {name: row for name, row in FACTORS.items() if row.scope == scope}

@@ -6,18 +6,17 @@ coordinates with them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dbc import satellites
-from emulator.factors.registry import Factor
 from emulator.receivers.channels import FULL, SLIPS, Channels, Flags, Numbers
-from emulator.signals import noise
 from emulator.signals.bands import BY_SYSTEM, wavelength_m
 from emulator.signals.geometry import Array, at_transmission, path
+from emulator.signals.rays import Effect, Rays, total
 from emulator.signals.scene import Scene
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.sky import SkyState
@@ -56,25 +55,22 @@ def observe(
     channels: Channels,
     begins: Flags,
     scene: Scene,
-    factors: Mapping[str, Factor],
+    effects: Sequence[Effect],
     words: NDArray[np.uint64] | None,
 ) -> tuple[Observations, Channels]:
     """Observations of one craft, and its channels with the carrier phases' ambiguities: block 2 of
     RU 2706636 C1 for all its antennas at once.
 
     begins    (m, k) channels whose phase starts now
-    factors   error factors that are on, by name
-    words     random words of the epoch, `draws.grid`; None if no factor is on
+    effects   error factors at work
+    words     random words of the epoch, `draws.grid`; None if no effect draws any
 
     P = c t + c b - clock_truth: path with the receiver's clock and without the satellite's. Its rate and
-    the carrier follow the same sum, so nothing but noise tells them apart.
+    the carrier follow the same sum, so nothing but the effects tells them apart.
     """
-    sky, antennas = scene.sky, scene.antennas
-    receiver, channel = np.nonzero(channels.lock == FULL)
-    row = channels.target[receiver, channel]
-    sat = sky.index[row]
-    system = satellites.system_of(sat)
-    signals = path(scene.motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver])
+    sky = scene.sky
+    rays = measured(channels, scene, words)
+    receiver, channel, row, signals = rays.receiver, rays.channel, rays.row, rays.path
     offset_s, drift = scene.clock_s
     sv_drift_mps = sky.clock_truth_mps[row]
     sv_clock_m = sky.clock_truth_m[row] - sv_drift_mps * signals.flight_s
@@ -83,28 +79,47 @@ def observe(
     exact_mps = (
         signals.rate_mps + LIGHT_MPS * drift[receiver] - sv_drift_mps * (1 - signals.rate_mps / LIGHT_MPS)
     )
-    wave_m = wavelength_m(system, sky.frequency[row])
-    cn0 = scene.cn0_dbhz[receiver, row]
-    raw = words[system, receiver, satellites.number_of(sat)] if words is not None else None
-    error = noise.errors(factors, raw, cn0, BY_SYSTEM.chip_m[system], wave_m)
-    cycles = (exact_m + error.phase_m) / wave_m
+    error = total(effects, rays)
+    cycles = (exact_m + error.phase_m) / rays.wave_m
     phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, sky.ephemeris[row])
     pos, vel = reported_at_transmission(sky, row, signals.flight_s)
     return Observations(
         receiver,
         channel,
         row,
-        sat,
+        rays.sat,
         exact_m + error.range_m,
         exact_mps + error.rate_mps,
         phase_cyc,
-        cn0,
+        rays.cn0_dbhz,
         channels.slips[receiver, channel],
         pos,
         vel,
         sky.clock_m[row] - sky.clock_drift_mps[row] * signals.flight_s,
         sky.clock_drift_mps[row],
     ), channels
+
+
+def measured(channels: Channels, scene: Scene, words: NDArray[np.uint64] | None) -> Rays:
+    """The signals that channels measure now."""
+    antennas = scene.antennas
+    receiver, channel = np.nonzero(channels.lock == FULL)
+    row = channels.target[receiver, channel]
+    sat = scene.sky.index[row]
+    system = satellites.system_of(sat)
+    return Rays(
+        scene,
+        receiver,
+        channel,
+        row,
+        sat,
+        system,
+        wavelength_m(system, scene.sky.frequency[row]),
+        BY_SYSTEM.chip_m[system],
+        scene.cn0_dbhz[receiver, row],
+        path(scene.motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver]),
+        words[system, receiver, satellites.number_of(sat)] if words is not None else None,
+    )
 
 
 def reported_at_transmission(sky: SkyState, row: Numbers, flight_s: Array) -> tuple[Array, Array]:

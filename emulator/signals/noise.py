@@ -9,14 +9,16 @@ loop repeats part of its error, and averages over them come out too good here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from emulator.factors.registry import FACTORS, CarrierNoise, CodeNoise, DopplerNoise, Factor
+from emulator.factors.base import Factor
+from emulator.factors.loops import CarrierNoise, CodeNoise, DopplerNoise
 from emulator.signals import draws
 from emulator.signals.geometry import Array
+from emulator.signals.rays import Disturbance, Effect
 
 _TWO_PI = 2 * np.pi
 
@@ -59,23 +61,15 @@ LOOPS: dict[str, Loop] = {
     ),
     "doppler_noise": Loop("rate_mps", 2, lambda cn0, p, chip_m, wave_m: wave_m * doppler_sigma_hz(cn0, p)),
 }
-if LOOPS.keys() != FACTORS.keys():
-    raise ValueError(f"factors without a function or the reverse: {sorted(LOOPS.keys() ^ FACTORS.keys())}")
+"""Factor -> loop."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Noise:
-    """Errors of the observables, (p,) each: range_m [m], phase_m [m], rate_mps [m/s]."""
-
-    range_m: Array
-    phase_m: Array
-    rate_mps: Array
-
-
-def errors(factors: dict[str, Factor], raw: Array, cn0_dbhz: Array, chip_m: Array, wave_m: Array) -> Noise:
+def errors(
+    factors: Mapping[str, Factor], raw: Array, cn0_dbhz: Array, chip_m: Array, wave_m: Array
+) -> Disturbance:
     """Errors of p channels.
 
-    factors   the factors that are on, by name
+    factors   loops that are noisy, by name
     raw       (p, SLOTS) words of the channels' satellites and receivers, see `draws.grid`
     """
     out = {loop.observable: np.zeros(len(cn0_dbhz)) for loop in LOOPS.values()}
@@ -85,4 +79,10 @@ def errors(factors: dict[str, Factor], raw: Array, cn0_dbhz: Array, chip_m: Arra
         for name, parameters in factors.items():
             loop = LOOPS[name]
             out[loop.observable] += standard[:, loop.slot] * loop.sigma(cn0_hz, parameters, chip_m, wave_m)
-    return Noise(**out)
+    return Disturbance(**out)
+
+
+def thermal(factors: Mapping[str, Factor]) -> Effect:
+    """The noise of the loops among these factors."""
+    noisy = {name: row for name, row in factors.items() if name in LOOPS}
+    return lambda rays: errors(noisy, rays.words, rays.cn0_dbhz, rays.chip_m, rays.wave_m)

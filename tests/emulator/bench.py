@@ -5,6 +5,8 @@ import numpy as np
 from dbc import e2e, frames, satellites, vehicle
 from dbc.codec import codec
 from emulator import build, scenario
+from emulator.scene import scene_of
+from emulator.signals import geometry
 from emulator.step import emulate_step
 
 CODEC = codec(4)
@@ -49,6 +51,13 @@ def run(the_world, epochs, orders=None, state=None, first=0):
         blocks.append(sent[names[0]])
         truths.append(truth[0])
     return states, blocks, truths
+
+
+def scene_at(the_world, epoch):
+    """The scene of the first craft in an epoch."""
+    t_ns = the_world.start_ns + epoch * the_world.interval_ns
+    sky, craft = the_world.sky.at(t_ns), the_world.craft[0]
+    return scene_of(the_world, craft, craft.clocks(None, epoch), sky, geometry.inertial(sky), t_ns)
 
 
 def command(receiver, channel, action, sat=None, signal=None, transaction=0):

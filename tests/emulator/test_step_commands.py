@@ -9,8 +9,6 @@ from dbc import e2e, frames, satellites
 from emulator.receivers.channels import LOCK
 from emulator.receivers.commands import RESULT
 from emulator.records import commands_rejected
-from emulator.scene import scene_of
-from emulator.signals import geometry
 from tests.emulator import bench
 from tests.emulator.bench import AUTONOMOUS, RELEASE, TRACK, command, sealed
 
@@ -24,9 +22,8 @@ def soyuz(**receivers):
 
 def free_satellites(the_world, epoch, receiver):
     """Names of satellites with a signal at a receiver that it does not track by itself, best C/N0 first."""
-    t_ns = the_world.start_ns + epoch * the_world.interval_ns
-    sky = the_world.sky.at(t_ns)
-    scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
+    scene = bench.scene_at(the_world, epoch)
+    sky = scene.sky
     taken = bench.tracked(bench.run(the_world, 1)[1][0], receiver).values()
     order = np.argsort(-scene.cn0_dbhz[receiver - 1])
     names = [satellites.name(sky.index[j]) for j in order if scene.signal[receiver - 1, j]]
@@ -34,9 +31,8 @@ def free_satellites(the_world, epoch, receiver):
 
 
 def hidden_satellite(the_world):
-    sky = the_world.sky.at(the_world.start_ns)
-    scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), the_world.start_ns)
-    return satellites.name(sky.index[np.argmin(scene.view.ray_height_m)])
+    scene = bench.scene_at(the_world, 0)
+    return satellites.name(scene.sky.index[np.argmin(scene.view.ray_height_m)])
 
 
 def test_track_takes_effect_in_the_next_block_with_its_answer():

@@ -4,8 +4,6 @@ import numpy as np
 
 from emulator.receivers.channels import FULL, fresh_channels
 from emulator.receivers.observe import observe
-from emulator.scene import scene_of
-from emulator.signals import geometry
 from tests.emulator import bench
 
 INTERVAL_S = 0.25
@@ -18,10 +16,8 @@ def observations(clock):
     chosen = bench.run(the_world, 1)[0][0].units[0].channels
     out = []
     for epoch in range(5):
-        t_ns = the_world.start_ns + epoch * the_world.interval_ns
-        sky = the_world.sky.at(t_ns)
-        scene = scene_of(the_world, the_world.craft[0], sky, geometry.inertial(sky), t_ns)
-        seen, _ = observe(chosen, np.zeros(chosen.lock.shape, bool), scene, {}, None)
+        scene = bench.scene_at(the_world, epoch)
+        seen, _ = observe(chosen, np.zeros(chosen.lock.shape, bool), scene, (), None)
         out.append(seen)
     return out
 
