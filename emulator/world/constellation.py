@@ -21,6 +21,7 @@ class Broadcast:
     iod        issue of data: GPS IODE, GLONASS tb index (quarters of an hour of the day)
     ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3
     ephemeris  number of the ephemeris in use: another one for each ephemeris of a satellite
+    group_delay_m   inside the clock for L1 C/A: GPS c T_GD [m], else 0; other signals contain other multiples
     """
 
     available: NDArray[np.bool_]
@@ -29,6 +30,7 @@ class Broadcast:
     iod: NDArray[np.int64]
     ura: NDArray[np.int64]
     ephemeris: NDArray[np.int64]
+    group_delay_m: Array
 
 
 class Constellation(Protocol):

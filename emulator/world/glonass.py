@@ -110,6 +110,7 @@ class GlonassConstellation:
                 iod=self.tb_index[rows],
                 ura=np.full(rows.shape, URA),
                 ephemeris=rows,
+                group_delay_m=np.zeros(rows.shape),
             ),
         )
 

@@ -59,7 +59,7 @@ class GpsConstellation:
         since_toc_s = _since(self.toc_ns, rows, middles_ns, nodes_s)
         positions, anomaly = orbit(eph, toe_s, since_toe_s)
         clocks = LIGHT_MPS * clock_s(eph, since_toc_s, anomaly)
-        said = {name: self.fields[name][rows] for name in ("health", "iode", "ura_m")}
+        said = {name: self.fields[name][rows] for name in ("health", "iode", "ura_m", "tgd")}
         return (
             positions,
             clocks,
@@ -70,6 +70,7 @@ class GpsConstellation:
                 iod=said["iode"].astype(np.int64),
                 ura=np.searchsorted(_URA_LIMITS_M, said["ura_m"]),
                 ephemeris=rows,
+                group_delay_m=LIGHT_MPS * said["tgd"],
             ),
         )
 

@@ -101,7 +101,8 @@ class NominalConstellation:
         shape = (segments, len(self.index))
         zeros = np.zeros(shape, np.int64)
         yes = np.ones(shape, bool)
-        return Broadcast(yes, yes, np.broadcast_to(self.frequency, shape), zeros, zeros, zeros)
+        frequency = np.broadcast_to(self.frequency, shape)
+        return Broadcast(yes, yes, frequency, zeros, zeros, zeros, np.zeros(shape))
 
 
 def _advanced(angle_rad: Array, rate_rps: float, age_ns: int) -> Array:

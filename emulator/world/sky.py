@@ -46,7 +46,7 @@ class SkyState:
     clock_truth_mps     (n,) [m/s]
     clock_m, clock_drift_mps     (n,) the same as reported, without the system's offset
     off_ecef_m, off_ecef_mps     (n, 3) reported minus true position, and its rate; None if they are one
-    available, healthy, frequency, iod, ura, ephemeris   (n,) see Broadcast
+    available, healthy, frequency, iod, ura, ephemeris, group_delay_m   (n,) see Broadcast
     """
 
     index: NDArray[np.int64]
@@ -65,6 +65,7 @@ class SkyState:
     iod: NDArray[np.int64]
     ura: NDArray[np.int64]
     ephemeris: NDArray[np.int64]
+    group_delay_m: Array
 
 
 class TrueOrbits(Protocol):
@@ -143,6 +144,7 @@ class Sky:
             b.iod[row],
             b.ura[row],
             b.ephemeris[row],
+            b.group_delay_m[row],
         )
 
     def _build(self, number: int) -> _Chunk:
