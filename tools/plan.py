@@ -15,9 +15,10 @@ from dbc.vehicle import Vehicle
 from emulator import scenario as scenarios
 from emulator.build import build_world
 from emulator.factors.registry import of_scope
+from emulator.files import rinex_nav
+from emulator.files.text import FileError
 from emulator.scenario import Scenario, ScenarioError
 from emulator.step import World
-from emulator.world import rinex
 from flightsw.step import FlightConfig, configure
 from tools.budget import Budget, budget
 from tools.errors import Mistake
@@ -153,8 +154,8 @@ def _once(options: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 def sky_of_files(paths: Sequence[Path]) -> dict[str, Any]:
     """[sky] of navigation files: each system has the files that hold its records, or is "none"."""
     try:
-        held = {path: set(rinex.read(path).records) for path in paths}
-    except rinex.RinexError as error:
+        held = {path: set(rinex_nav.read(path).records) for path in paths}
+    except FileError as error:
         raise ScenarioError(f"--nav: {error}") from None
     idle = [str(path) for path, letters in held.items() if not letters & set(_LETTERS.values())]
     if idle:

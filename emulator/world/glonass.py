@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc import gpstime, satellites
+from emulator.files.rinex_nav import Records
 from emulator.world.constellation import Array, Broadcast
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.ephemerides import latest_of_each, nearest_valid
-from emulator.world.rinex import Records
 
 # PZ-90 constants. GLONASS ICD 5.1 (2008), appendix A.3.1.2 and table 3.2.
 MU_PZ90_M3PS2 = 398_600.4418e9

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc import gpstime, satellites
+from emulator.files.rinex_nav import Records
 from emulator.world.constellation import Array, Broadcast
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
 from emulator.world.ephemerides import latest_of_each, nearest_valid
-from emulator.world.rinex import Records
 
 MU_GPS_M3PS2 = 3.986005e14
 """IS-GPS-200, 20.3.3.4.3.3: the value broadcast orbits are fitted with."""

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from dbc import gpstime
+from emulator.files import rinex_nav
+from emulator.files.rinex_layouts import LAYOUTS
+from emulator.files.text import FileError
 from emulator.scenario import ScenarioError, Time
-from emulator.world import glonass, gps, rinex
+from emulator.world import glonass, gps
 from emulator.world.constellation import Array, Constellation
-from emulator.world.rinex_layouts import LAYOUTS
 
-_MAKERS: dict[str, tuple[str, Callable[[rinex.Records, Array], Constellation]]] = {
+_MAKERS: dict[str, tuple[str, Callable[[rinex_nav.Records, Array], Constellation]]] = {
     "gps": ("G", lambda records, glonass_to_utc_s: gps.from_records(records)),
     "glonass": ("R", glonass.from_records),
 }
@@ -30,8 +32,8 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
     if not paths:
         raise ScenarioError(f"sky.{system}: no navigation file is named; 'none' leaves the system out")
     try:
-        files = [rinex.read(path) for path in paths]
-    except rinex.RinexError as error:
+        files = [rinex_nav.read(path) for path in paths]
+    except FileError as error:
         raise ScenarioError(f"sky.{system}: {error}") from None
     having = [file for file in files if letter in file.records]
     names = ", ".join(map(str, paths))
@@ -50,8 +52,8 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
     return constellation
 
 
-def _joined(parts: Sequence[rinex.Records]) -> rinex.Records:
-    return rinex.Records(
+def _joined(parts: Sequence[rinex_nav.Records]) -> rinex_nav.Records:
+    return rinex_nav.Records(
         np.concatenate([part.number for part in parts]),
         tuple(chain.from_iterable(part.epoch for part in parts)),
         {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields},

@@ -10,7 +10,7 @@ import pytest
 
 from dbc import gpstime, satellites
 from emulator import scenario
-from emulator.world import rinex
+from emulator.files import rinex_nav
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.navigation import from_files
 from emulator.world.sky import build_sky
@@ -84,7 +84,7 @@ def test_every_record_of_a_real_file_is_read(file, letter, records, satellites_i
     path = data_file(f"navigation/{file}")
     lines = gzip.decompress(path.read_bytes()).decode("ascii").splitlines()
     body = len(lines) - 1 - next(n for n, line in enumerate(lines) if "END OF HEADER" in line)
-    found = rinex.read(path).records
+    found = rinex_nav.read(path).records
     assert list(found) == [letter]
     assert len(found[letter]) == records == body / {"G": 8, "R": 4}[letter]
     assert len(set(found[letter].number.tolist())) == satellites_in_it

@@ -9,11 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from dbc import gpstime
+from emulator.files.rinex_layouts import GLONASS_FIELDS, GPS_FIELDS
+from emulator.files.rinex_nav import Records
 from emulator.world import glonass, gps
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
 from emulator.world.ephemerides import latest_of_each, nearest_valid
-from emulator.world.rinex import Records
-from emulator.world.rinex_layouts import GLONASS_FIELDS, GPS_FIELDS
 
 C = LIGHT_MPS
 S = gpstime.NS_PER_S

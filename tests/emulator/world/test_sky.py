@@ -12,7 +12,7 @@ from emulator import scenario
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
 from emulator.world.nominal import nominal_glonass, nominal_gps
 from emulator.world.sky import GRID, Sky, build_sky
-from tests.emulator.world.test_rinex import GLONASS_2, GPS_2, MIXED_3
+from tests.emulator.files.test_rinex_nav import GLONASS_2, GPS_2, MIXED_3
 
 START = datetime(2012, 10, 31, 2, 0)
 TIME = scenario.Time(start_gps=START, duration_s=600)

@@ -7,7 +7,8 @@ from datetime import datetime
 
 import pytest
 
-from emulator.world import rinex
+from emulator.files import rinex_nav
+from emulator.files.text import FileError
 
 GPS_2 = """\
      2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE
@@ -59,7 +60,7 @@ def value(records, name):
 
 def test_version_2_gps():
     """Exponent letters D, d, E, e; an exponent without a letter, as brdc3050.12n has them."""
-    gps = rinex.parse(GPS_2, "x").records["G"]
+    gps = rinex_nav.parse(GPS_2, "x").records["G"]
     assert gps.number.tolist() == [7]
     assert gps.epoch == (datetime(2012, 10, 31, 2),)
     for name, expected in GPS_EXPECTED.items():
@@ -69,12 +70,12 @@ def test_version_2_gps():
 
 def test_an_exponent_that_lost_its_letter():
     text = GPS_2.replace("-0.808212236712D-08", "-0.808212236712-008")
-    assert value(rinex.parse(text, "x").records["G"], "omega_dot") == -0.808212236712e-8
+    assert value(rinex_nav.parse(text, "x").records["G"], "omega_dot") == -0.808212236712e-8
 
 
 def test_version_2_glonass():
     """Units as written; a frequency number written as an unsigned byte, as brdc0910.09g has it."""
-    file = rinex.parse(GLONASS_2, "x")
+    file = rinex_nav.parse(GLONASS_2, "x")
     slot = file.records["R"]
     assert file.glonass_to_utc_s == 1.597218215466e-07
     assert slot.number.tolist() == [3]
@@ -86,11 +87,11 @@ def test_version_2_glonass():
 
 def test_version_3_mixed_with_five_line_glonass_and_other_systems():
     """The same ephemerides as in version 2; a blank fit interval is 0; Galileo is passed over."""
-    file = rinex.parse(MIXED_3, "x")
+    file = rinex_nav.parse(MIXED_3, "x")
     assert sorted(file.records) == ["G", "R"]
     assert file.glonass_to_utc_s == -1.8626451492e-09
     for letter, old in (("G", GPS_2), ("R", GLONASS_2)):
-        new, before = file.records[letter], rinex.parse(old, "y").records[letter]
+        new, before = file.records[letter], rinex_nav.parse(old, "y").records[letter]
         assert new.number.tolist() == before.number.tolist()
         assert new.epoch == before.epoch
         same = set(new.fields) - {"fit_h"}
@@ -100,24 +101,24 @@ def test_version_3_mixed_with_five_line_glonass_and_other_systems():
 
 def test_four_line_glonass_of_version_3_04():
     text = "\n".join(MIXED_3.splitlines()[:-1]).replace("3.05", "3.04")
-    assert value(rinex.parse(text, "x").records["R"], "frequency") == -3
+    assert value(rinex_nav.parse(text, "x").records["R"], "frequency") == -3
 
 
 @pytest.mark.parametrize(("year", "full"), [("80", 1980), ("99", 1999), ("00", 2000), ("79", 2079)])
 def test_years_of_two_digits(year, full):
     text = GPS_2.replace(" 7 12 10 31", f" 7 {year} 10 31")
-    assert rinex.parse(text, "x").records["G"].epoch[0].year == full
+    assert rinex_nav.parse(text, "x").records["G"].epoch[0].year == full
 
 
 def test_windows_line_ends_and_trailing_blank_lines():
     text = GPS_2.replace("\n", "\r\n") + "\r\n   \r\n"
-    assert value(rinex.parse(text, "x").records["G"], "fit_h") == 4
+    assert value(rinex_nav.parse(text, "x").records["G"], "fit_h") == 4
 
 
 def test_gzip_is_known_by_content(tmp_path):
     path = tmp_path / "nav.12n"
     path.write_bytes(gzip.compress(GPS_2.encode()))
-    assert len(rinex.read(path).records["G"]) == 1
+    assert len(rinex_nav.read(path).records["G"]) == 1
 
 
 def cut(text, lines):
@@ -163,8 +164,8 @@ FAULTS = [
 )
 def test_a_fault_is_one_line_with_file_and_place(text, old, new, expected):
     assert old in text
-    with pytest.raises(rinex.RinexError) as caught:
-        rinex.parse(text.replace(old, new), "some.nav")
+    with pytest.raises(FileError) as caught:
+        rinex_nav.parse(text.replace(old, new), "some.nav")
     message = str(caught.value)
     assert message.startswith("some.nav: ")
     assert expected in message
@@ -187,14 +188,14 @@ def test_files_that_cannot_be_read(tmp_path, content, expected):
     path = tmp_path / "nav"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(rinex.RinexError) as caught:
-        rinex.read(path)
+    with pytest.raises(FileError) as caught:
+        rinex_nav.read(path)
     assert str(caught.value) == f"{path}: {expected}"
 
 
 def test_a_folder_is_no_file(tmp_path):
-    with pytest.raises(rinex.RinexError, match="Is a directory"):
-        rinex.read(tmp_path)
+    with pytest.raises(FileError, match="Is a directory"):
+        rinex_nav.read(tmp_path)
 
 
 def test_every_cut_of_a_file_is_read_or_refused_in_words():
@@ -203,8 +204,8 @@ def test_every_cut_of_a_file_is_read_or_refused_in_words():
     for text in (GPS_2, GLONASS_2, MIXED_3):
         for end in range(1, len(text), 7):
             try:
-                rinex.parse(text[:end], "x")
-            except rinex.RinexError as error:
+                rinex_nav.parse(text[:end], "x")
+            except FileError as error:
                 refused += 1
                 assert str(error).startswith("x: line ")
     assert refused > 300

@@ -7,9 +7,7 @@ Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A3, A4, A10, A11; RINEX 3.05
 
 from __future__ import annotations
 
-import gzip
 import re
-import zlib
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import repeat
@@ -19,7 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.world.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
+from emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
+from emulator.files.text import FileError, read_text
 
 _VERSION_2_TYPES = {"N": "G", "G": "R"}
 
@@ -30,10 +29,6 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[DdEe]?([+-]\d+)|[DdEe](\
 
 _Record = tuple[int, datetime, list[float]]
 """Satellite number, epoch and values of one record."""
-
-
-class RinexError(ValueError):
-    """A file that cannot be used; the message is for people."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,26 +57,8 @@ class NavigationFile:
 
 
 def read(path: Path) -> NavigationFile:
-    """The records of a RINEX navigation file, gzip or plain; RinexError with one line if it has faults."""
-    return parse(_text(Path(path)), str(path))
-
-
-def _text(path: Path) -> str:
-    try:
-        raw = path.read_bytes()
-        if raw[:2] == b"\x1f\x8b":
-            raw = gzip.decompress(raw)
-    except (EOFError, zlib.error, gzip.BadGzipFile):
-        raise RinexError(f"{path}: gzip data is cut off or damaged") from None
-    except OSError as error:
-        raise RinexError(f"{path}: {error.strerror}") from None
-    if not raw.strip():
-        raise RinexError(f"{path}: file is empty")
-    try:
-        return raw.decode("ascii")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise RinexError(f"{path}: line {line}: byte 0x{raw[error.start]:02x} is not text") from None
+    """The records of a RINEX navigation file, gzip or plain; FileError with one line if it has faults."""
+    return parse(read_text(Path(path)), str(path))
 
 
 def parse(text: str, origin: str) -> NavigationFile:
@@ -90,7 +67,7 @@ def parse(text: str, origin: str) -> NavigationFile:
     version, kind = _version(lines[0], origin)
     end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
     if end is None:
-        raise RinexError(f"{origin}: line {len(lines)}: file ends inside the header")
+        raise FileError(f"{origin}: line {len(lines)}: file ends inside the header")
     found: dict[str, list[_Record]] = {}
     for first, last in _blocks(lines, end + 1, version, origin):
         letter = kind if version < 3 else lines[first][0]
@@ -111,18 +88,18 @@ def _columns(rows: list[_Record], layout: Layout) -> Records:
 def _version(line: str, origin: str) -> tuple[float, str]:
     """Version, and the system's letter of a version 2 file."""
     if not line[60:].startswith("RINEX VERSION / TYPE"):
-        raise RinexError(f"{origin}: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
+        raise FileError(f"{origin}: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
     try:
         version = float(line[:9])
     except ValueError:
-        raise RinexError(f"{origin}: line 1: RINEX version is {line[:9].strip()!r}, not a number") from None
+        raise FileError(f"{origin}: line 1: RINEX version is {line[:9].strip()!r}, not a number") from None
     kind = line[20:21]
     if not 2 <= version < 4:
-        raise RinexError(f"{origin}: line 1: RINEX version is {version:.2f}; 2 and 3 are read")
+        raise FileError(f"{origin}: line 1: RINEX version is {version:.2f}; 2 and 3 are read")
     allowed = _VERSION_2_TYPES if version < 3 else {"N": ""}
     if kind not in allowed:
         found, wanted = line[20:40].strip(), " or ".join(allowed)
-        raise RinexError(f"{origin}: line 1: file type is '{found}'; navigation data is {wanted}")
+        raise FileError(f"{origin}: line 1: file type is '{found}'; navigation data is {wanted}")
     return version, allowed[kind]
 
 
@@ -146,7 +123,7 @@ def _blocks(lines: list[str], start: int, version: float, origin: str):
                 yield first, n
             first = n
         elif first is None and lines[n].strip():
-            raise RinexError(f"{origin}: line {n + 1}: expected the first line of a record")
+            raise FileError(f"{origin}: line {n + 1}: expected the first line of a record")
     if first is not None:
         end = len(lines)
         while not lines[end - 1].strip():
@@ -159,7 +136,7 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
     if end - first not in layout.lines:
         allowed = " or ".join(map(str, layout.lines))
         record = f"{layout.name} record from line {first + 1}"
-        raise RinexError(f"{origin}: line {end}: {record} has {end - first} lines; it needs {allowed}")
+        raise FileError(f"{origin}: line {end}: {record} has {end - first} lines; it needs {allowed}")
     head = lines[first]
     # Version 3 writes one column more everywhere: the letter, and a year of four digits.
     clock, data = (22, 3) if version < 3 else (23, 4)
@@ -168,9 +145,9 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
         epoch = _epoch(head[2:clock] if version < 3 else head[3:clock])
     except ValueError:
         found = head[:clock].strip()
-        raise RinexError(f"{origin}: line {first + 1}: {found!r} is not a satellite and an epoch") from None
+        raise FileError(f"{origin}: line {first + 1}: {found!r} is not a satellite and an epoch") from None
     if not 0 < number < 64:
-        raise RinexError(f"{origin}: line {first + 1}: satellite number is {number}; allowed is 1 to 63")
+        raise FileError(f"{origin}: line {first + 1}: satellite number is {number}; allowed is 1 to 63")
     texts = [head[c : c + 19] for c in (clock, clock + 19, clock + 38)]
     for line in lines[first + 1 : end]:
         texts += [line[c : c + 19] for c in (data, data + 19, data + 38, data + 57)]
@@ -183,7 +160,7 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
         if not least <= values[position] <= greatest:
             line = _line_of(first, position)
             allowed = f"allowed is {least} to {greatest}"
-            raise RinexError(f"{origin}: line {line}: {name} is {values[position]:g}; {allowed}")
+            raise FileError(f"{origin}: line {line}: {name} is {values[position]:g}; {allowed}")
     return number, epoch, values
 
 
@@ -224,5 +201,5 @@ def _number(text: str, name: str, line: int, origin: str) -> float:
     match = _NUMBER.fullmatch(text)
     value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else nan
     if not isfinite(value):
-        raise RinexError(f"{origin}: line {line}: {name} is {text.strip()!r}, not a number")
+        raise FileError(f"{origin}: line {line}: {name} is {text.strip()!r}, not a number")
     return value
