@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from dbc import e2e, gpstime
 from dbc.frames import EMPTY, SFF_MASK, FrameBatch
+from emulator.observed import craft as observed
+from emulator.observed.craft import ObservedCraft, ObservedUnit
 from emulator.receivers import almanac, commands, frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, retarget
 from emulator.receivers.observe import observe
@@ -21,7 +23,7 @@ from emulator.scene import scene_of
 from emulator.signals import draws, geometry
 from emulator.signals.scene import Scene
 from emulator.truth import TRUTH, in_view_bits
-from emulator.world.sky import SkyState
+from emulator.world.sky import Sky, SkyState
 
 
 def emulate_step(
@@ -32,23 +34,49 @@ def emulate_step(
     inbox    frames heard since the last epoch, by name of the craft whose bus they were on
     returns  next state; frames by craft; truth (crafts,) of dtype `emulator.truth.TRUTH`
     """
-    mark_ns = world.start_ns + epoch * world.interval_ns
-    heavens: dict[int, tuple[SkyState, geometry.Motion]] = {}
+    heavens = Heavens(world.sky)
     units, sent, truth = [], {}, np.zeros(len(world.craft), TRUTH)
     for number, (craft, unit) in enumerate(zip(world.craft, state.units, strict=True)):
-        clocks = craft.clocks(unit.clocks, epoch)
-        ahead_s = craft.instant.ahead_s(clocks, epoch)
-        t_ns = mark_ns - round(ahead_s * gpstime.NS_PER_S)
-        if t_ns not in heavens:
-            sky = world.sky.at(t_ns)
-            heavens[t_ns] = sky, geometry.inertial(sky)
-        scene = scene_of(world, craft, clocks, *heavens[t_ns], t_ns)
-        unit = replace(unit, clocks=clocks)
         heard = inbox.get(craft.name, EMPTY)
-        unit, sent[craft.name] = _craft_step(world, craft, unit, scene, heard, epoch, ahead_s)
+        play = _play_observed if isinstance(craft, ObservedCraft) else _play
+        unit, sent[craft.name], truth[number] = play(world, craft, unit, heavens, heard, epoch)
+        truth[number]["craft"] = number
         units.append(unit)
-        _tell_truth(truth[number], number, craft, scene, mark_ns)
     return EmulatorState(tuple(units)), sent, truth
+
+
+class Heavens(dict):
+    """The sky and its motion by GPS time, for as long as an epoch: craft that latch together share it."""
+
+    def __init__(self, sky: Sky):
+        self._sky = sky
+
+    def __missing__(self, t_ns: int) -> tuple[SkyState, geometry.Motion]:
+        state = self._sky.at(t_ns)
+        self[t_ns] = state, geometry.inertial(state)
+        return self[t_ns]
+
+
+def _play_observed(
+    world: World, craft: ObservedCraft, unit: ObservedUnit, heavens: Heavens, heard: FrameBatch, epoch: int
+) -> tuple[ObservedUnit, FrameBatch, NDArray]:
+    """A craft whose receiver is real, and hears nobody."""
+    sky, _ = heavens[int(craft.marks_ns[epoch])]
+    unit, block = observed.play(craft, unit, sky, world.row_of, world.session, epoch)
+    return unit, block, observed.truth(craft, epoch)
+
+
+def _play(
+    world: World, craft: CraftWorld, unit: UnitState, heavens: Heavens, heard: FrameBatch, epoch: int
+) -> tuple[UnitState, FrameBatch, NDArray]:
+    """An emulated craft: when its receivers latch, what they do, and the truth of it."""
+    mark_ns = world.start_ns + epoch * world.interval_ns
+    clocks = craft.clocks(unit.clocks, epoch)
+    ahead_s = craft.instant.ahead_s(clocks, epoch)
+    t_ns = mark_ns - round(ahead_s * gpstime.NS_PER_S)
+    scene = scene_of(world, craft, clocks, *heavens[t_ns], t_ns)
+    unit, block = _craft_step(world, craft, replace(unit, clocks=clocks), scene, heard, epoch, ahead_s)
+    return unit, block, _truth(craft, scene, mark_ns)
 
 
 def _craft_step(
@@ -74,7 +102,7 @@ def _craft_step(
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(
         paper, world.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), scene.quaternion,
-        scene.rate_body_rps,
+        scene.rate_body_rps, craft.instant.source,
     )  # fmt: skip
     parts = (
         mark,
@@ -125,12 +153,12 @@ def _receiver_state(channels: Channels, counts: Numbers, knowledge: Knowledge) -
     return np.where(obeys, name["COMMANDED"], name["AUTONOMOUS"] if knowledge.warm else name["START"])
 
 
-def _tell_truth(row: np.void, number: int, craft: CraftWorld, scene: Scene, mark_ns: int) -> None:
-    """Fill in one row of truth: place and motion at the time the mark says, all else of the latch."""
+def _truth(craft: CraftWorld, scene: Scene, mark_ns: int) -> NDArray:
+    """A row of truth: place and motion at the time the mark says, all else of the latch."""
     usable = scene.sky.index[(scene.signal & scene.sky.healthy).any(axis=0)]
     marked = scene.state if scene.t_ns == mark_ns else craft.orbit.at(mark_ns)
+    row = np.zeros((), TRUTH)
     row["t_gps_ns"] = mark_ns
-    row["craft"] = number
     row["position_ecef_m"] = marked.pos_ecef_m
     row["velocity_ecef_mps"] = marked.vel_ecef_mps
     row["quaternion_body_from_ecef"] = scene.quaternion
@@ -138,3 +166,4 @@ def _tell_truth(row: np.void, number: int, craft: CraftWorld, scene: Scene, mark
     row["clock_s"] = scene.by_domain_s
     row["in_view"] = in_view_bits(usable)
     row["satellites_visible"] = len(usable)
+    return row

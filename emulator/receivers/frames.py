@@ -23,7 +23,6 @@ from dbc.frames import WIDTH, FrameBatch
 from emulator.receivers.channels import FULL, Numbers
 from emulator.receivers.commands import Commands
 from emulator.receivers.observe import Observations
-from emulator.signals.bands import BY_SYSTEM
 from emulator.world.sky import SkyState
 
 RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
@@ -112,6 +111,7 @@ def head_parts(
     leap_s: int,
     quaternion: NDArray,
     rate_body_rps: NDArray,
+    mark_clock: int = 0,
 ) -> tuple[Part, Part]:
     """Time mark and attitude: filled in together, but answers go between them. The attitude is what block 4
     of RU 2706636 C1 puts out."""
@@ -189,7 +189,7 @@ def _channel_values(seen: Observations, sky: SkyState) -> dict:
     pos, vel = seen.pos_ecef_m.T, seen.vel_ecef_mps.T
     return {
         "channel": seen.channel,
-        "signal": BY_SYSTEM.signal[system],
+        "signal": seen.signal,
         "pseudorange_m": seen.pseudorange_m,
         "range_rate_mps": seen.range_rate_mps,
         "cn0_dbhz": np.minimum(seen.cn0_dbhz, CN0_TOP_DBHZ),

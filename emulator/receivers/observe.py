@@ -30,6 +30,7 @@ class Observations:
     """One row for each measuring channel, by receiver and channel; names and conventions of the contract.
 
     receiver        (p,) 0-based;  channel (p,);  row (p,) of the sky;  sat (p,) satellite index
+    signal          (p,) value of the contract's table "Signal"
     pseudorange_m, range_rate_mps, phase_cyc, cn0_dbhz   (p,)
     slips           (p,)
     pos_ecef_m, vel_ecef_mps   (p, 3) satellite at transmission, axes of that instant
@@ -40,6 +41,7 @@ class Observations:
     channel: Numbers
     row: Numbers
     sat: Numbers
+    signal: Numbers
     pseudorange_m: Array
     range_rate_mps: Array
     phase_cyc: Array
@@ -88,6 +90,7 @@ def observe(
         channel,
         row,
         rays.sat,
+        BY_SYSTEM.signal[rays.system],
         exact_m + error.range_m,
         exact_mps + error.rate_mps,
         phase_cyc,

@@ -1,0 +1,148 @@
+"""A craft whose receiver is real: its observations come from a file, its frames are those of any craft.
+
+Its marks are the file's epoch tags, which the receiver's own clock told: they say so on the bus. Satellites
+are put where they were when they sent, which a pseudorange and a tag of the same clock tell exactly, however
+far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
+unknown: body axes are said to be those of the Earth, which means nothing while the vehicle file has no lever
+arms. The receiver obeys nobody.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import e2e, gpstime
+from dbc.codec import Codec
+from dbc.frames import FrameBatch
+from dbc.vehicle import Vehicle
+from emulator.observed.tracks import Tracks
+from emulator.receivers import almanac, frames
+from emulator.receivers.channels import Numbers
+from emulator.receivers.observe import Observations, reported_at_transmission
+from emulator.truth import TRUTH
+from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
+from emulator.world.orbit import CraftState
+from emulator.world.sky import SkyState
+
+AS_ECEF = np.array((1.0, 0.0, 0.0, 0.0))
+"""The stated attitude: body axes along those of ECEF, turning with the Earth."""
+
+EARTH_RATE_RPS = np.array((0.0, 0.0, ROTATION_RPS))
+
+MARK_OF_DOMAIN_0 = 1
+"""Value of the contract's table "MarkClock": the mark is what the clock of domain 0 showed."""
+
+UNTOLD_DBHZ = 45.0
+"""C/N0 of signals whose strength the file does not tell (modelled)."""
+
+
+class Trajectory(Protocol):
+    """Where a craft is known to have been."""
+
+    def at(self, t_ns: int) -> CraftState: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObservedCraft:
+    """What does not change of a craft that is played.
+
+    tracks   rows of all epochs;  bounds (epochs + 1,) where each epoch's begin
+    marks_ns (epochs,) tags, those that the file would have where it has none
+    orbit    the reference, None without one
+    """
+
+    name: str
+    vehicle: Vehicle
+    orbit: Trajectory | None
+    tracks: Tracks
+    bounds: Numbers
+    marks_ns: Numbers
+    epochs_per_pass: int
+    codec: Codec
+    stationery: frames.Stationery
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObservedUnit:
+    """A played craft between epochs: counters of its streams; commands it has refused, none ever."""
+
+    sent: NDArray[np.int8]
+    refused: Numbers
+
+
+def fresh_unit() -> ObservedUnit:
+    return ObservedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
+
+
+def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -> Observations:
+    """What the receiver saw in an epoch, as far as the sky knows the satellites; sky at the epoch's mark."""
+    seen = craft.tracks[craft.bounds[epoch] : craft.bounds[epoch + 1]]
+    row = row_of[seen.sat]
+    known = (row >= 0) & sky.available[row]
+    seen, row = seen[known], row[known]
+    # Each signal's carrier has its own multiple of the group delay inside the clock for L1.
+    l1_hz = 1_575.42e6
+    share = 1 - (l1_hz / seen.carrier_hz) ** 2
+    clock_m = sky.clock_m[row] + share * sky.group_delay_m[row]
+    # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
+    back_s = (seen.range_m + clock_m) / LIGHT_MPS
+    pos, vel = reported_at_transmission(sky, row, back_s)
+    drift_mps = sky.clock_drift_mps[row]
+    return Observations(
+        np.zeros(len(row), np.int64),
+        seen.channel,
+        row,
+        seen.sat,
+        seen.signal,
+        seen.range_m,
+        seen.rate_mps,
+        np.nan_to_num(seen.phase_cyc),
+        np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
+        seen.slips,
+        pos,
+        vel,
+        clock_m - drift_mps * back_s,
+        drift_mps,
+    )
+
+
+def play(
+    craft: ObservedCraft, unit: ObservedUnit, sky: SkyState, row_of: Numbers, session: int, epoch: int
+) -> tuple[ObservedUnit, FrameBatch]:
+    """The block of an epoch; sky at the epoch's mark."""
+    paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
+    seen = observed(craft, sky, row_of, epoch)
+    rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    mark, attitude = frames.head_parts(
+        paper, session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
+        MARK_OF_DOMAIN_0,
+    )  # fmt: skip
+    state = np.full(craft.vehicle.antennas, frames.RECEIVER_STATE["AUTONOMOUS"])
+    clocks_s = np.zeros(craft.vehicle.antennas)
+    parts = (
+        mark,
+        attitude,
+        frames.receivers_part(paper, seen, sky, clocks_s, craft.vehicle.clock_domain, state),
+        frames.almanac_part(paper, rows, sender, sky),
+        paper.heartbeats,
+    )
+    block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
+    return ObservedUnit(sent, unit.refused), block
+
+
+def truth(craft: ObservedCraft, epoch: int) -> NDArray:
+    """One row of truth: the reference orbit at the mark, nan without one; what clocks showed nobody knows."""
+    row = np.zeros((), TRUTH)
+    row["t_gps_ns"] = craft.marks_ns[epoch]
+    for name in ("position_ecef_m", "velocity_ecef_mps", "clock_s"):
+        row[name] = np.nan
+    if craft.orbit is not None:
+        state = craft.orbit.at(int(craft.marks_ns[epoch]))
+        row["position_ecef_m"], row["velocity_ecef_mps"] = state.pos_ecef_m, state.vel_ecef_mps
+    row["quaternion_body_from_ecef"] = AS_ECEF
+    row["rate_body_rps"] = EARTH_RATE_RPS
+    return row
