@@ -1,0 +1,139 @@
+"""Reflections from the craft's own surfaces: where they are, how long, how strong.
+
+Image method: an antenna sees in a plane face the mirror image of a satellite, if the ray to the image passes
+through the face, and nothing stands in either leg's way. Faces reflect like mirrors or not at all: edges
+diffract nothing, faces smaller than the first Fresnel zone reflect too much, and rays that are reflected
+twice are left out (modelled).
+Source of the geometry: Braasch, "Multipath Effects", in Global Positioning System: Theory and Applications I
+(1996), ch. 14; path difference of a far source over a plane, 2 h cos(incidence).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.signals.shadow import START_M, hits
+from emulator.structure.bodies import Array, Bodies, Faces, Numbers, Surfaces
+from emulator.structure.materials import circular, coherent
+
+Gain = Callable[[Numbers, Array], Array]
+"""Gain [dBi] of antennas (k,) for right-handed waves from directions (k, 3), body axes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reflections:
+    """k reflections, by pair of antenna and satellite.
+
+    pair           (k,) number of the pair;  face (k,) number of the face
+    delay_m        (k,) path beyond the direct one [m]
+    distance_m     (k,) from the antenna to the point of reflection [m]
+    cos_incidence  (k,) of the angle from the face's normal
+    towards_body   (k, 3) unit vectors from the antenna to the point of reflection
+    """
+
+    pair: Numbers
+    face: Numbers
+    delay_m: Array
+    distance_m: Array
+    cos_incidence: Array
+    towards_body: Array
+
+    def __len__(self) -> int:
+        return len(self.pair)
+
+
+def find(
+    bodies: Bodies,
+    surfaces: Surfaces,
+    faces: Faces,
+    antenna_body_m: Array,
+    los_body: Array,
+    antenna: Numbers,
+    satellite: Numbers,
+    nearest_m: float = START_M,
+) -> Reflections:
+    """All single reflections of p pairs of an antenna and a satellite.
+
+    antenna_body_m       (m, 3) places of the antennas;  los_body (n, 3) unit vectors to the satellites
+    antenna, satellite   (p,) rows of the two
+    nearest_m            a face whose plane is closer to an antenna is what it stands on, and belongs to its
+                         receive pattern
+    """
+    height_m = antenna_body_m @ faces.normal.T - (faces.centre_m * faces.normal).sum(axis=1)
+    cosine = los_body @ faces.normal.T
+    pair, face = np.nonzero((height_m > nearest_m)[antenna] & (cosine > 0)[satellite])
+    a, s = antenna[pair], satellite[pair]
+    cosine, height_m = cosine[s, face], height_m[a, face]
+    distance_m = height_m / cosine
+    within = np.ones(len(pair), bool)
+    for side, edge in enumerate((faces.first, faces.second)):
+        # A reflection leaves the component along the face as it is.
+        place_m = (antenna_body_m @ edge.T - (faces.centre_m * edge).sum(axis=1))[a, face]
+        place_m += distance_m * (los_body @ edge.T)[s, face]
+        within &= np.abs(place_m) <= surfaces.half_m[face, side]
+    kept = np.flatnonzero(within)
+    pair, face, a, s = pair[kept], face[kept], a[kept], s[kept]
+    cosine, height_m, distance_m = cosine[kept], height_m[kept], distance_m[kept]
+    incoming = los_body[s]
+    towards = incoming - 2 * cosine[:, None] * faces.normal[face]
+    origin_m = antenna_body_m[a]
+    point_m = origin_m + distance_m[:, None] * towards
+    clear = ~(hits(bodies, origin_m, towards, distance_m) | hits(bodies, point_m, incoming)).any(axis=-1)
+    return Reflections(
+        pair[clear],
+        face[clear],
+        2 * (height_m * cosine)[clear],
+        distance_m[clear],
+        cosine[clear],
+        towards[clear],
+    )
+
+
+def delays_m(faces: Faces, face: Numbers, antenna_body_m: Array, los_body: Array) -> Array:
+    """Path differences (k,) [m] of reflections at these faces (k,): 2 h cos(incidence).
+
+    antenna_body_m, los_body   (k, 3) of the reflections' antennas and satellites
+    """
+    normal = faces.normal[face]
+    height_m = ((antenna_body_m - faces.centre_m[face]) * normal).sum(axis=1)
+    return 2 * height_m * (los_body * normal).sum(axis=1)
+
+
+def spreading(surfaces: Surfaces, faces: Faces, seen: Reflections) -> Array:
+    """Amplitude (k,) that is left of a plane wave after a cylinder has spread it; 1 from flat faces.
+
+    sqrt(rho / (rho + distance)), rho = R cos(incidence) / (2 sin^2 a), a between ray and cylinder's axis.
+    Source: Kouyoumjian & Pathak, Proc. IEEE 62 (1974) 1448: reflected wave front, one radius infinite
+    """
+    radius_m = surfaces.radius_m[seen.face]
+    along = (faces.axis_body[seen.face] * seen.towards_body).sum(axis=1)
+    twice = 2 * (1 - along**2) * seen.distance_m
+    return 1 / np.sqrt(1 + twice / (radius_m * seen.cos_incidence))
+
+
+def coefficients(
+    surfaces: Surfaces,
+    faces: Faces,
+    seen: Reflections,
+    antenna: Numbers,
+    los_body: Array,
+    wave_m: Array,
+    gain_dbi: Gain,
+    cross_polar_db: float,
+) -> NDArray[np.complex128]:
+    """Complex amplitudes (k,) of reflections, relative to the direct ray unobstructed, without their delay.
+
+    antenna (k,), los_body (k, 3), wave_m (k,)   of the reflections' pairs
+    cross_polar_db   by how much the antenna receives a left-handed wave weaker than a right-handed one from
+                     the same direction; both with the same phase (modelled)
+    A perfect conductor turns the phase by pi and the hand of the wave round.
+    """
+    right, left = circular(surfaces.permittivity[seen.face], seen.cos_incidence)
+    received = right + left * 10 ** (-cross_polar_db / 20)
+    ratio = 10 ** ((gain_dbi(antenna, seen.towards_body) - gain_dbi(antenna, los_body)) / 20)
+    smooth = coherent(surfaces.roughness_m[seen.face], seen.cos_incidence, wave_m)
+    return -received * ratio * smooth * surfaces.amplitude[seen.face] * spreading(surfaces, faces, seen)
