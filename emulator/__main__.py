@@ -115,17 +115,19 @@ def _world(arguments: argparse.Namespace, session: int):
     from dbc import vehicle
     from emulator import scenario as scenarios
     from emulator.build import build_world
+    from emulator.named_files import anchor
 
     try:
         path = scenarios.find(arguments.scenario)
         document = scenarios.read(path)
+        anchor(document, path.parent)
         if arguments.duration is not None:
             document.setdefault("time", {})["duration_s"] = arguments.duration
         if arguments.seed is not None:
             document["seed"] = arguments.seed
         scenario = scenarios.parse(document, str(path))
         vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
-        return scenario, build_world(scenario, vehicles, session, lambda name: path.parent / name)
+        return scenario, build_world(scenario, vehicles, session)
     except (scenarios.ScenarioError, vehicle.VehicleError) as error:
         raise shell.Mistake(error) from None
 

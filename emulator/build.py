@@ -13,15 +13,15 @@ from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import scenario
 from emulator.effects import build_effects
+from emulator.observed.craft import ObservedCraft, fresh_unit
 from emulator.onboard.instant import Instant, exact
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
 from emulator.scenario import ScenarioError
 from emulator.signals import clock, draws, noise
-from emulator.world.attitude import build_attitude
 from emulator.world.earth import LIGHT_MPS
-from emulator.world.orbit import build_orbit
+from emulator.world.motion import build_motion, build_turning
 from emulator.world.sky import build_sky
 
 FASTEST_CLOCK_MPS = 3000.0
@@ -69,24 +69,38 @@ def build_world(
 
 def initial_state(world: World) -> EmulatorState:
     """Every unit cold, every channel idle and searching by itself."""
+    satellites_of_sky = len(world.sky.index)
     return EmulatorState(
         tuple(
-            UnitState(
-                None,
-                fresh_channels(craft.vehicle.channels),
-                fresh_knowledge(len(world.sky.index)),
-                e2e.fresh_counters(),
-                e2e.fresh_counters(),
-                np.zeros(len(e2e.Verdict), np.int64),
-            )
+            fresh_unit() if isinstance(craft, ObservedCraft) else _cold(craft, satellites_of_sky)
             for craft in world.craft
         )
     )
 
 
-def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> CraftWorld:
+def _cold(craft: CraftWorld, satellites_of_sky: int) -> UnitState:
+    return UnitState(
+        None,
+        fresh_channels(craft.vehicle.channels),
+        fresh_knowledge(satellites_of_sky),
+        e2e.fresh_counters(),
+        e2e.fresh_counters(),
+        np.zeros(len(e2e.Verdict), np.int64),
+    )
+
+
+def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> CraftWorld | ObservedCraft:
+    if craft.observations is not None:
+        # Reading observations is for those who play them.
+        from emulator.observed.build import build_observed
+
+        return build_observed(given, craft, vehicle)
+    return _emulated(given, craft, vehicle)
+
+
+def _emulated(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> CraftWorld:
     time, settings = given.time, craft.receivers
-    orbit = build_orbit(craft.orbit, time.start_ns)
+    orbit = build_motion(craft, time)
     _check_turns(craft)
     key = draws.key_of(craft.name)
     contract = codec.codec(vehicle.antennas)
@@ -96,14 +110,14 @@ def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) ->
         key,
         vehicle,
         orbit,
-        build_attitude(craft.attitude, time.start_ns, orbit.at(time.start_ns)),
+        build_turning(craft, time, orbit),
         settings,
         _pace(settings),
         search.RULES[settings.autonomous],
         build_effects(factors),
         bool(noise.LOOPS.keys() & factors.keys()),
         clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), time.interval_ns),
-        Instant(-1, exact),
+        Instant(-1 if craft.clock.mark_domain is None else craft.clock.mark_domain, exact),
         max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         contract,
         frames.stationery(contract, vehicle.antennas),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from dbc.codec import Codec
 from dbc.e2e import Verdict
 from dbc.vehicle import Vehicle
+from emulator.observed.craft import ObservedCraft, ObservedUnit
 from emulator.onboard.instant import Instant
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, Pace
@@ -17,7 +18,8 @@ from emulator.scenario import Receivers
 from emulator.signals.clock import Clocks, ClockState
 from emulator.signals.rays import Effect
 from emulator.world.attitude import Attitude
-from emulator.world.orbit import Orbit
+from emulator.world.attitude_table import TabulatedAttitude
+from emulator.world.motion import Motion
 from emulator.world.sky import Sky
 
 
@@ -37,8 +39,8 @@ class CraftWorld:
     name: str
     key: int
     vehicle: Vehicle
-    orbit: Orbit
-    attitude: Attitude
+    orbit: Motion
+    attitude: Attitude | TabulatedAttitude
     settings: Receivers
     pace: Pace
     rule: search.Rule
@@ -63,7 +65,7 @@ class World:
     sky: Sky
     row_of: Numbers
     systems: int
-    craft: tuple[CraftWorld, ...]
+    craft: tuple[CraftWorld | ObservedCraft, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +89,7 @@ class UnitState:
 class EmulatorState:
     """All craft between epochs, in the scenario's order."""
 
-    units: tuple[UnitState, ...]
+    units: tuple[UnitState | ObservedUnit, ...]
 
 
 def commands_rejected(state: EmulatorState) -> dict[str, int]:

@@ -19,6 +19,7 @@ from dbc import gpstime, vehicle
 from dbc.vehicle import Strict, faults
 from emulator.factors.base import Factor
 from emulator.factors.registry import of_scope
+from emulator.observed.signals import SIGNALS
 from emulator.receivers.search import RULES
 
 Positive = Annotated[float, Field(gt=0)]
@@ -73,10 +74,17 @@ class Time(Strict):
     def epochs(self) -> int:
         return max(1, round(self.duration_s * gpstime.NS_PER_S / self.interval_ns))
 
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """GPS time of the first epoch and of the last."""
+        return self.start_ns, self.start_ns + (self.epochs - 1) * self.interval_ns
+
 
 class Sky(Strict):
     """Each system: "nominal", "none", or navigation files.
 
+    orbits             SP3 files that are flown while satellites report what gps and glonass say; without
+                       them what they report is the truth
     glonass_offset_ns  what no message tells: positive lengthens GLONASS pseudoranges, that is GLONASS system
                        time behind GPS (a signal sent at GPS time t is stamped earlier than t)
     ray_height_km      a ray that passes the Earth lower than this counts as hidden
@@ -84,6 +92,7 @@ class Sky(Strict):
 
     gps: str | list[str] = "nominal"
     glonass: str | list[str] = "nominal"
+    orbits: tuple[str, ...] = ()
     glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
     ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
     factors: SkyFactors = SkyFactors()
@@ -123,18 +132,22 @@ class Turn(Strict):
 
 class Attitude(Strict):
     """`lvlh` flies x fore, y starboard, z nadir; `offset` is turned from it; `inertial` keeps the start's
-    offset attitude in inertial space; `slew` follows a profile of turns."""
+    offset attitude in inertial space; `slew` follows a profile of turns; `table` is that of a file: UTC,
+    quaternion_c, _x, _y, _z, body from celestial axes (J2000)."""
 
-    mode: Literal["lvlh", "offset", "inertial", "slew"] = "lvlh"
+    mode: Literal["lvlh", "offset", "inertial", "slew", "table"] = "lvlh"
     roll_deg: Angle = 0.0
     pitch_deg: Angle = 0.0
     yaw_deg: Angle = 0.0
     profile: tuple[Turn, ...] = ()
+    file: str | None = None
 
     @model_validator(mode="after")
     def _profile_goes_with_slew(self):
         if (self.mode == "slew") != bool(self.profile):
             raise ValueError("profile goes with mode 'slew', and mode 'slew' with a profile")
+        if (self.mode == "table") != (self.file is not None):
+            raise ValueError("file goes with mode 'table', and mode 'table' with a file")
         times = [turn.t_s for turn in self.profile]
         if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError(f"profile times are {times}; each must be later than the one before")
@@ -160,10 +173,51 @@ class Receivers(Strict):
 
 
 class Clock(Strict):
-    """Receiver oscillators: a bounded wander, `amplitude_ms * sin`, of random phase in each domain."""
+    """Receiver oscillators: a bounded wander, `amplitude_ms * sin`, of random phase in each domain.
+
+    mark_domain  clock domain that the time marks are read from; without it they are GPS time
+    """
 
     amplitude_ms: Annotated[float, Field(ge=0, le=10)] = 0.3
     period_s: Annotated[float, Field(ge=60)] = 5400.0
+    mark_domain: Annotated[int, Field(ge=0, le=7)] | None = None
+
+
+class TrajectoryFile(Strict):
+    """A known orbit instead of one that is computed; one of the four.
+
+    oem     CCSDS orbit ephemeris message, keyword or XML
+    tle     two-line elements, propagated by SGP4; object: which set's, by name or catalogue number
+    sp3     orbits of low satellites; object: which one, L01 to L99
+    csv     table: UTC, position_x, _y, _z in celestial axes (J2000), in `unit`
+    """
+
+    oem: str | None = None
+    tle: str | None = None
+    sp3: str | None = None
+    csv: str | None = None
+    object: str | None = None
+    unit: Literal["m", "km", "ft"] = "m"
+
+    @model_validator(mode="after")
+    def _one_file(self):
+        given = [kind for kind in ("oem", "tle", "sp3", "csv") if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise ValueError(f"trajectory names {', '.join(given) or 'nothing'}; one of oem, tle, sp3, csv")
+        return self
+
+
+class ObservationFile(Strict):
+    """Observations of a real receiver, played instead of an emulated one.
+
+    file       RINEX 2 or 3 observations, compact or gzip too
+    signals    what is played of each satellite, each signal on a channel of its own
+    reference  the craft's known orbit: the truth, if there is one
+    """
+
+    file: str
+    signals: Annotated[tuple[Literal[tuple(SIGNALS)], ...], Field(min_length=1)] = ("L1CA",)
+    reference: TrajectoryFile | None = None
 
 
 class Flight(Strict):
@@ -176,12 +230,24 @@ class Flight(Strict):
 class Craft(Strict):
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,15}$")]
     vehicle: str
-    orbit: Orbit
+    orbit: Orbit | None = None
+    trajectory: TrajectoryFile | None = None
+    observations: ObservationFile | None = None
     attitude: Attitude = Attitude()
     receivers: Receivers = Receivers()
     clock: Clock = Clock()
     flight: Flight = Flight()
     factors: CraftFactors = CraftFactors()
+
+    @model_validator(mode="after")
+    def _one_motion(self):
+        motions = ("orbit", "trajectory", "observations")
+        given = [name for name in motions if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"a craft has one of {', '.join(motions)}; this one has {' and '.join(given) or 'none'}"
+            )
+        return self
 
 
 class Expectation(Strict):

@@ -17,6 +17,7 @@ from emulator.build import build_world
 from emulator.factors.registry import of_scope
 from emulator.files import rinex_nav
 from emulator.files.text import FileError
+from emulator.named_files import anchor
 from emulator.scenario import Scenario, ScenarioError
 from emulator.step import World
 from flightsw.step import FlightConfig, configure
@@ -63,7 +64,7 @@ def make(arguments: Namespace, refuse_overload: bool = True) -> Plan:
     """The plan of a command line; Mistake, ScenarioError or VehicleError say what is wrong."""
     path = scenarios.find(arguments.scenario)
     document = scenarios.read(path)
-    _anchor(document, path.parent)
+    anchor(document, path.parent)
     _change(document, arguments)
     scenario = scenarios.parse(document, str(path))
     if arguments.vehicle and len(scenario.craft) > 1:
@@ -91,19 +92,6 @@ def make(arguments: Namespace, refuse_overload: bool = True) -> Plan:
     names = [craft.name for craft in scenario.craft]
     craft = [c.model_copy(update={"vehicle": vehicle_name(names, i)}) for i, c in enumerate(scenario.craft)]
     return Plan(scenario.model_copy(update={"craft": craft}), loaded, texts, flights, world, budgets, session)
-
-
-def _anchor(document: dict[str, Any], folder: Path) -> None:
-    """Navigation files named in a scenario are beside it."""
-    sky = document.get("sky")
-    if not isinstance(sky, dict):
-        return
-    for system in _LETTERS:
-        source = sky.get(system)
-        if isinstance(source, str) and source not in ("nominal", "none"):
-            sky[system] = str((folder / source).resolve())
-        elif isinstance(source, list) and all(isinstance(name, str) for name in source):
-            sky[system] = [str((folder / name).resolve()) for name in source]
 
 
 def _change(document: dict[str, Any], a: Namespace) -> None:

@@ -1,0 +1,72 @@
+"""Tables of flown states: comma-separated columns, named in the first line, by UTC."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from io import StringIO
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import gpstime
+from emulator.files.text import FileError, read_text
+
+TIME = "UTC"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """t_ns (n,) GPS time [ns], ascending; columns (n, w) as wanted."""
+
+    t_ns: NDArray[np.int64]
+    columns: NDArray[np.float64]
+
+
+def read(path: Path, wanted: Sequence[str]) -> Table:
+    """The wanted columns of a table, gzip or plain; FileError with one line if it has faults."""
+    return parse(read_text(Path(path)), wanted, str(path))
+
+
+def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
+    """The wanted columns in the text of a table; `origin` names it in errors."""
+    lines = csv.reader(StringIO(text))
+    head = [name.strip() for name in next(lines)]
+    for name in (TIME, *wanted):
+        if name not in head:
+            raise FileError(f"{origin}: line 1: column {name} is missing; there are {', '.join(head)[:200]}")
+    places = [head.index(name) for name in wanted]
+    times, rows = [], []
+    for n, cells in enumerate(lines, 2):
+        if not cells:
+            continue
+        if len(cells) != len(head):
+            raise FileError(f"{origin}: line {n}: {len(cells)} columns; the first line names {len(head)}")
+        times.append(_time(cells[head.index(TIME)], f"{origin}: line {n}"))
+        rows.append([_number(cells[k], head[k], f"{origin}: line {n}") for k in places])
+        if len(times) > 1 and times[-1] <= times[-2]:
+            raise FileError(f"{origin}: line {n}: {TIME} does not ascend")
+    if len(rows) < 2:
+        raise FileError(f"{origin}: {len(rows)} rows; two at least are needed")
+    return Table(np.array(times), np.array(rows))
+
+
+def _time(text: str, where: str) -> int:
+    try:
+        return gpstime.from_utc(datetime.fromisoformat(text.strip()))
+    except ValueError:
+        raise FileError(f"{where}: {TIME} is {text!r}, not a date and time") from None
+
+
+def _number(text: str, name: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise FileError(f"{where}: {name} is {text!r}, not a number") from None
+    if not isfinite(value):
+        raise FileError(f"{where}: {name} is {text!r}, not finite")
+    return value

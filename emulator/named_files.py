@@ -1,0 +1,65 @@
+"""Files that a scenario names: beside it, or in the folder of real data.
+
+The folder of real data is the environment variable GNSS_HIL_DATA; the project ships no measurements.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+DATA = "GNSS_HIL_DATA"
+
+_KINDS = ("oem", "tle", "sp3", "csv")
+
+PLACES: tuple[tuple[str, ...], ...] = (
+    ("sky", "gps"),
+    ("sky", "glonass"),
+    ("sky", "orbits"),
+    ("sky", "factors", "ionosphere", "files"),
+    *(("craft", "trajectory", kind) for kind in _KINDS),
+    ("craft", "observations", "file"),
+    *(("craft", "observations", "reference", kind) for kind in _KINDS),
+    ("craft", "attitude", "file"),
+    ("craft", "factors", "receive_pattern", "file"),
+)
+"""Where a scenario names files; `craft` is every craft."""
+
+_NO_FILES = ("nominal", "none")
+
+
+def anchor(document: dict[str, Any], folder: Path) -> None:
+    """Make the names of files in a scenario's document absolute, in place.
+
+    A name is looked for in `folder`, then in the folder of real data; one that is in neither is left where it
+    would be in `folder`, and whoever reads it says that it is not there.
+    """
+    data = os.environ.get(DATA)
+    folders = [folder, *([Path(data)] if data else [])]
+
+    def absolute(name: Any) -> Any:
+        if isinstance(name, list):
+            return [absolute(item) for item in name]
+        if not isinstance(name, str) or name in _NO_FILES:
+            return name
+        found = (place / name for place in folders if (place / name).exists())
+        return str(next(found, folder / name).resolve())
+
+    for keys in PLACES:
+        for owner in _owners(document, keys[:-1]):
+            if keys[-1] in owner:
+                owner[keys[-1]] = absolute(owner[keys[-1]])
+
+
+def _owners(table: Any, keys: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+    """The tables at a path of keys; an array of tables stands for each of its rows."""
+    if isinstance(table, list):
+        for row in table:
+            yield from _owners(row, keys)
+    elif isinstance(table, dict):
+        if not keys:
+            yield table
+        elif keys[0] in table:
+            yield from _owners(table[keys[0]], keys[1:])
