@@ -73,6 +73,23 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         "--nav", action="append", type=Path, metavar="FILE",
         help="broadcast navigation file (RINEX 2 or 3, .gz accepted), repeatable; together they are the sky",
     )  # fmt: skip
+    add(
+        "--sp3", action="append", type=Path, metavar="FILE",
+        help="precise orbits and clocks, repeatable: flown while the satellites report what --nav or the "
+        "scenario says; in a replay, what they report",
+    )  # fmt: skip
+    add(
+        "--obs", type=Path, metavar="FILE",
+        help="observations of a real receiver (RINEX 2 or 3, compact or gzip too) for the scenario 'replay'",
+    )  # fmt: skip
+    add(
+        "--reference", type=Path, metavar="FILE",
+        help="the craft's known orbit in a replay, CCSDS OEM: what the fixes are judged by",
+    )  # fmt: skip
+    add(
+        "--ionosphere-free", action="store_true",
+        help="play both frequencies; the flight software combines them",
+    )  # fmt: skip
     add("--vehicle", metavar="FILE", help="vehicle file, or name of a shipped one, instead of the scenario's")
     add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
     add(

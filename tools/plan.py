@@ -21,6 +21,7 @@ from emulator.named_files import anchor
 from emulator.scenario import Scenario, ScenarioError
 from emulator.step import World
 from flightsw.step import FlightConfig, configure
+from tools import replays
 from tools.budget import Budget, budget
 from tools.errors import Mistake
 from tools.results.summary import metric_names
@@ -104,6 +105,7 @@ def _change(document: dict[str, Any], a: Namespace) -> None:
         document["seed"] = a.seed
     if a.nav:
         document["sky"] = {**document.get("sky", {}), **sky_of_files(a.nav)}
+    replays.change(document, a)
     _switch(document.setdefault("sky", {}), "sky", a)
     for craft in document.get("craft", []):
         if not isinstance(craft, dict):

@@ -1,0 +1,88 @@
+"""What a command line says of a real receiver that is played: its observations, its sky, its orbit."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+from dbc import satellites
+from emulator.files.text import FileError
+from emulator.scenario import ScenarioError
+from tools.errors import Mistake
+
+PAIRS = {"gps": ("L1P", "L2P"), "glonass": ("L1OF", "L2OF")}
+"""Signals of two frequencies, by system."""
+
+SINGLE = {"gps": ("L1CA",), "glonass": ("L1OF",)}
+
+_SYSTEMS = {"gps": satellites.GPS, "glonass": satellites.GLONASS}
+
+
+def change(document: dict[str, Any], a: Namespace) -> None:
+    """Put what the command line says of observations and precise orbits into a scenario's document."""
+    played = [
+        craft
+        for craft in document.get("craft", [])
+        if isinstance(craft, dict) and isinstance(craft.get("observations"), dict)
+    ]
+    if not played:
+        _refuse(a)
+        if a.sp3:
+            document.setdefault("sky", {})["orbits"] = [str(path.resolve()) for path in a.sp3]
+        return
+    sky = document.setdefault("sky", {})
+    if a.sp3:
+        sky.update(_reported(a.sp3))
+    for craft in played:
+        _craft(craft, sky, a)
+    if not isinstance(document.get("time"), dict) or "start_gps" not in document["time"]:
+        _time(document, played[0])
+
+
+def _refuse(a: Namespace) -> None:
+    for name in ("obs", "reference", "ionosphere_free"):
+        if getattr(a, name):
+            option = name.replace("_", "-")
+            raise Mistake(
+                f"--{option}: no receiver is played in this scenario; use: gnss-hil run replay --obs FILE"
+            )
+
+
+def _reported(paths) -> dict[str, Any]:
+    """[sky] of precise orbits: each system has the files that hold its satellites, or is "none"."""
+    from emulator.files import sp3
+
+    try:
+        held = {path: set(satellites.system_of(sp3.read(path).index).tolist()) for path in paths}
+    except FileError as error:
+        raise ScenarioError(f"--sp3: {error}") from None
+    return {
+        name: [str(path.resolve()) for path in paths if system in held[path]] or "none"
+        for name, system in _SYSTEMS.items()
+    }
+
+
+def _craft(craft: dict[str, Any], sky: dict[str, Any], a: Namespace) -> None:
+    observations = craft["observations"]
+    if a.obs:
+        observations["file"] = str(a.obs.resolve())
+    if "file" not in observations:
+        raise Mistake("replay: which observations? Give --obs FILE, and --sp3 or --nav for the satellites")
+    if a.reference:
+        observations["reference"] = {"oem": str(a.reference.resolve())}
+    heard = [name for name in _SYSTEMS if sky.get(name, "nominal") != "none"]
+    if not heard:
+        raise Mistake("replay: where are the satellites? Give --sp3 FILE or --nav FILE")
+    if a.ionosphere_free:
+        craft.setdefault("flight", {}).setdefault("options", {})["ionosphere_free"] = True
+    if "signals" not in observations:
+        table = PAIRS if a.ionosphere_free else SINGLE
+        observations["signals"] = [signal for name in heard for signal in table[name]]
+
+
+def _time(document: dict[str, Any], craft: dict[str, Any]) -> None:
+    """Start, length and step of the file, but for what the command line or the scenario says."""
+    from emulator.observed.build import span_of
+
+    found = span_of(craft["observations"]["file"], craft.get("name", ""))
+    document["time"] = {**found, **(document.get("time") or {})}
