@@ -72,6 +72,10 @@ COMMANDS = {
             "convert", "write a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
             ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
         ),
+        Command(
+            "study", "many runs compared: error factors one at a time, on two craft",
+            ("study factors", "study factors --factor ephemeris_error --duration 6000 --interval 10"),
+        ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
             "vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,12 +61,20 @@ def vehicle_name(craft: Sequence[str], i: int) -> str:
     return "vehicle.toml" if len(craft) == 1 else f"vehicle-{craft[i]}.toml"
 
 
-def make(arguments: Namespace, refuse_overload: bool = True) -> Plan:
-    """The plan of a command line; Mistake, ScenarioError or VehicleError say what is wrong."""
+def make(
+    arguments: Namespace,
+    refuse_overload: bool = True,
+    change: Callable[[dict[str, Any]], None] = lambda document: None,
+) -> Plan:
+    """The plan of a command line; Mistake, ScenarioError or VehicleError say what is wrong.
+
+    change   what else is done to the scenario's document before it is checked
+    """
     path = scenarios.find(arguments.scenario)
     document = scenarios.read(path)
     anchor(document, path.parent)
     _change(document, arguments)
+    change(document)
     scenario = scenarios.parse(document, str(path))
     if arguments.vehicle and len(scenario.craft) > 1:
         raise Mistake(

@@ -1,0 +1,66 @@
+"""`gnss-hil study`: many runs of one scenario, compared."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from dbc.link.shell import seconds
+from tools.errors import INTERRUPTED, PROGRAM, Mistake
+
+SCENARIO = "pair"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    from emulator.factors.registry import FACTORS
+
+    add = parser.add_argument
+    add("which", choices=["factors"], metavar="factors", help="one error factor at a time, on two craft")
+    add(
+        "scenario", nargs="?", default=SCENARIO, metavar="SCENARIO",
+        help=f"shipped scenario or .toml file with two craft (default {SCENARIO})",
+    )  # fmt: skip
+    add("--duration", type=seconds, metavar="S", help="simulated time (default: the scenario's)")
+    add("--interval", type=seconds, metavar="S", help="time between epochs (default: the scenario's)")
+    add(
+        "--factor", action="append", choices=FACTORS, metavar="FACTOR",
+        help=f"only this one; repeatable (default: all): {', '.join(FACTORS)}",
+    )  # fmt: skip
+    add("--jobs", type=int, default=2, metavar="N", help="runs at a time (default 2)")
+    add("--out", type=Path, default=Path("runs/study-factors"), metavar="DIR", help="folder for the results")
+    add("--quiet", action="store_true", help="no progress")
+
+
+def run(arguments: Namespace) -> int:
+    import json
+
+    from emulator.factors.registry import FACTORS
+    from tools.study import page
+    from tools.study.factors import ALONE, Effect, figures
+    from tools.study.runs import Job, play_all
+
+    if arguments.jobs < 1:
+        raise Mistake(f"--jobs {arguments.jobs}: one at least")
+    names = [ALONE, *(arguments.factor or FACTORS)]
+    jobs = [
+        Job(arguments.scenario, name, turned, arguments.duration, arguments.interval)
+        for name in names
+        for turned in (False, True)
+    ]
+    jobs[0].plan()  # every mistake before the first run
+    try:
+        found = play_all(jobs, arguments.jobs, None if arguments.quiet else sys.stderr)
+    except KeyboardInterrupt:
+        print(f"{PROGRAM}: interrupted; nothing is written", file=sys.stderr)
+        return INTERRUPTED
+    effects = [Effect(name, *found[2 * k : 2 * k + 2]) for k, name in enumerate(names)]
+    rows = figures(effects)
+    print(page.text(rows))
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    target = arguments.out / "factors.html"
+    page.write(effects, rows, jobs[0].about(), target)
+    (arguments.out / "factors.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+    print(f"\nstudy: {target}")
+    return 0

@@ -1,0 +1,82 @@
+"""The runs of a study: each a plan made from one scenario and one change, several at a time."""
+
+from __future__ import annotations
+
+import os
+from argparse import Namespace
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from typing import TextIO
+
+from tools.errors import Mistake
+from tools.study.factors import ALONE
+from tools.study.pair import Errors, play
+
+TURN_DEG = 60.0
+"""Roll of the second craft where it shall see other satellites, or the same on other antennas."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One run: a scenario with one factor on, all others off, and its second craft turned or not."""
+
+    scenario: str
+    factor: str
+    turned: bool
+    duration_s: float | None
+    interval_s: float | None
+
+    def plan(self):
+        """The run's plan; Mistake, ScenarioError or VehicleError if there is none."""
+        from tools import plan
+        from tools.arguments import unchanged
+
+        arguments: Namespace = unchanged(self.scenario)
+        arguments.duration, arguments.interval = self.duration_s, self.interval_s
+        arguments.off = ["all"]
+        made = plan.make(arguments, refuse_overload=False, change=self._change)
+        if len(made.names) != 2:
+            raise Mistake(f"{self.scenario}: {len(made.names)} craft; a study of factors needs two")
+        return made
+
+    def _change(self, document: dict) -> None:
+        """The factor on, with the scenario's parameters where it has some; the second craft turned."""
+        from emulator.factors.registry import FACTORS
+
+        if self.factor != ALONE:
+            owners = [document["sky"]] if FACTORS[self.factor].scope == "sky" else document["craft"]
+            for owner in owners:
+                given = owner["factors"].get(self.factor)
+                on = {**given, "enabled": True} if isinstance(given, dict) else True
+                owner["factors"][self.factor] = on
+        if self.turned:
+            document["craft"][1]["attitude"] = {"mode": "offset", "roll_deg": TURN_DEG}
+
+    def about(self) -> str:
+        """What all runs of the study have in common."""
+        time = self.plan().scenario.time
+        return f"Scenario {self.scenario}, {time.epochs} epochs of {time.epoch_interval_s:g} s."
+
+
+def _played(job: Job) -> Errors:
+    return play(job.plan())
+
+
+def play_all(jobs: Sequence[Job], at_a_time: int, stream: TextIO | None) -> list[Errors]:
+    """What the jobs show, in their order; a line for each that is done."""
+    found: list[Errors | None] = [None] * len(jobs)
+    with ProcessPoolExecutor(min(at_a_time, os.cpu_count() or 1)) as pool:
+        try:
+            waiting = {pool.submit(_played, job): k for k, job in enumerate(jobs)}
+            for done, future in enumerate(as_completed(waiting), 1):
+                place = waiting[future]
+                found[place] = future.result()
+                if stream is not None:
+                    turned = ", second craft turned" if jobs[place].turned else ""
+                    stream.write(f"{done} of {len(jobs)}: {jobs[place].factor}{turned}\n")
+                    stream.flush()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return found
