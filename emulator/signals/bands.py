@@ -19,7 +19,8 @@ SIGNAL = {label: raw for raw, label in VALUES["Signal"].items()}
 _SYSTEMS = satellites.SATELLITES // satellites.NUMBERS
 
 _EARTH_RADIUS_M = 6_378_137.0
-_LOWEST_RAD = np.deg2rad(5.0)
+LOWEST_RAD = np.deg2rad(5.0)
+"""Elevation for which both interface documents promise a power."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +56,18 @@ BANDS = (
 
 def slant_range_m(radius_m: float) -> float:
     """Distance [m] from a place on the Earth to a satellite at radius_m that stands 5 deg high there."""
-    across = _EARTH_RADIUS_M * np.cos(_LOWEST_RAD)
-    return float(np.sqrt(radius_m**2 - across**2) - _EARTH_RADIUS_M * np.sin(_LOWEST_RAD))
+    across = _EARTH_RADIUS_M * np.cos(LOWEST_RAD)
+    return float(np.sqrt(radius_m**2 - across**2) - _EARTH_RADIUS_M * np.sin(LOWEST_RAD))
+
+
+def edge_off_nadir_rad(radius_m: float) -> float:
+    """Angle off nadir [rad] at which that satellite sees that place."""
+    return float(np.arcsin(_EARTH_RADIUS_M * np.cos(LOWEST_RAD) / radius_m))
+
+
+def band_of(system: int) -> Band:
+    """The first band of a system."""
+    return next(band for band in BANDS if band.system == system)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
