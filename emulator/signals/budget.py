@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import resources
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -22,6 +23,9 @@ from emulator.signals.blocks import BLOCKS, Block
 from emulator.signals.geometry import Array, norm
 from emulator.signals.patterns import Pattern, Receive
 
+RECEIVE = ("isotropic", "cone-20deg", "cone-12deg")
+"""Receive patterns of the package."""
+
 
 def shipped(name: str) -> Pattern:
     """A pattern of the package; KeyError if none has that name."""
@@ -29,6 +33,20 @@ def shipped(name: str) -> Pattern:
     if not file.is_file():
         raise KeyError(name)
     return antenna_table.parse(file.read_text("ascii"), f"{name}.txt")
+
+
+def pattern_of(name: str, column: str, law_dbi: tuple[float, float]) -> Pattern:
+    """A receive pattern as scenarios name it: "law", a shipped name, or a file.
+
+    column    gain column of a file that has several
+    law_dbi   gain at boresight and at 90 deg, for "law"
+    FileError if there is no such name or file
+    """
+    if name == "law":
+        return patterns.cosine_law(*law_dbi)
+    if name in RECEIVE:
+        return shipped(name)
+    return antenna_table.read(Path(name), column)
 
 
 def off_nadir_rad(satellite_m: Array, craft_m: Array) -> Array:

@@ -1,9 +1,9 @@
-"""Link budget: carrier to noise density of every satellite at every antenna.
+"""The simple link budget: carrier to noise density of every satellite at every antenna.
 
 Transmitted power is the least the interface documents promise and equal in all directions: satellites
 radiate isotropically (modelled: a craft in low orbit is inside the main lobe). Above the satellites' main
 lobes, which end little beyond the Earth's edge, signals come out far too strong and satellites far too
-many: until transmit patterns exist this budget is for low orbits.
+many: this budget is for low orbits. `emulator.signals.budget` is for all.
 """
 
 from __future__ import annotations

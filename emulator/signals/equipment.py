@@ -1,0 +1,55 @@
+"""From a scenario's words to the tables of the link budget: satellites' blocks, antennas, front end, jammers."""
+
+from __future__ import annotations
+
+from datetime import date
+
+import numpy as np
+
+from emulator.factors.link import Jamming, LinkBudget, ReceivePattern, TransmitPattern
+from emulator.signals import blocks, budget, frontend, jamming, patterns
+from emulator.signals.budget import Budget
+from emulator.signals.jamming import Jammers
+
+
+def transmitters_of(factor: TransmitPattern, day: date) -> budget.Transmit:
+    """Transmitters of all satellites as they were on that day; ValueError if a block is not the system's."""
+    return budget.transmit(blocks.block_rows(day, factor.gps, factor.blocks), factor.level)
+
+
+def antennas_of(factor: ReceivePattern, names: tuple[str, ...]) -> patterns.Receive:
+    """Antennas of these names (m,). ValueError if the factor names another, FileError if a table is bad."""
+    strangers = sorted(set(factor.antennas) - set(names))
+    if strangers:
+        raise ValueError(f"antenna '{strangers[0]}' is not there; there are {', '.join(names)}")
+    wanted = [factor.antennas.get(name, factor.pattern) for name in names]
+    law_dbi = factor.gain_dbi, factor.gain_at_90deg_dbi
+    found = {name: budget.pattern_of(name, factor.column, law_dbi) for name in wanted}
+    axial_ratio_db = factor.axial_ratio_db, factor.axial_ratio_at_90deg_db
+    return patterns.receive(tuple(found[name] for name in wanted), factor.floor_dbi, axial_ratio_db)
+
+
+def budget_of(transmitters: budget.Transmit, antennas: patterns.Receive, factor: LinkBudget) -> Budget:
+    """The budget of one craft."""
+    system_k = frontend.system_temperature_k(
+        factor.antenna_temperature_k, factor.line_loss_db, factor.line_temperature_k, factor.noise_figure_db
+    )
+    return Budget(transmitters, antennas, frontend.density_wphz(system_k), factor.implementation_loss_db)
+
+
+def jammers_of(factor: Jamming) -> Jammers:
+    """Jammers as arrays, those on the Earth first."""
+    places = [
+        jamming.place_ecef_m(np.radians(one.latitude_deg), np.radians(one.longitude_deg), one.height_m)
+        for one in factor.earth
+    ]
+    every = (*factor.earth, *factor.body)
+    return Jammers(
+        np.array(places).reshape(-1, 3),
+        np.array([one.eirp_dbw for one in factor.earth], float),
+        np.array([one.direction_body for one in factor.body], float).reshape(-1, 3),
+        np.array([one.received_dbw for one in factor.body], float),
+        tuple(one.kind for one in every),
+        np.array([one.centre_mhz * 1e6 for one in every], float),
+        np.array([one.bandwidth_mhz * 1e6 for one in every], float),
+    )
