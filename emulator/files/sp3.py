@@ -1,0 +1,184 @@
+"""SP3 files, versions a, c and d: orbits and clocks of satellites on a grid of instants.
+
+Strict: what does not fit the format is refused with file, line and field. Velocities, correlations and what
+the header says of accuracy are passed over.
+Source: S. Hilla, The Extended Standard Product 3 Orbit Format (SP3-c), 2010, and (SP3-d), 2016
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import gpstime, satellites
+from emulator.files.columns import Lines, decimals
+from emulator.files.text import FileError, read_text
+
+_FIELD, _DECIMALS = 14, 6
+"""Every number is F14.6: kilometres, microseconds."""
+
+_NO_CLOCK_US = 999_999.0
+"""Clocks from here on are absent; files write 999999.999999, some 999999."""
+
+_NUMBERS = ("x", "y", "z", "clock")
+
+_TICKS_PER_S = 100_000_000
+"""Epochs are written to 10 ns."""
+
+
+def _plus(seconds: int) -> Callable[[datetime], int]:
+    return lambda moment: gpstime.from_calendar(moment) + seconds * gpstime.NS_PER_S
+
+
+_SCALES: dict[str, Callable[[datetime], int]] = {
+    **dict.fromkeys(("GPS", "GAL", "QZS", "IRN", "ccc"), gpstime.from_calendar),
+    **dict.fromkeys(("UTC", "GLO"), gpstime.from_utc),
+    "TAI": _plus(-19),
+    "BDT": _plus(14),
+}
+"""Time system of the header -> GPS time of a calendar instant. SP3-d, line 13; ccc is what SP3-a has
+there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sp3:
+    """Centres of mass of satellites on a grid of instants.
+
+    origin      the file, or the files
+    t_ns        (t,) GPS time, ascending [ns]
+    name        n satellites as SP3 names them: G07, R21; L09 for one in low orbit
+    pos_ecef_m  (t, n, 3) in the file's terrestrial frame, an ITRF [m]; nan where absent
+    clock_s     (t, n) satellite clock against GPS time, without its periodic relativity [s]; nan where absent
+    """
+
+    origin: str
+    t_ns: NDArray[np.int64]
+    name: tuple[str, ...]
+    pos_ecef_m: NDArray[np.float64]
+    clock_s: NDArray[np.float64]
+
+    def navigation(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Satellite index (k,), ascending, and column (k,) of those that `dbc.satellites` has a letter
+        for."""
+        found = {_index(name): column for column, name in enumerate(self.name) if _index(name) is not None}
+        index = np.array(sorted(found), np.int64)
+        return index, np.array([found[k] for k in index.tolist()], np.int64)
+
+
+def _index(name: str) -> int | None:
+    try:
+        return satellites.parse(name)
+    except ValueError:
+        return None
+
+
+def read(path: Path) -> Sp3:
+    """The satellites of an SP3 file, gzip or plain; FileError with one line if it has faults."""
+    return parse(read_text(Path(path)), str(path))
+
+
+def parse(text: str, origin: str) -> Sp3:
+    """The satellites in the text of a file; `origin` names it in errors."""
+    lines = Lines(text, origin)
+    scale = _SCALES[_time_scale(lines)]
+    epoch_lines, t_ns, rows = [], [], []
+    for n, line in enumerate(lines.text):
+        if line.startswith("*"):
+            epoch_lines.append(n)
+            t_ns.append(_moment_ns(line, n, scale, origin))
+            if len(t_ns) > 1 and t_ns[-1] <= t_ns[-2]:
+                raise FileError(f"{origin}: line {n + 1}: epoch does not follow the one before it")
+        elif line.startswith("P"):
+            if not t_ns:
+                raise FileError(f"{origin}: line {n + 1}: a position comes before the first epoch")
+            rows.append((n, len(t_ns) - 1, _satellite(line, n, origin)))
+        elif line.startswith("EOF"):
+            return _gathered(lines, t_ns, rows)
+    raise FileError(f"{origin}: line {len(lines.text)}: file is cut off; its last line is not EOF")
+
+
+def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]]) -> Sp3:
+    if not rows:
+        raise FileError(f"{lines.origin}: line {len(lines.text)}: the file has no position")
+    at, epoch, names = (np.array(column) for column in zip(*rows, strict=True))
+    name, column = np.unique(names, return_inverse=True)
+    pair = epoch * len(name) + column
+    order = np.argsort(pair, kind="stable")
+    twice = np.flatnonzero(np.diff(pair[order]) == 0)
+    if len(twice):
+        line = int(at[order[twice[0] + 1]])
+        raise FileError(f"{lines.origin}: line {line + 1}: the epoch has {lines.text[line][1:4]} already")
+    pos_km, clock_us = _numbers(lines, at)
+    grid = np.full((len(t_ns), len(name), 4), np.nan)
+    grid[epoch, column, :3] = np.where((pos_km == 0).all(axis=1)[:, None], np.nan, 1e3 * pos_km)
+    grid[epoch, column, 3] = np.where(clock_us >= _NO_CLOCK_US, np.nan, 1e-6 * clock_us)
+    return Sp3(lines.origin, np.array(t_ns), tuple(name.tolist()), grid[..., :3], grid[..., 3])
+
+
+def _numbers(lines: Lines, at: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions (p, 3) [km] and clocks (p,) [us] of the lines `at`; a clock may be blank."""
+    columns = []
+    for k, name in enumerate(_NUMBERS):
+        place = 4 + k * _FIELD
+        values, bad = decimals(lines.field(at, place, _FIELD), _DECIMALS)
+        bad |= np.isnan(values) if name != "clock" else False
+        if bad.any():
+            line = int(at[np.argmax(bad)])
+            found = lines.text[line][place : place + _FIELD].strip()
+            raise FileError(f"{lines.origin}: line {line + 1}: {name} is '{found}'; allowed is F14.6")
+        columns.append(values)
+    return np.stack(columns[:3], axis=1), columns[3]
+
+
+def _time_scale(lines: Lines) -> str:
+    first = lines.text[0]
+    if first[:1] != "#" or first[1:2] not in ("a", "b", "c", "d") or first[2:3] not in ("P", "V"):
+        raise FileError(f"{lines.origin}: line 1: not an SP3 file (it begins with #a, #c or #d and P or V)")
+    for n, line in enumerate(lines.text):
+        if line.startswith("%c"):
+            if line[9:12] not in _SCALES:
+                known = ", ".join(scale for scale in _SCALES if scale != "ccc")
+                where = f"{lines.origin}: line {n + 1}"
+                raise FileError(f"{where}: time system is '{line[9:12]}'; allowed is {known}")
+            return line[9:12]
+        if line.startswith("*"):
+            break
+    raise FileError(f"{lines.origin}: line 1: the header has no %c line with the time system")
+
+
+def _moment_ns(line: str, n: int, scale: Callable[[datetime], int], origin: str) -> int:
+    try:
+        *date, seconds = line[1:31].split()
+        whole, _, rest = seconds.partition(".")
+        ticks = int(whole) * _TICKS_PER_S + int(rest[:8].ljust(8, "0"))
+        if len(date) != 5 or not 0 <= ticks < 60 * _TICKS_PER_S:
+            raise ValueError(line)
+        return scale(datetime(*map(int, date))) + ticks * 10
+    except ValueError:
+        raise FileError(f"{origin}: line {n + 1}: epoch is '{line[1:31].strip()}'; no such moment") from None
+
+
+def _satellite(line: str, n: int, origin: str) -> str:
+    """Name of a satellite; SP3-a writes GPS numbers without a letter."""
+    letter, number = line[1:2].replace(" ", "G"), line[2:4].replace(" ", "0")
+    if not (letter.isalpha() and letter.isupper() and len(number) == 2 and number.isdecimal()):
+        raise FileError(f"{origin}: line {n + 1}: satellite is '{line[1:4]}'; allowed is such as G07")
+    return letter + number
+
+
+def joined(products: Sequence[Sp3]) -> Sp3:
+    """Several products as one; where two tell a satellite's position at an instant, the later one counts."""
+    t_ns = np.unique(np.concatenate([product.t_ns for product in products]))
+    name = tuple(sorted({name for product in products for name in product.name}))
+    pos, clock = np.full((len(t_ns), len(name), 3), np.nan), np.full((len(t_ns), len(name)), np.nan)
+    for product in products:
+        at = np.ix_(np.searchsorted(t_ns, product.t_ns), [name.index(one) for one in product.name])
+        there = np.isfinite(product.pos_ecef_m).all(axis=2)
+        pos[at] = np.where(there[..., None], product.pos_ecef_m, pos[at])
+        clock[at] = np.where(there, product.clock_s, clock[at])
+    return Sp3(", ".join(product.origin for product in products), t_ns, name, pos, clock)
