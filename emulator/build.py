@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from dbc import codec, e2e, satellites
+from dbc import codec, e2e, gpstime, satellites
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
-from emulator import scenario
+from emulator import hull, scenario
 from emulator.effects import build_effects
 from emulator.observed.craft import ObservedCraft, fresh_unit
 from emulator.onboard.instant import Instant, exact
+from emulator.radio import build_radio, plain_antennas
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
@@ -23,6 +24,7 @@ from emulator.signals import clock, draws, noise
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.motion import build_motion, build_turning
 from emulator.world.sky import build_sky
+from emulator.world.sun import Sun
 
 FASTEST_CLOCK_MPS = 3000.0
 """What a receiver's clock may add to the range rate: the signal on the bus ends at 13.4 km/s."""
@@ -61,6 +63,7 @@ def build_world(
         time.interval_ns,
         given.sky.ray_height_km * 1e3,
         sky,
+        Sun(gpstime.leap_seconds(time.start_ns)),
         row_of,
         int(satellites.system_of(sky.index).max()) + 1,
         tuple(_craft(given, c, v) for c, v in zip(given.craft, vehicles, strict=True)),
@@ -105,6 +108,8 @@ def _emulated(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle)
     key = draws.key_of(craft.name)
     contract = codec.codec(vehicle.antennas)
     factors = craft.factors.on()
+    radio = build_radio(factors, vehicle, settings, time.start_ns, craft.name)
+    antennas = radio.antennas if radio is not None else plain_antennas(settings, vehicle)
     return CraftWorld(
         craft.name,
         key,
@@ -114,6 +119,8 @@ def _emulated(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle)
         settings,
         _pace(settings),
         search.RULES[settings.autonomous],
+        radio,
+        hull.build_hull(craft.structure, factors, vehicle, antennas, craft.name),
         build_effects(factors),
         bool(noise.LOOPS.keys() & factors.keys()),
         clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), time.interval_ns),

@@ -6,11 +6,17 @@ from collections.abc import Callable, Mapping
 
 from emulator.factors.base import Factor
 from emulator.signals import noise
-from emulator.signals.rays import Effect
+from emulator.signals.rays import Disturbance, Effect
 
 Maker = Callable[[Factor], Effect]
 
-MAKERS: dict[str, Maker] = {}
+
+def _multipath(factor: Factor) -> Effect:
+    """The loops' errors, which the scene has settled."""
+    return lambda rays: Disturbance(rays.reception.range_m, rays.reception.phase_m, rays.reception.rate_mps)
+
+
+MAKERS: dict[str, Maker] = {"multipath": _multipath}
 """Factor -> maker of its effect. Loop noise is not among them: its rows share one draw."""
 
 

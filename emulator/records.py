@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from dbc.codec import Codec
 from dbc.e2e import Verdict
 from dbc.vehicle import Vehicle
+from emulator.hull import Hull
 from emulator.observed.craft import ObservedCraft, ObservedUnit
 from emulator.onboard.instant import Instant
+from emulator.radio import Radio
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, Pace
 from emulator.scenario import Receivers
@@ -21,6 +23,7 @@ from emulator.world.attitude import Attitude
 from emulator.world.attitude_table import TabulatedAttitude
 from emulator.world.motion import Motion
 from emulator.world.sky import Sky
+from emulator.world.sun import Sun
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +32,8 @@ class CraftWorld:
 
     key              64 bits that stand for its name in the random draws
     settings         receivers' parameters of the scenario
+    radio            its link budget, None for the plain one
+    hull             its structure, None where nothing depends on it
     effects          error factors at work on what its receivers measure
     draws            whether any of them draws random words
     clocks           its receivers' oscillators
@@ -44,6 +49,8 @@ class CraftWorld:
     settings: Receivers
     pace: Pace
     rule: search.Rule
+    radio: Radio | None
+    hull: Hull | None
     effects: tuple[Effect, ...]
     draws: bool
     clocks: Clocks
@@ -55,7 +62,11 @@ class CraftWorld:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class World:
-    """What does not change in a run. row_of (SATELLITES,) row of the sky by satellite index, -1 none."""
+    """What does not change in a run.
+
+    sun     where it is
+    row_of  (SATELLITES,) row of the sky by satellite index, -1 none
+    """
 
     seed: int
     session: int
@@ -63,6 +74,7 @@ class World:
     interval_ns: int
     ray_height_m: float
     sky: Sky
+    sun: Sun
     row_of: Numbers
     systems: int
     craft: tuple[CraftWorld | ObservedCraft, ...]

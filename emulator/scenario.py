@@ -234,6 +234,7 @@ class Craft(Strict):
     trajectory: TrajectoryFile | None = None
     observations: ObservationFile | None = None
     attitude: Attitude = Attitude()
+    structure: str | None = None
     receivers: Receivers = Receivers()
     clock: Clock = Clock()
     flight: Flight = Flight()

@@ -1,10 +1,13 @@
-"""From world to scene: geometry, link budget and clocks of one craft at one latch."""
+"""From world to scene: geometry, link budget, structure and clocks of one craft at one latch."""
 
 from __future__ import annotations
 
 from dbc import satellites
+from dbc.gpstime import NS_PER_S
+from emulator import hull, radio
 from emulator.records import CraftWorld, World
-from emulator.signals import geometry, link, view
+from emulator.signals import geometry, view
+from emulator.signals.bands import wavelength_m
 from emulator.signals.clock import ClockState
 from emulator.signals.scene import Scene
 from emulator.world.rotations import dcm_of_quaternion
@@ -21,16 +24,20 @@ def scene_of(
     dcm = dcm_of_quaternion(quaternion)
     antennas = geometry.antennas(state, dcm, rate, vehicle.lever_arm_body_m, vehicle.boresight_body)
     sight = view.look(motion, state.pos_ecef_m, antennas)
-    cn0_dbhz = link.cn0_dbhz(
-        satellites.system_of(sky.index), sight.distance_m, sight.angle_rad,
-        settings.gain_dbi, settings.gain_at_90deg_dbi, settings.noise_temperature_k,
-    )  # fmt: skip
+    cn0_dbhz = radio.cn0_dbhz(craft.radio, settings, sky, sight, antennas, state.pos_ecef_m, dcm)
     in_sight = sky.available & view.in_sight(sight, world.ray_height_m)
     signal = in_sight & (sight.angle_rad <= vehicle.mask_rad[:, None])
     signal &= cn0_dbhz >= settings.lock_threshold_dbhz
+    around = None
+    if craft.hull is not None:
+        since_s = (t_ns - world.start_ns) / NS_PER_S
+        around = hull.around(craft.hull, sight, motion, state, dcm, rate, world.sun.at(t_ns), since_s)
+        system = satellites.system_of(sky.index)
+        wave_m = wavelength_m(system, sky.frequency)
+        cn0_dbhz, signal = hull.heard(around, cn0_dbhz, signal, settings.lock_threshold_dbhz, system, wave_m)
     offset_s, drift = clocks
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(
         t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, by_receiver,
-        offset_s,
+        offset_s, around,
     )  # fmt: skip

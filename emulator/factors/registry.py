@@ -12,7 +12,9 @@ from typing import Literal
 
 from dbc.registry import table
 from emulator.factors.base import Factor
+from emulator.factors.link import Jamming, LinkBudget, ReceivePattern, TransmitPattern
 from emulator.factors.loops import CarrierNoise, CodeNoise, DopplerNoise
+from emulator.factors.structure import Multipath, Shadowing
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,12 @@ FACTORS = table(
     Row("code_noise", CodeNoise, f"{_LOOPS}: DLL thermal noise", default=True),
     Row("carrier_noise", CarrierNoise, f"{_LOOPS}: PLL thermal noise", default=True),
     Row("doppler_noise", DopplerNoise, f"{_LOOPS}: FLL thermal noise", default=True),
+    Row("transmit_pattern", TransmitPattern, "published patterns by block; IS-GPS-200, GLONASS ICD 5.1"),
+    Row("receive_pattern", ReceivePattern, "tables by angle; Balanis, Antenna Theory, 4th ed., 2.12"),
+    Row("link_budget", LinkBudget, "Friis, Proc. IRE 32 (1944) 419"),
+    Row("jamming", Jamming, "Betz, ION NTM 2000; Kaplan & Hegarty, 3rd ed., 9.2"),
+    Row("shadowing", Shadowing, "Kay & Kajiya, Computer Graphics 20 (1986) 269"),
+    Row("multipath", Multipath, "van Nee, IEEE Trans. AES 29 (1993) 1359; Kaplan & Hegarty, 3rd ed., 9.5"),
 )
 
 

@@ -13,18 +13,12 @@ from emulator.factors.base import Factor
 
 
 class Shadowing(Factor):
-    """Boxes and panels of the structure file hide satellites.
-
-    structure   the file, by shipped name or path
-    """
-
-    structure: str = "soyuz-ms"
+    """Boxes and panels of the craft's structure hide satellites."""
 
 
 class Multipath(Factor):
     """Single reflections from the structure's faces through the correlators.
 
-    structure                 the file, by shipped name or path
     discriminator             "power": |E|^2 - |L|^2, as `code_noise`; "coherent": dot product, coherent loop
     correlator_spacing_chips  early to late; that of `code_noise` unless the receiver is another
     bandwidth_mhz             two-sided, of the front end; none: infinitely wide
@@ -36,7 +30,6 @@ class Multipath(Factor):
     hold_reflections          whether a reflection may stay in lock while the direct ray is hidden
     """
 
-    structure: str = "soyuz-ms"
     discriminator: Literal["coherent", "power"] = "power"
     correlator_spacing_chips: Annotated[float, Field(ge=0.05, le=1)] = 0.5
     bandwidth_mhz: Annotated[float, Field(ge=1, le=100)] | None = None

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc import satellites
+from emulator import hull
 from emulator.receivers.channels import FULL, SLIPS, Channels, Flags, Numbers
 from emulator.signals.bands import BY_SYSTEM, wavelength_m
 from emulator.signals.geometry import Array, at_transmission, path
@@ -110,6 +111,15 @@ def measured(channels: Channels, scene: Scene, words: NDArray[np.uint64] | None)
     row = channels.target[receiver, channel]
     sat = scene.sky.index[row]
     system = satellites.system_of(sat)
+    wave_m = wavelength_m(system, scene.sky.frequency[row])
+    cn0_dbhz = scene.cn0_dbhz[receiver, row]
+    reception = None
+    if scene.around is not None:
+        reception = hull.receive(scene.around, receiver, row, system, wave_m)
+    if reception is not None:
+        # What is heard of a hidden satellite has its level already.
+        hidden = scene.around.hidden[receiver, row]
+        cn0_dbhz = np.where(hidden, cn0_dbhz, cn0_dbhz + reception.level_db)
     return Rays(
         scene,
         receiver,
@@ -117,11 +127,12 @@ def measured(channels: Channels, scene: Scene, words: NDArray[np.uint64] | None)
         row,
         sat,
         system,
-        wavelength_m(system, scene.sky.frequency[row]),
+        wave_m,
         BY_SYSTEM.chip_m[system],
-        scene.cn0_dbhz[receiver, row],
+        cn0_dbhz,
         path(scene.motion[row], antennas.pos_m[receiver], antennas.vel_mps[receiver]),
         words[system, receiver, satellites.number_of(sat)] if words is not None else None,
+        reception,
     )
 
 

@@ -111,7 +111,7 @@ def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Corr
     best = np.where(rises, strength, -1.0).argmax(axis=1)
     channel = np.arange(len(best))
     low, high = grid[apart + best], grid[apart + best + 1]
-    # Rays that cancel everywhere leave no place to settle at: the loop stays at the grid's end, where nothing is.
+    # Rays that cancel everywhere leave no place to settle at: the loop stays at the grid's empty end.
     lost = ~rises.any(axis=1)
     below = np.where(lost, -1.0, value[channel, best])
     above = np.where(lost, 1.0, value[channel, best + 1])

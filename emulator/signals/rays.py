@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from emulator.signals.geometry import Array, Path
 from emulator.signals.scene import Scene
+from emulator.signals.surroundings import Reception
 
 Numbers = NDArray[np.int64]
 
@@ -23,6 +24,7 @@ class Rays:
     cn0_dbhz          (p,)
     path              from transmission to reception
     words             (p, SLOTS) random words of receiver and satellite in this epoch, `draws.grid`
+    reception         what reflections do to them, None without any
     """
 
     scene: Scene
@@ -36,6 +38,7 @@ class Rays:
     cn0_dbhz: Array
     path: Path
     words: NDArray[np.uint64] | None
+    reception: Reception | None
 
     def __len__(self) -> int:
         return len(self.row)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ from emulator.signals.view import View
 from emulator.world.orbit import CraftState
 from emulator.world.sky import SkyState
 
+if TYPE_CHECKING:
+    from emulator.hull import Around
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
@@ -19,6 +23,7 @@ class Scene:
 
     in_sight  (n,) available and not behind the Earth
     signal    (m, n) strong enough, inside the antenna's field of view
+    around    the craft's structure, `emulator.hull.Around`; None without one
     clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock;  by_domain_s (8,) offsets
     """
 
@@ -35,3 +40,4 @@ class Scene:
     signal: NDArray[np.bool_]
     clock_s: tuple[Array, Array]
     by_domain_s: Array
+    around: Around | None

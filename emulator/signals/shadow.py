@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from emulator.structure.bodies import Array, Bodies
 
-START_M = 0.01
-"""Ends of a ray this short hit nothing: antennas stand on hulls, and reflections start on faces."""
+START_M = 1e-6
+"""Ends of a ray this short hit nothing: reflections start and end on faces."""
 
 _PARALLEL = 1e-12
 

@@ -176,7 +176,7 @@ def faces_at(surfaces: Surfaces, bodies: Bodies) -> Faces:
     )
 
 
-def require_outside(craft: Structure, places: dict[str, Array], margin_m: float = 1e-3) -> None:
+def require_outside(craft: Structure, places: dict[str, Array], margin_m: float = 1e-6) -> None:
     """StructureError if a place (3,) is inside a box, all joints at zero: nothing would be seen from it."""
     bodies = craft.at_zero
     for name, place_m in places.items():

@@ -50,7 +50,7 @@ CRAFT = SOYUZ[SOYUZ.index("[[craft]]") :]
 CHANGES = {  # scenarios with one thing wrong: (old, new)
     "unknown_key": ('gps = "nominal"', 'gsp = "nominal"'),
     "unknown_unit": ("duration_s = 600", "duration_min = 10"),
-    "unknown_factor": ("[craft.flight]", "[craft.factors]\nmultipath = true\n[craft.flight]"),
+    "unknown_factor": ("[craft.flight]", "[craft.factors]\ntroposphere = true\n[craft.flight]"),
     "policy": ('policy = "patent"', 'policy = "patnet"'),
     "option": ('policy = "patent"', 'policy = "patent"\noptions = {hysterisis_deg = 2}'),
     "orbit_twice": ("altitude_km = 415", "altitude_km = 415, semi_major_axis_km = 6793"),
@@ -104,7 +104,7 @@ unknown unit
     time\.duration_min: unknown key
 unknown factor
     $ run {unknown_factor}.toml
-    craft\.0\.factors\.multipath: unknown key
+    craft\.0\.factors\.troposphere: unknown key
 text for a number
     $ run {text}.toml
     time\.duration_s: .*number.*found 'ten minutes'

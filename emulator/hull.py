@@ -1,0 +1,160 @@
+"""A craft's structure in a scene: what it hides, and what its reflections do to the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc.vehicle import Vehicle
+from emulator.factors.base import Factor
+from emulator.factors.structure import Multipath
+from emulator.scenario import ScenarioError
+from emulator.signals import patterns, surroundings
+from emulator.signals.bands import BY_SYSTEM
+from emulator.signals.correlation import triangle
+from emulator.signals.geometry import Array, Motion, spin
+from emulator.signals.shadow import blocked
+from emulator.signals.surroundings import Pose, Reception
+from emulator.signals.view import View
+from emulator.structure import file
+from emulator.structure.bodies import Structure, require_outside, structure
+from emulator.world.earth import LIGHT_MPS
+from emulator.world.orbit import CraftState
+
+NAMES = ("shadowing", "multipath")
+"""The factors that need a structure."""
+
+Numbers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hull:
+    """What does not change of a craft's surroundings.
+
+    multipath   None: nothing is reflected;  shadows   whether anything is hidden
+    gain        right-handed gain of its antennas
+    """
+
+    shape: Structure
+    shadows: bool
+    multipath: Multipath | None
+    vehicle: Vehicle
+    antennas: patterns.Receive
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Around:
+    """A hull at one instant: pose, and (m, n) satellites hidden from antennas."""
+
+    hull: Hull
+    pose: Pose
+    hidden: NDArray[np.bool_]
+
+
+def build_hull(
+    name: str | None, factors: Mapping[str, Factor], vehicle: Vehicle, antennas: patterns.Receive, craft: str
+) -> Hull | None:
+    """The surroundings of a craft, None if no factor asks for them; ScenarioError if they cannot be had."""
+    wanted = [factor for factor in NAMES if factor in factors]
+    if not wanted:
+        return None
+    if name is None:
+        raise ScenarioError(
+            f"craft.{craft}.factors.{wanted[0]}: needs the craft's structure; name it: structure = "
+            f'"FILE", shipped are {", ".join(file.shipped())}'
+        )
+    try:
+        shape = structure(file.load(file.find(name)))
+        require_outside(shape, dict(zip(vehicle.names, vehicle.lever_arm_body_m, strict=True)))
+    except file.StructureError as error:
+        raise ScenarioError(f"craft.{craft}.structure: {error}") from None
+    return Hull(shape, "shadowing" in factors, factors.get("multipath"), vehicle, antennas)
+
+
+def around(
+    hull: Hull,
+    view: View,
+    motion: Motion,
+    state: CraftState,
+    dcm: Array,
+    rate_rps: Array,
+    sun_m: Array,
+    t_s: float,
+) -> Around:
+    """A hull in a scene.
+
+    motion   of the satellites, inertial;  dcm (3, 3) body from ECEF;  rate_rps (3,) of the craft
+    sun_m    (3,) place of the Sun in ECEF;  t_s since the start of the run
+    """
+    los_body = view.los_ecef @ dcm.T
+    craft_mps = state.vel_ecef_mps + spin(state.pos_ecef_m)
+    turn = surroundings.los_rate_body(
+        los_body, (motion.vel_mps - craft_mps) @ dcm.T, view.distance_m, rate_rps
+    )
+    sun = dcm @ (sun_m - state.pos_ecef_m)
+    pose = surroundings.pose(hull.shape, los_body, turn, sun / np.sqrt(sun @ sun), rate_rps, t_s)
+    shape = (len(hull.vehicle.names), len(los_body))
+    hidden = (
+        blocked(pose.bodies, hull.vehicle.lever_arm_body_m, los_body)
+        if hull.shadows
+        else np.zeros(shape, bool)
+    )
+    return Around(hull, pose, hidden)
+
+
+def receive(
+    at: Around, antenna: Numbers, satellite: Numbers, system: Numbers, wave_m: Array
+) -> Reception | None:
+    """What channels (p,) receive; None if nothing is reflected."""
+    hull = at.hull
+    if hull.multipath is None:
+        return None
+    boresight = hull.vehicle.boresight_body
+
+    def gain_dbi(rows: Numbers, towards: Array) -> Array:
+        angle = 2 * np.arctan2(
+            np.linalg.norm(boresight[rows] - towards, axis=1),
+            np.linalg.norm(boresight[rows] + towards, axis=1),
+        )
+        return patterns.look_up(hull.antennas.right_dbi, hull.antennas.row[rows], angle)
+
+    chip_m = BY_SYSTEM.chip_m[system]
+    correlate = triangle
+    if hull.multipath.bandwidth_mhz is not None:
+        correlate = surroundings.correlation_of(hull.multipath, LIGHT_MPS / float(chip_m.min()))
+    direct = (~at.hidden[antenna, satellite]).astype(float)
+    return surroundings.receive(
+        hull.shape, hull.multipath, at.pose, hull.vehicle.lever_arm_body_m, antenna, satellite, direct,
+        wave_m, chip_m, gain_dbi, correlate,
+    )  # fmt: skip
+
+
+def heard(
+    at: Around,
+    cn0_dbhz: Array,
+    candidate: NDArray[np.bool_],
+    threshold_dbhz: float,
+    system: Numbers,
+    wave_m: Array,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """C/N0 (m, n) and which satellites are heard (m, n), where the hull is in the way.
+
+    candidate   (m, n) would be heard without it;  system, wave_m (n,) of the satellites
+    A hidden satellite may be heard by its reflection, if receivers hold such a lock.
+    """
+    hidden = candidate & at.hidden
+    if not hidden.any():
+        return cn0_dbhz, candidate
+    cn0, signal = cn0_dbhz.copy(), candidate & ~at.hidden
+    antenna, satellite = np.nonzero(hidden)
+    cn0[antenna, satellite] = -np.inf
+    multipath = at.hull.multipath
+    if multipath is not None and multipath.hold_reflections:
+        reception = receive(at, antenna, satellite, system[satellite], wave_m[satellite])
+        level = cn0_dbhz[antenna, satellite] + reception.level_db
+        cn0[antenna, satellite] = level
+        signal[antenna, satellite] = level >= threshold_dbhz
+    return cn0, signal

@@ -1,0 +1,150 @@
+"""What a craft's structure does to the signals of its channels: rays gathered, loops settled, errors told.
+
+Two instants, a tenth of a second apart, give the range rate: the carrier's error turns as the geometry does.
+Nothing is drawn at random: a still structure gives a constant error, a turning one an error that beats.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from emulator.factors.structure import Multipath
+from emulator.signals import multipath, reflections
+from emulator.signals.correlation import Correlation, band_limited, triangle
+from emulator.signals.multipath import Complex
+from emulator.signals.reflections import Gain
+from emulator.structure.bodies import Array, Bodies, Numbers, Structure, bodies_at, faces_at
+
+LATER_S = 0.1
+"""From one instant to the other: short against any beat (phases turn by less than half a cycle a second)."""
+
+_NOMINAL_WAVE_M = 0.19
+"""For roughness, which a per cent of wavelength does not change."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A craft's structure and los_body (n, 3) to the satellites at two instants LATER_S apart."""
+
+    bodies: Bodies
+    los_body: Array
+    later: Bodies
+    los_later: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reception:
+    """What p channels receive, (p,) each: errors of pseudorange, carrier phase [m] and range rate [m/s];
+    level_db by which C/N0 differs from the unobstructed direct ray's, -inf without signal."""
+
+    range_m: Array
+    phase_m: Array
+    rate_mps: Array
+    level_db: Array
+
+
+def los_rate_body(los_body: Array, towards_mps: Array, distance_m: Array, rate_body_rps: Array) -> Array:
+    """Rates (n, 3) [1/s] of unit vectors los_body (n, 3) as the turning craft sees them.
+
+    towards_mps     (n, 3) inertial velocities of the targets relative to the craft, body axes [m/s]
+    distance_m      (n,);  rate_body_rps (3,) of the craft relative to inertial space [rad/s]
+    """
+    along = (towards_mps * los_body).sum(axis=1, keepdims=True)
+    return (towards_mps - along * los_body) / distance_m[:, None] - np.cross(rate_body_rps, los_body)
+
+
+def pose(
+    craft: Structure, los_body: Array, rate: Array, sun_body: Array, rate_body_rps: Array, t_s: float
+) -> Pose:
+    """The structure and the sky at t_s after the start and LATER_S on.
+
+    los_body (n, 3) with its rate (n, 3), see `los_rate_body`;  sun_body (3,) direction of the Sun, body axes
+    """
+    moved = sun_body - LATER_S * np.cross(rate_body_rps, sun_body)
+    return Pose(
+        bodies_at(craft, sun_body, t_s),
+        los_body,
+        bodies_at(craft, moved, t_s + LATER_S),
+        los_body + LATER_S * rate,
+    )
+
+
+def correlation_of(settings: Multipath, chip_hz: float) -> Correlation:
+    """The correlation function of a receiver's channel for a code of this chipping rate."""
+    if settings.bandwidth_mhz is None:
+        return triangle
+    return band_limited(settings.bandwidth_mhz * 1e6 / chip_hz)
+
+
+def _rays(
+    craft: Structure,
+    settings: Multipath,
+    at: Pose,
+    antenna_body_m: Array,
+    antenna: Numbers,
+    satellite: Numbers,
+    gain_dbi: Gain,
+) -> tuple[Array, Array, Complex]:
+    """Delays now and later (p, k) [m] and coefficients (p, k) of each pair's strongest reflections."""
+    faces = faces_at(craft.surfaces, at.bodies)
+    seen = reflections.find(
+        at.bodies, craft.surfaces, faces, antenna_body_m, at.los_body, antenna, satellite, settings.nearest_m
+    )
+    a, s = antenna[seen.pair], satellite[seen.pair]
+    strength = reflections.coefficients(
+        craft.surfaces, faces, seen, a, at.los_body[s], np.full(len(seen), _NOMINAL_WAVE_M), gain_dbi,
+        settings.cross_polar_db,
+    )  # fmt: skip
+    later_m = reflections.delays_m(
+        faces_at(craft.surfaces, at.later), seen.face, antenna_body_m[a], at.los_later[s]
+    )
+    row = multipath.strongest(
+        seen.pair, len(antenna), settings.reflections, seen.delay_m, strength, settings.least_amplitude
+    )
+    # Row -1, which stands for no reflection, finds the zeros at the end.
+    return tuple(np.append(column, 0)[row] for column in (seen.delay_m, later_m, strength))
+
+
+def receive(
+    craft: Structure,
+    settings: Multipath,
+    at: Pose,
+    antenna_body_m: Array,
+    antenna: Numbers,
+    satellite: Numbers,
+    direct: Array,
+    wave_m: Array,
+    chip_m: Array,
+    gain_dbi: Gain,
+    correlate: Correlation = triangle,
+) -> Reception:
+    """What p channels receive.
+
+    antenna_body_m       (m, 3) places of the antennas, body axes
+    antenna, satellite   (p,) rows of antennas and of the sky
+    direct               (p,) amplitude of the direct ray, 1 free, 0 hidden
+    wave_m, chip_m       (p,) lengths of carrier wave and code chip
+    correlate            of these channels' codes, see `correlation_of`
+    """
+    if not len(antenna):
+        return Reception(*np.zeros((4, 0)))
+    now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, antenna, satellite, gain_dbi)
+    both = multipath.lock(
+        settings.discriminator,
+        np.tile(direct, 2),
+        np.concatenate((now_m, later_m)),
+        np.tile(strength, (2, 1)),
+        np.tile(wave_m, 2),
+        np.tile(chip_m, 2),
+        settings.correlator_spacing_chips,
+        correlate,
+    )
+    lag, later = both.lag_rad.reshape(2, -1)
+    turned = np.remainder(later - lag + np.pi, 2 * np.pi) - np.pi
+    count = len(antenna)
+    with np.errstate(divide="ignore"):
+        level_db = 20 * np.log10(both.level[:count])
+    cycle_m = wave_m / (2 * np.pi)
+    return Reception(both.code_chips[:count] * chip_m, lag * cycle_m, turned / LATER_S * cycle_m, level_db)

@@ -1,0 +1,36 @@
+"""The link budget in a run: rich and plain agree where they say the same; jammers take satellites away."""
+
+import numpy as np
+import pytest
+
+from emulator.scenario import ScenarioError
+from tests.emulator import bench
+
+
+def scene(factors):
+    return bench.scene_at(bench.world(bench.craft(factors={**bench.QUIET, **factors})), 0)
+
+
+def test_the_rich_budget_with_plain_parts_is_the_plain_one():
+    plain, rich = scene({}), scene({"receive_pattern": True})
+    assert np.allclose(rich.cn0_dbhz, plain.cn0_dbhz, atol=0.01)  # the table of the law has steps of 0.25 deg
+
+
+def test_typical_transmitters_are_stronger_than_promised_ones():
+    typical, least = (scene({"transmit_pattern": {"level": level}}) for level in ("typical", "minimum"))
+    seen = typical.in_sight
+    assert np.median((typical.cn0_dbhz - least.cn0_dbhz)[:, seen]) > 1.0
+
+
+def test_a_jammer_in_sight_takes_satellites_away():
+    """1 kW of noise in the craft's own neighbourhood."""
+    body = {"direction_body": [0.0, 0.0, -1.0], "received_dbw": -100.0, "bandwidth_mhz": 20.0}
+    jammed = scene({"jamming": {"body": [body]}})
+    assert jammed.signal.sum() < scene({}).signal.sum()
+
+
+def test_blocks_of_another_system_are_refused():
+    with pytest.raises(
+        ScenarioError, match=r"craft\.soyuz\.factors: satellite R05 cannot be of block gps-iir"
+    ):
+        scene({"transmit_pattern": {"blocks": {"R05": "gps-iir"}}})
