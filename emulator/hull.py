@@ -14,14 +14,12 @@ from emulator.factors.structure import Multipath
 from emulator.scenario import ScenarioError
 from emulator.signals import patterns, surroundings
 from emulator.signals.bands import BY_SYSTEM
-from emulator.signals.correlation import triangle
 from emulator.signals.geometry import Array, Motion, spin
 from emulator.signals.shadow import blocked
 from emulator.signals.surroundings import Pose, Reception
 from emulator.signals.view import View
 from emulator.structure import file
 from emulator.structure.bodies import Structure, require_outside, structure
-from emulator.world.earth import LIGHT_MPS
 from emulator.world.orbit import CraftState
 
 NAMES = ("shadowing", "multipath")
@@ -122,13 +120,10 @@ def receive(
         return patterns.look_up(hull.antennas.right_dbi, hull.antennas.row[rows], angle)
 
     chip_m = BY_SYSTEM.chip_m[system]
-    correlate = triangle
-    if hull.multipath.bandwidth_mhz is not None:
-        correlate = surroundings.correlation_of(hull.multipath, LIGHT_MPS / float(chip_m.min()))
     direct = (~at.hidden[antenna, satellite]).astype(float)
     return surroundings.receive(
         hull.shape, hull.multipath, at.pose, hull.vehicle.lever_arm_body_m, antenna, satellite, direct,
-        wave_m, chip_m, gain_dbi, correlate,
+        wave_m, chip_m, gain_dbi,
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ Side lobes of real codes (-24 dB for C/A) are left out.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ def triangle(delay_chips: Array) -> Array:
     return np.maximum(1 - np.abs(delay_chips), 0.0)
 
 
+@lru_cache(maxsize=16)
 def band_limited(bandwidth_chips: float) -> Correlation:
     """Of rectangular chips through an ideal band pass.
 

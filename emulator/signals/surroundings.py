@@ -16,6 +16,7 @@ from emulator.signals.correlation import Correlation, band_limited, triangle
 from emulator.signals.multipath import Complex
 from emulator.signals.reflections import Gain
 from emulator.structure.bodies import Array, Bodies, Numbers, Structure, bodies_at, faces_at
+from emulator.world.earth import LIGHT_MPS
 
 LATER_S = 0.1
 """From one instant to the other: short against any beat (phases turn by less than half a cycle a second)."""
@@ -71,11 +72,11 @@ def pose(
     )
 
 
-def correlation_of(settings: Multipath, chip_hz: float) -> Correlation:
-    """The correlation function of a receiver's channel for a code of this chipping rate."""
+def correlation_of(settings: Multipath, chip_m: float) -> Correlation:
+    """The correlation function of a receiver's channel for a code of this chip length [m]."""
     if settings.bandwidth_mhz is None:
         return triangle
-    return band_limited(settings.bandwidth_mhz * 1e6 / chip_hz)
+    return band_limited(settings.bandwidth_mhz * 1e6 * chip_m / LIGHT_MPS)
 
 
 def _rays(
@@ -107,6 +108,24 @@ def _rays(
     return tuple(np.append(column, 0)[row] for column in (seen.delay_m, later_m, strength))
 
 
+def _locks(
+    settings: Multipath, delay_m: Array, direct: Array, strength: Complex, wave_m: Array, chip_m: Array
+) -> Array:
+    """Code errors, phases and levels (3, q) as in `multipath.Lock`, each code by its own correlation."""
+    if not strength.any():
+        return np.array((np.zeros_like(direct), np.zeros_like(direct), direct))
+    out = np.empty((3, len(direct)))
+    groups = np.unique(chip_m) if settings.bandwidth_mhz is not None else [None]
+    for length_m in groups:
+        rows = slice(None) if length_m is None else chip_m == length_m
+        found = multipath.lock(
+            settings.discriminator, direct[rows], delay_m[rows], strength[rows], wave_m[rows], chip_m[rows],
+            settings.correlator_spacing_chips, correlation_of(settings, chip_m[rows][0]),
+        )  # fmt: skip
+        out[:, rows] = found.code_chips, found.lag_rad, found.level
+    return out
+
+
 def receive(
     craft: Structure,
     settings: Multipath,
@@ -118,7 +137,6 @@ def receive(
     wave_m: Array,
     chip_m: Array,
     gain_dbi: Gain,
-    correlate: Correlation = triangle,
 ) -> Reception:
     """What p channels receive.
 
@@ -126,25 +144,16 @@ def receive(
     antenna, satellite   (p,) rows of antennas and of the sky
     direct               (p,) amplitude of the direct ray, 1 free, 0 hidden
     wave_m, chip_m       (p,) lengths of carrier wave and code chip
-    correlate            of these channels' codes, see `correlation_of`
     """
     if not len(antenna):
         return Reception(*np.zeros((4, 0)))
     now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, antenna, satellite, gain_dbi)
-    both = multipath.lock(
-        settings.discriminator,
-        np.tile(direct, 2),
-        np.concatenate((now_m, later_m)),
-        np.tile(strength, (2, 1)),
-        np.tile(wave_m, 2),
-        np.tile(chip_m, 2),
-        settings.correlator_spacing_chips,
-        correlate,
-    )
-    lag, later = both.lag_rad.reshape(2, -1)
+    twice = [np.concatenate((column, column)) for column in (direct, strength, wave_m, chip_m)]
+    code_chips, lag_rad, level = _locks(settings, np.concatenate((now_m, later_m)), *twice)
+    lag, later = lag_rad.reshape(2, -1)
     turned = np.remainder(later - lag + np.pi, 2 * np.pi) - np.pi
     count = len(antenna)
     with np.errstate(divide="ignore"):
-        level_db = 20 * np.log10(both.level[:count])
+        level_db = 20 * np.log10(level[:count])
     cycle_m = wave_m / (2 * np.pi)
-    return Reception(both.code_chips[:count] * chip_m, lag * cycle_m, turned / LATER_S * cycle_m, level_db)
+    return Reception(code_chips[:count] * chip_m, lag * cycle_m, turned / LATER_S * cycle_m, level_db)

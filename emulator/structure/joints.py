@@ -19,7 +19,8 @@ class Joints:
     """j joints, all at zero.
 
     point_m, axis   (j, 3) a point on the axis [m] and its unit vector
-    facing          (j, 3) unit vector to turn to the Sun, at right angles to the axis; 0 where none is
+    facing, across  (j, 3) unit vector to turn to the Sun, at right angles to the axis, and where a quarter of
+                    a turn takes it; 0 where none is
     angle_rad       (j,) at the start;  rate_rps (j,) [rad/s]
     parent          (j,) number of the joint that carries it, -1 for the craft
     levels          numbers of the joints on the craft, on those, and so on
@@ -28,6 +29,7 @@ class Joints:
     point_m: Array
     axis: Array
     facing: Array
+    across: Array
     angle_rad: Array
     rate_rps: Array
     parent: Numbers
@@ -49,6 +51,7 @@ def joints(rows: Sequence[Joint]) -> Joints:
         np.array([row.point_m for row in rows]).reshape(-1, 3),
         axis,
         facing,
+        np.cross(axis, facing),
         np.deg2rad([row.angle_deg for row in rows]),
         np.deg2rad([row.rate_dps for row in rows]),
         parent,
@@ -79,16 +82,12 @@ def turned(rows: Joints, sun_body: Array, t_s: float) -> tuple[Array, Array]:
     turn = np.broadcast_to(np.eye(3), (count + 1, 3, 3)).copy()
     shift_m = np.zeros((count + 1, 3))
     for level in rows.levels:
-        axis, facing, point_m = rows.axis[level], rows.facing[level], rows.point_m[level]
+        point_m = rows.point_m[level]
         carrier, offset_m = turn[rows.parent[level]], shift_m[rows.parent[level]]
         sun = sun_body @ carrier
-        across = (np.cross(axis, facing) * sun).sum(axis=1)
-        angle = (
-            np.arctan2(across, (facing * sun).sum(axis=1))
-            + rows.angle_rad[level]
-            + rows.rate_rps[level] * t_s
-        )
-        own = rotation(axis, angle)
+        ahead, across = (sun * rows.facing[level]).sum(axis=1), (sun * rows.across[level]).sum(axis=1)
+        angle = np.arctan2(across, ahead) + rows.angle_rad[level] + rows.rate_rps[level] * t_s
+        own = rotation(rows.axis[level], angle)
         turn[level] = carrier @ own
         still_m = point_m - np.einsum("kij,kj->ki", own, point_m)
         shift_m[level] = np.einsum("kij,kj->ki", carrier, still_m) + offset_m
