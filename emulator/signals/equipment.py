@@ -1,4 +1,4 @@
-"""From a scenario's words to the tables of the link budget: blocks, antennas, front end, jammers."""
+"""From a scenario's words to the link budget's tables: satellites' blocks, antennas, front end, jammers."""
 
 from __future__ import annotations
 
