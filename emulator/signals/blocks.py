@@ -29,7 +29,7 @@ class Block:
 
 
 _KAPLAN = "Kaplan & Hegarty, Understanding GPS, 2nd ed., 3.3: edge of the Earth"
-_WATTS_27 = "14.3 dBW into the antenna, as link budgets of NASA and Stanford take it, and the pattern's gain"
+_WATTS_27 = "14.3 dBW into the antenna, as Stanford's LuPNT takes it, and the gain of the pattern"
 
 BLOCKS = table(
     Block("gps-iia", satellites.GPS, "gps-iia", -156.4, _WATTS_27),
