@@ -44,8 +44,9 @@ VALUES: dict[str, dict[int, str]] = {
     "NavMode": {0: "NO_FIX", 1: "POSITION", 2: "POSITION_VELOCITY"},
     "NoFix": {
         0: "FIX", 1: "TOO_FEW_SATELLITES", 2: "SINGULAR_GEOMETRY", 3: "NO_CONVERGENCE", 4: "NO_TIME_MARK",
-        5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES",
+        5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES", 7: "NO_VELOCITY",
     },
+    "MarkClock": {0: "GPS", **{k + 1: f"DOMAIN_{k}" for k in range(8)}},
     "ClockItem": {**{k: f"DOMAIN_{k}" for k in range(8)}, 8: "GLONASS_OFFSET"},
     "Flag": {0: "NO", 1: "YES"},
     "Health": {0: "HEALTHY", 1: "UNHEALTHY"},
@@ -163,7 +164,8 @@ KINDS: tuple[Kind, ...] = (
           _u("second", 20, "second of week", "s")),
     _kind("TIME_FINE", 0x012, "TIME", ("RX", "ATT", "FLIGHT"), "GPS time of the mark: nanosecond, and UTC.",
           _u("nanosecond", 30, "nanosecond of second", "ns"),
-          _u("leap", 8, "GPS - UTC", "s")),
+          _u("leap", 8, "GPS - UTC", "s"),
+          _enum("mark_clock", 4, "MarkClock", "the clock that showed the mark")),
     # --- commands and their answers -------------------------------------------------------------------
     _kind("COMMAND", 0x020, "FLIGHT", ("RX",), "Channel command; sent in epoch k it acts by epoch k+1.",
           _CHANNEL, _enum("action", 2, "Action", "what the channel shall do"), _SYSTEM, _NUMBER, _SIGNAL,

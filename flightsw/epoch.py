@@ -12,12 +12,16 @@ from dbc.contract import MAX_RECEIVERS
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """The time mark: when all receivers latched."""
+    """The time mark: when all receivers latched.
+
+    clock   0: t_ns is GPS time; k + 1: it is what the clock of domain k showed
+    """
 
     session: int
     epoch: int
     t_ns: int
     leap: int
+    clock: int = 0
 
 
 @dataclass(frozen=True, slots=True)

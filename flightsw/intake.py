@@ -210,13 +210,13 @@ def _mark(keys, v, nibble: int) -> Mark | None:
     """The time mark, if its three frames are there, of the epoch they say and of a time that exists."""
     if not len(keys):
         return None
-    names = ("session", "epoch", "week", "second", "nanosecond", "leap")
-    session, epoch, week, second, nanosecond, leap = (int(v[name][0]) for name in names)
+    names = ("session", "epoch", "week", "second", "nanosecond", "leap", "mark_clock")
+    session, epoch, week, second, nanosecond, leap, clock = (int(v[name][0]) for name in names)
     if epoch % 16 != nibble:
         return None
     if week > LAST_WEEK or second >= gpstime.S_PER_WEEK or nanosecond >= gpstime.NS_PER_S:
         return None
-    return Mark(session, epoch, gpstime.from_week(week, second, nanosecond), leap)
+    return Mark(session, epoch, gpstime.from_week(week, second, nanosecond), leap, clock)
 
 
 def _attitude(keys, v) -> AttitudeReport | None:

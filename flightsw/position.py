@@ -50,6 +50,7 @@ class NoFix(IntEnum):
     NO_TIME_MARK = 4
     NO_ATTITUDE = 5
     INCONSISTENT_RANGES = 6
+    NO_VELOCITY = 7
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from flightsw.coast import propagate
 from flightsw.combine.circumstances import Circumstances
 from flightsw.commander import Commander, Commands
 from flightsw.epoch import Epoch, Mark, Measurements, nothing
+from flightsw.latch import at_mark
 from flightsw.position import Fix, NoFix
 from flightsw.rejections import no_rejections
 from flightsw.sigma import NO_URA
@@ -158,8 +159,10 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
         state.leading,
     )
     fix, leading = config.policy.combine(offered, circumstances)
+    carried = None if navigation is None else navigation.velocity_mps
     if isinstance(fix, Fix):
-        carried = None if navigation is None else navigation.velocity_mps
+        fix = at_mark(fix, epoch.mark.clock, carried)
+    if isinstance(fix, Fix):
         velocity = carried if fix.velocity_mps is None else fix.velocity_mps
         navigation = Navigation(t_ns, fix.position_m, velocity, 0)
         if commander.taken_over(commanding):

@@ -114,12 +114,15 @@ def head_parts(
     mark_clock: int = 0,
 ) -> tuple[Part, Part]:
     """Time mark and attitude: filled in together, but answers go between them. The attitude is what block 4
-    of RU 2706636 C1 puts out."""
+    of RU 2706636 C1 puts out.
+
+    t_ns, mark_clock   what the mark says, and the clock that showed it (table "MarkClock")
+    """
     week, second, nanosecond = gpstime.week_second_ns(t_ns)
     q, w = quaternion.tolist(), rate_body_rps.tolist()
     values = {
         "session": session, "epoch": epoch,
-        "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s,
+        "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s, "mark_clock": mark_clock,
         "q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3],
         "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2],
     }  # fmt: skip

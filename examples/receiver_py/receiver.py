@@ -55,7 +55,7 @@ def play(bench, channels, antenna, epoch):
     t_s, (week, second), commands = float(epoch), divmod(START_S + epoch, WEEK_S), bench.open(epoch)
     bench.send("TIME_MARK", session=bench.session, epoch=epoch)
     bench.send("TIME_GPS", week=week, second=second)
-    bench.send("TIME_FINE", nanosecond=0, leap=18)
+    bench.send("TIME_FINE", nanosecond=0, leap=18, mark_clock=0)
     for c in sorted(commands, key=lambda c: c["action"] == TRACK):  # RELEASEs act before TRACKs
         echo = {key: c[key] for key in ("channel", "sat_system", "sat_number", "transaction")}
         bench.send("RX1_ACK", result=channels.obey(**c), **echo)

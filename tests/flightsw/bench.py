@@ -26,7 +26,7 @@ def mark_frames(epoch, t_ns, session=7):
     return [
         frames("TIME_MARK", {"session": session, "epoch": epoch}),
         frames("TIME_GPS", {"week": week, "second": second}),
-        frames("TIME_FINE", {"nanosecond": ns, "leap": 16}),
+        frames("TIME_FINE", {"nanosecond": ns, "leap": 16, "mark_clock": 0}),
     ]
 
 

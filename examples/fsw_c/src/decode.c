@@ -177,6 +177,7 @@ static bool take_time_fine(struct epoch *epoch, const struct can_frame *frame)
     if (raw.nanosecond >= NS_PER_S)
         return false;
     epoch->nanosecond = raw.nanosecond;
+    epoch->mark_clock = raw.mark_clock;
     epoch->mark |= MARK_FINE;
     return true;
 }

@@ -63,6 +63,32 @@ static void find_fix(struct flight *flight)
         solve(&flight->vehicle, &flight->intake, centre_m, &flight->fix);
 }
 
+/* A mark that a receiver's clock showed: the fix is of the latch, mark less that clock's offset, and is carried
+ * along the orbit to the mark. */
+static void bring_to_mark(struct flight *flight)
+{
+    struct fix *fix = &flight->fix;
+    unsigned clock = flight->intake.epoch.mark_clock;
+    if (clock == 0 || fix->no_fix != 0)
+        return;
+    if (clock > CLOCK_ITEMS || !(fix->items >> (clock - 1) & 1U)) {
+        fix->no_fix = GNSS_NAV_STATUS_NO_FIX_TOO_FEW_SATELLITES_CHOICE;
+        return;
+    }
+    if (!fix->has_velocity && !flight->craft_known) {
+        fix->no_fix = GNSS_NAV_STATUS_NO_FIX_NO_VELOCITY_CHOICE;
+        return;
+    }
+    struct motion motion = flight->craft;
+    memcpy(motion.position_ecef_m, fix->position_ecef_m, sizeof fix->position_ecef_m);
+    if (fix->has_velocity)
+        memcpy(motion.velocity_ecef_mps, fix->velocity_ecef_mps, sizeof fix->velocity_ecef_mps);
+    motion_carry(&motion, fix->bias_m[clock - 1] / LIGHT_MPS);
+    memcpy(fix->position_ecef_m, motion.position_ecef_m, sizeof fix->position_ecef_m);
+    if (fix->has_velocity)
+        memcpy(fix->velocity_ecef_mps, motion.velocity_ecef_mps, sizeof fix->velocity_ecef_mps);
+}
+
 /* A fix is where the craft is; one without velocity leaves the velocity carried on. */
 static void settle(struct flight *flight)
 {
@@ -82,6 +108,7 @@ static void step(struct flight *flight, bool synced)
     intake_close(&flight->intake);
     carry_on(flight);
     find_fix(flight);
+    bring_to_mark(flight);
     bool fixed = flight->fix.no_fix == 0;
     if (fixed)
         settle(flight);

@@ -62,6 +62,7 @@ struct epoch { /* all that came in the open epoch */
     uint32_t number;
     unsigned mark;          /* which frames of the time mark came */
     int64_t week, second, nanosecond;
+    unsigned mark_clock; /* 0: the mark is GPS time; k + 1: what the clock of domain k showed */
     unsigned attitude;      /* which frames of the attitude came */
     double q[4];            /* body from ECEF, scalar first */
     double rate_body_rps[3];/* relative to inertial space */

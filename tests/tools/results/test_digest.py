@@ -65,7 +65,7 @@ class Sender:
         opening = (
             frames_of("TIME_MARK", session=1, epoch=epoch),
             frames_of("TIME_GPS", week=WEEK, second=SECOND + epoch),
-            frames_of("TIME_FINE", nanosecond=0, leap=16),
+            frames_of("TIME_FINE", nanosecond=0, leap=16, mark_clock=0),
         )
         frames, self.counters = e2e.protect(CODEC, concat([*opening, *parts]), self.counters, epoch)
         return frames

@@ -27,7 +27,7 @@ def extremes(epoch: int) -> list[FrameBatch]:
     times = {
         "TIME_MARK": {"session": 1, "epoch": epoch},
         "TIME_GPS": {"week": 1712, "second": epoch},
-        "TIME_FINE": {"nanosecond": 0, "leap": 16},
+        "TIME_FINE": {"nanosecond": 0, "leap": 16, "mark_clock": 0},
     }
     opening = [batch([CODEC.can_id_of[kind, 0]], CODEC.encode(kind, said, 1)) for kind, said in times.items()]
     others = [
