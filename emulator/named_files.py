@@ -12,12 +12,11 @@ from typing import Any
 
 DATA = "GNSS_HIL_DATA"
 
-_KINDS = ("oem", "tle", "sp3", "csv")
+_KINDS = ("oem", "tle", "csv")
 
 PLACES: tuple[tuple[str, ...], ...] = (
     ("sky", "gps"),
     ("sky", "glonass"),
-    ("sky", "orbits"),
     ("sky", "factors", "ionosphere", "files"),
     *(("craft", "trajectory", kind) for kind in _KINDS),
     ("craft", "observations", "file"),

@@ -83,8 +83,6 @@ class Time(Strict):
 class Sky(Strict):
     """Each system: "nominal", "none", or navigation files.
 
-    orbits             SP3 files that are flown while satellites report what gps and glonass say; without
-                       them what they report is the truth
     glonass_offset_ns  what no message tells: positive lengthens GLONASS pseudoranges, that is GLONASS system
                        time behind GPS (a signal sent at GPS time t is stamped earlier than t)
     ray_height_km      a ray that passes the Earth lower than this counts as hidden
@@ -92,7 +90,6 @@ class Sky(Strict):
 
     gps: str | list[str] = "nominal"
     glonass: str | list[str] = "nominal"
-    orbits: tuple[str, ...] = ()
     glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
     ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
     factors: SkyFactors = SkyFactors()
@@ -184,26 +181,24 @@ class Clock(Strict):
 
 
 class TrajectoryFile(Strict):
-    """A known orbit instead of one that is computed; one of the four.
+    """A known orbit instead of one that is computed; one of the three.
 
     oem     CCSDS orbit ephemeris message, keyword or XML
     tle     two-line elements, propagated by SGP4; object: which set's, by name or catalogue number
-    sp3     orbits of low satellites; object: which one, L01 to L99
     csv     table: UTC, position_x, _y, _z in celestial axes (J2000), in `unit`
     """
 
     oem: str | None = None
     tle: str | None = None
-    sp3: str | None = None
     csv: str | None = None
     object: str | None = None
     unit: Literal["m", "km", "ft"] = "m"
 
     @model_validator(mode="after")
     def _one_file(self):
-        given = [kind for kind in ("oem", "tle", "sp3", "csv") if getattr(self, kind) is not None]
+        given = [kind for kind in ("oem", "tle", "csv") if getattr(self, kind) is not None]
         if len(given) != 1:
-            raise ValueError(f"trajectory names {', '.join(given) or 'nothing'}; one of oem, tle, sp3, csv")
+            raise ValueError(f"trajectory names {', '.join(given) or 'nothing'}; one of oem, tle, csv")
         return self
 
 
