@@ -1,4 +1,4 @@
-"""Structure in a run: what is hidden is not tracked, reflections disturb, all of it by the craft's own file."""
+"""Structure in a run: what is hidden is not tracked, reflections disturb, by the craft's own file."""
 
 import numpy as np
 import pytest
