@@ -155,6 +155,17 @@ def to_wgs84(pos_pz90_m: Array, datum: NDArray[np.int64]) -> Array:
     return np.einsum("...ij,...j->...i", matrices[datum], pos_pz90_m) + shifts[datum]
 
 
+def from_wgs84(pos_wgs84_m: Array, datum: NDArray[np.int64]) -> Array:
+    """Positions (..., 3) in WGS-84 as PZ-90 of DATUMS[datum] (...,) [m]."""
+    matrices, shifts = _HELMERT
+    return np.linalg.solve(matrices[datum], (pos_wgs84_m - shifts[datum])[..., None])[..., 0]
+
+
+def datum_at(utc: datetime) -> int:
+    """The row of DATUMS in force; the first also before it began."""
+    return sum(utc >= datum.since for datum in DATUMS[1:])
+
+
 def _helmert() -> tuple[Array, Array]:
     """(d, 3, 3) matrices and (d, 3) shifts of the DATUMS."""
     matrices = []
@@ -180,8 +191,7 @@ def from_records(records: Records, glonass_to_utc_s: Array) -> GlonassConstellat
         [f[f"{p}{axis}_{u}"] for p, u in (("", "km"), ("v", "kmps"), ("a", "kmps2")) for axis in "xyz"], 1
     )
     moscow_s = np.array([(m.hour + 3) % 24 * 3600 + m.minute * 60 + m.second for m in records.epoch])
-    started = [datum.since for datum in DATUMS]
-    datum = np.array([sum(m >= s for s in started[1:]) for m in records.epoch])
+    datum = np.array([datum_at(moment) for moment in records.epoch])
     return GlonassConstellation(
         index=satellites.index(satellites.GLONASS, np.unique(records.number)),
         number=records.number[keep],

@@ -94,8 +94,17 @@ class NominalConstellation:
             ),
             axis=-1,
         )
-        offset_s, rate = _clocks(self.index)
+        offset_s, rate = self.clocks
         return positions, LIGHT_MPS * (offset_s + rate * age_s), self._broadcast(len(middles_ns))
+
+    @property
+    def clocks(self) -> tuple[Array, Array]:
+        """Offsets [s] at the epoch and rates [s/s] (n,), spread evenly over their ranges by multiples of the
+        golden ratio."""
+        return (
+            _CLOCK_OFFSET_S * (2 * (self.index * _GOLDEN % 1.0) - 1),
+            _CLOCK_RATE * (2 * (self.index * _GOLDEN**2 % 1.0) - 1),
+        )
 
     def _broadcast(self, segments: int) -> Broadcast:
         shape = (segments, len(self.index))
@@ -108,14 +117,6 @@ class NominalConstellation:
 def _advanced(angle_rad: Array, rate_rps: float, age_ns: int) -> Array:
     """Angles (n,) [rad] after age_ns, within one turn."""
     return (angle_rad + rate_rps * (age_ns / gpstime.NS_PER_S)) % (2 * np.pi)
-
-
-def _clocks(index: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Offsets [s] and rates [s/s] (n,), spread evenly over their ranges by multiples of the golden ratio."""
-    return (
-        _CLOCK_OFFSET_S * (2 * (index * _GOLDEN % 1.0) - 1),
-        _CLOCK_RATE * (2 * (index * _GOLDEN**2 % 1.0) - 1),
-    )
 
 
 def nominal_gps(start_ns: int) -> NominalConstellation:
