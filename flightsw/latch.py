@@ -17,24 +17,30 @@ from numpy.typing import NDArray
 
 from flightsw.coast import propagate
 from flightsw.earth import LIGHT_MPS
-from flightsw.position import Fix, NoFix
+from flightsw.position import FASTEST_MPS, Fix, NoFix, carried
 
 
-def at_mark(fix: Fix, clock: int, carried_mps: NDArray[np.float64] | None) -> Fix | NoFix:
-    """A fix of the latch as one of the mark.
+def at_mark(fix: Fix, clock: int, known_mps: NDArray[np.float64] | None) -> Fix | NoFix:
+    """A fix of the latch as one of the mark. Clocks stay those of the latch: their drift, 1e-6 at most, makes
+    a nanosecond of a millisecond.
 
-    clock        the mark's, see `flightsw.epoch.Mark`
-    carried_mps  (3,) velocity to go by where the fix has none, None if there is none either
-    returns      NO_VELOCITY where nothing tells the way, TOO_FEW_SATELLITES where the clock that showed the
-                 mark is not part of the fix
+    clock       the mark's, see `flightsw.epoch.Mark`
+    known_mps   (3,) velocity to go by where the fix has none, None if there is none either
+    returns     NO_VELOCITY where nothing tells the way, TOO_FEW_SATELLITES where the clock that showed the
+                mark is not part of the fix, NO_CONVERGENCE where the way leads beyond what the bus can carry
     """
     if clock == 0:
         return fix
     if clock - 1 not in fix.items:
         return NoFix.TOO_FEW_SATELLITES
-    velocity = carried_mps if fix.velocity_mps is None else fix.velocity_mps
+    velocity = known_mps if fix.velocity_mps is None else fix.velocity_mps
     if velocity is None:
         return NoFix.NO_VELOCITY
+    # What the bus can carry bounds the offset: 0.37 s.
     offset_s = float(fix.clock_m[fix.items.index(clock - 1)]) / LIGHT_MPS
     position, velocity = propagate(fix.position_m, velocity, offset_s)
-    return replace(fix, position_m=position, velocity_mps=None if fix.velocity_mps is None else velocity)
+    if not carried(position, fix.clock_m):
+        return NoFix.NO_CONVERGENCE
+    if fix.velocity_mps is None or np.abs(velocity).max() > FASTEST_MPS:
+        return replace(fix, position_m=position, velocity_mps=None, drift_mps=None)
+    return replace(fix, position_m=position, velocity_mps=velocity)

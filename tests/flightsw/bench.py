@@ -21,12 +21,12 @@ def frames(kind, values, number=0):
     return batch(CODEC.can_id_of[kind, number], CODEC.encode(kind, values))
 
 
-def mark_frames(epoch, t_ns, session=7):
+def mark_frames(epoch, t_ns, session=7, clock=0):
     week, second, ns = gpstime.week_second_ns(t_ns)
     return [
         frames("TIME_MARK", {"session": session, "epoch": epoch}),
         frames("TIME_GPS", {"week": week, "second": second}),
-        frames("TIME_FINE", {"nanosecond": ns, "leap": 16, "mark_clock": 0}),
+        frames("TIME_FINE", {"nanosecond": ns, "leap": 16, "mark_clock": clock}),
     ]
 
 
@@ -77,7 +77,8 @@ def almanac_frames(receiver, sky, t, sats):
 class FakeBus:
     """Receivers of `channels` channels each, on `craft`'s antennas."""
 
-    def __init__(self, craft, sky, channels=6, delay=1, session=7, almanac=True, nodes=()):
+    def __init__(self, craft, sky, channels=6, delay=1, session=7, almanac=True, nodes=(), mark_clock=0):
+        self.mark_clock = mark_clock
         self.craft, self.sky, self.delay, self.session, self.almanac = craft, sky, delay, session, almanac
         self.nodes = nodes  # others that send heartbeats
         antennas = len(craft.domain)
@@ -126,10 +127,14 @@ class FakeBus:
         return found
 
     def block(self, epoch, inbox=EMPTY, t=None):
-        """The protected block of an epoch after obeying the flight software's frames."""
+        """The protected block of an epoch after obeying the flight software's frames. The mark says t; all
+        latch when the clock that shows the mark does."""
         t = float(epoch) if t is None else t
         self.obey(inbox, epoch)
-        parts = [*mark_frames(epoch, s.T0_NS + round(t * 1e9), self.session), *self.answers]
+        mark = mark_frames(epoch, s.T0_NS + round(t * 1e9), self.session, self.mark_clock)
+        if self.mark_clock:
+            t = s.shown(self.craft, self.mark_clock - 1, t)
+        parts = [*mark, *self.answers]
         parts += attitude_frames(self.craft, t)
         rows = self.measured = self.tracking(t, epoch)
         o = s.observe(self.craft, [(r - 1, sat) for r, _, sat in rows], self.sky, t)

@@ -119,6 +119,11 @@ class Craft:
         return self.orbit.at(t) + self.dcm_eci(t).T @ self.lever_body[a]
 
 
+def shown(craft, domain, t):
+    """The instant at which a domain's clock shows t."""
+    return (t - craft.clock_s[domain]) / (1 + craft.clock_rate[domain])
+
+
 SAT_CLOCK_S = 3.7e-5
 SAT_DRIFT = 4e-11
 
