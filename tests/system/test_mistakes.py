@@ -187,8 +187,8 @@ unknown rule
     $ run --autonomous chance
     --autonomous: invalid choice: 'chance'.*elevation
 factor that there is not
-    $ run --off multipath
-    --off: invalid choice: 'multipath'.*code_noise
+    $ run --off troposphere
+    --off: invalid choice: 'troposphere'.*code_noise
 seed not whole
     $ run --seed 1.5
     --seed: '1\.5': a whole number from 0
