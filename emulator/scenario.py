@@ -24,6 +24,7 @@ from emulator.receivers.search import RULES
 
 Positive = Annotated[float, Field(gt=0)]
 Angle = Annotated[float, Field(ge=-360, le=360)]
+Force = Literal["j2", "j3", "j4", "egm2008", "sun", "moon", "drag", "radiation"]
 
 
 class ScenarioError(ValueError):
@@ -96,7 +97,13 @@ class Sky(Strict):
 
 
 class Orbit(Strict):
-    """Osculating elements at the start, true equator of date.
+    """Osculating elements at the start, in its celestial intermediate frame (true equator of date; the node
+    is counted from the intermediate origin), and the forces that act.
+
+    forces          j2, j3, j4, or egm2008 to `degree`; sun and moon; drag; radiation (sunlight)
+    drag_*          of a ball in air of mean solar activity (Harris-Priester); the air bulges with an exponent
+                    of 2 for low inclinations to 6 for polar orbits
+    radiation_*     of a ball; the coefficient is 1 where light is absorbed, 2 where it is mirrored
 
     Navigation satellites radiate equally in all directions (`emulator.signals.link`): what is seen and
     measured is right in low orbits; high ones fly, but see too many satellites too well.
@@ -109,12 +116,29 @@ class Orbit(Strict):
     raan_deg: Angle = 0.0
     arg_perigee_deg: Angle = 0.0
     true_anomaly_deg: Angle = 0.0
-    forces: tuple[Literal["j2", "j3", "j4"], ...] = ("j2", "j3", "j4")
+    forces: tuple[Force, ...] = ("j2", "j3", "j4")
+    degree: Annotated[int, Field(ge=2, le=50)] = 20
+    mass_kg: Positive = 1000.0
+    drag_area_m2: Positive = 10.0
+    drag_coefficient: Annotated[float, Field(gt=0, le=10)] = 2.2
+    bulge_exponent: Annotated[float, Field(ge=2, le=6)] = 4.0
+    radiation_area_m2: Positive = 10.0
+    radiation_coefficient: Annotated[float, Field(ge=0, le=2)] = 1.3
 
     @model_validator(mode="after")
     def _one_size(self):
         if (self.semi_major_axis_km is None) == (self.altitude_km is None):
             raise ValueError("orbit needs one of semi_major_axis_km and altitude_km")
+        return self
+
+    @model_validator(mode="after")
+    def _forces_act_once(self):
+        names = list(self.forces)
+        twice = {name for name in names if names.count(name) > 1}
+        zonals = {"j2", "j3", "j4"} & set(names) if "egm2008" in names else set()
+        if twice or zonals:
+            why = "contained in egm2008" if zonals else "named twice"
+            raise ValueError(f"forces: {', '.join(sorted(twice or zonals))} {why}")
         return self
 
 

@@ -36,6 +36,15 @@ def cirs_from_gcrs(t_ns: int | Times) -> Array:
     return erfa.c2i00b(*tt_jd(t_ns))
 
 
+def eci_from_gcrs(start_ns: int) -> Array:
+    """Rotation (3, 3) to a run's inertial frame: the celestial intermediate frame of its start, held fixed.
+
+    The pole of date leaves it by some 0.1 arcsec a day, 3 m at the Earth's surface; a run's Earth keeps the
+    pole of its start. Source: IAU 2006 precession, 2000A nutation (erfa.c2i06a)
+    """
+    return erfa.c2i06a(*tt_jd(start_ns))
+
+
 def utc_jd(t_ns: int | Times) -> tuple[Array, Array]:
     """Julian date (UTC, taken for UT1) of GPS time t_ns (...,) [ns], in two parts: days, and the rest."""
     t_ns = np.asarray(t_ns, np.int64)

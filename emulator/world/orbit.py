@@ -25,6 +25,15 @@ EQUATORIAL_RADIUS_M = 6_378_137.0
 """WGS-84 semi-major axis; the altitude of a scenario is the semi-major axis above it."""
 
 _SEGMENT_NS = 60 * NS_PER_S
+"""Of orbits that come below some 5000 km; higher ones take longer ones."""
+
+_LONGEST = 5
+"""What higher ones multiply it by, at most: a passage into the shadow takes 2 min in a geosynchronous orbit,
+and five of its thirteen nodes must fall into it."""
+
+_HIGH_M = 7.4e6
+"""Perigee from which segments grow, as the time does in which an orbit bends by an angle."""
+
 _DEGREE = 12
 _PER_CHUNK = 30
 _CONVERGED_ULP = 8
@@ -59,13 +68,16 @@ class CraftState:
 class Orbit:
     """The orbit of one craft, any instant before or after its start."""
 
-    def __init__(self, start_ns: int, pos_eci_m: Array, vel_eci_mps: Array, acceleration):
+    def __init__(
+        self, start_ns: int, pos_eci_m: Array, vel_eci_mps: Array, acceleration, segment_ns: int = _SEGMENT_NS
+    ):
         self.start_ns = start_ns
+        self._segment_ns = segment_ns
         self.acceleration = acceleration
         self.leap_s = gpstime.leap_seconds(start_ns)
         # States at the chunk boundaries met so far; each follows from its neighbour towards the start.
         self._boundary = {0: (pos_eci_m, vel_eci_mps)}
-        self._table = Table(Grid(start_ns, _SEGMENT_NS, 0, _DEGREE, _PER_CHUNK), self._sample)
+        self._table = Table(Grid(start_ns, segment_ns, 0, _DEGREE, _PER_CHUNK), self._sample)
 
     def at(self, t_ns: int) -> CraftState:
         """State at GPS time t_ns."""
@@ -97,9 +109,9 @@ class Orbit:
 
         returns  positions (s, k, 3) eci [m] at the nodes in solving order, and the state at the end
         """
-        h_s = (1 if forward else -1) * _SEGMENT_NS / NS_PER_S / 2
+        h_s = (1 if forward else -1) * self._segment_ns / NS_PER_S / 2
         state = self._state_at_boundary(chunk if forward else chunk + 1)
-        boundary_ns = self.start_ns + (chunk if forward else chunk + 1) * _PER_CHUNK * _SEGMENT_NS
+        boundary_ns = self.start_ns + (chunk if forward else chunk + 1) * _PER_CHUNK * self._segment_ns
         positions = np.empty((_PER_CHUNK, _DEGREE + 1, 3))
         nodes_ns = np.rint((lobatto_nodes(_DEGREE) + 1) * h_s * NS_PER_S).astype(np.int64)
         for row in range(_PER_CHUNK):
@@ -144,7 +156,8 @@ def solve_segment(
         velocities = vel_mps + h_s * (_ONCE @ acc)
         if np.abs(positions - before).max() < converged_m:
             return positions, (positions[-1], velocities[-1])
-    raise OrbitError(f"no solution near {gpstime.iso(int(times_ns[0]))}: the orbit meets the Earth's centre")
+    near = gpstime.iso(int(times_ns[0]))
+    raise OrbitError(f"no solution near {near}: the orbit meets the Earth, or air too dense to fly in")
 
 
 def semi_major_axis_m(orbit: scenario.Orbit) -> float:
@@ -191,4 +204,12 @@ def build_orbit(orbit: scenario.Orbit, start_ns: int) -> Orbit:
         raise scenario.ScenarioError(
             f"craft.orbit: apogee at {apogee_km:.0f} km; allowed is {_HIGHEST_APOGEE_KM:.0f} km and below"
         )
-    return Orbit(start_ns, *state_of_elements(orbit), forces.total(orbit.forces))
+    return Orbit(
+        start_ns, *state_of_elements(orbit), forces.total(orbit, start_ns), _segment_ns(1e3 * perigee_km)
+    )
+
+
+def _segment_ns(perigee_m: float) -> int:
+    """Length of the segments [ns] of an orbit whose perigee is this high."""
+    bend = ((EQUATORIAL_RADIUS_M + perigee_m) / _HIGH_M) ** 1.5
+    return min(max(1, int(bend)), _LONGEST) * _SEGMENT_NS

@@ -43,7 +43,7 @@ def ephemeris():
 
 def craft_state(t_ns, pos_eci_m, vel_eci_mps):
     """What the emulator would know of the craft: relative to ECEF, with the acceleration of its forces."""
-    acc = forces.total(["j2", "j3", "j4"])(np.array([t_ns]), pos_eci_m[None], vel_eci_mps[None])[0]
+    acc = forces.zonals(["j2", "j3", "j4"])(np.array([t_ns]), pos_eci_m[None], vel_eci_mps[None])[0]
     angle, spin = rotation_angle_rad(t_ns, LEAP_S), np.array((0, 0, ROTATION_RPS))
     pos, vel, acc = (eci_to_ecef(v, angle) for v in (pos_eci_m, vel_eci_mps, acc))
     relative = vel - np.cross(spin, pos)
@@ -83,7 +83,7 @@ def test_two_body_and_zonals_carry_the_iss_for_an_orbit(ephemeris):
     The first eleven minutes hold three steps of one second of flight; the comparison begins behind them.
     """
     t_ns, pos, vel = (column[70:] for column in ephemeris)
-    paths = {name: Orbit(int(t_ns[0]), pos[0], vel[0], forces.total(f)) for name, f in FIELDS.items()}
+    paths = {name: Orbit(int(t_ns[0]), pos[0], vel[0], forces.zonals(f)) for name, f in FIELDS.items()}
     miss_m = {name: [] for name in FIELDS}
     for row in range(50, 560, 50):
         angle = rotation_angle_rad(int(t_ns[row]), LEAP_S)

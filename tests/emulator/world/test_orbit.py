@@ -114,7 +114,7 @@ def test_zonal_accelerations_are_the_expanded_ones():
     rng = np.random.default_rng(5)
     pos = rng.normal(size=(50, 3))
     pos *= (rng.uniform(6.6e6, 4e7, 50) / np.linalg.norm(pos, axis=1))[:, None]
-    total = forces.total(["j2", "j3", "j4"])(np.zeros(50, np.int64), pos, np.zeros_like(pos))
+    total = forces.zonals(["j2", "j3", "j4"])(np.zeros(50, np.int64), pos, np.zeros_like(pos))
     assert total == pytest.approx(np.array([gravity(r) for r in pos]), rel=1e-12, abs=1e-14)
 
 
