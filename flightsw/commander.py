@@ -33,13 +33,13 @@ from numpy.typing import NDArray
 from dbc.satellites import GLONASS, NUMBERS, SATELLITES
 from flightsw.assign.options import Options
 from flightsw.epoch import Acks, Measurements
+from flightsw.signals import NUMBER
 
 IDLE, AUTO, UNKNOWN = -1, -2, -3
 RELEASE, TRACK, AUTONOMOUS = 0, 1, 2
 ACCEPTED = 0
 CHANNEL_REFUSALS = (1, 7, 8)
 """NO_SUCH_CHANNEL, NO_SUCH_SIGNAL, BAD_ACTION: the channel's fault; all others are the satellite's."""
-L1CA, L1OF = 0, 1
 TRANSACTIONS = 4096
 _LONG_AGO = -(10**9)
 
@@ -258,7 +258,7 @@ def due(c: Commander, epoch: int, options: Options) -> tuple[Commander, Commands
 
 def signal_of(sat: NDArray[np.int64]) -> NDArray[np.int64]:
     """The signal a satellite is commanded on."""
-    return np.where(sat // NUMBERS == GLONASS, L1OF, L1CA)
+    return np.where(sat // NUMBERS == GLONASS, NUMBER["L1OF"], NUMBER["L1CA"])
 
 
 def used(c: Commander, sat: NDArray[np.int64], epoch: int) -> Commander:

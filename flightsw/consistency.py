@@ -3,12 +3,18 @@
 What fails in practice is a satellite (its clock, its ephemeris), and then on all antennas that track it: a
 satellite is the unit of exclusion. It is excluded only if it is told apart from all others and if something
 is left to test the rest by; else there is no solution rather than a guess.
+
+Real receivers err in ways that no model of noise has, and a bench may want their fixes all the same: `Rules`
+say how many satellites may be excluded and whether measurements that disagree still make a solution.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,29 +39,91 @@ def chi2_limit(freedom: int) -> float:
     return freedom * (1 - spread + FALSE_ALARM_SIGMA * sqrt(spread)) ** 3
 
 
-def agree(residual: NDArray[np.float64], variance: NDArray[np.float64], unknowns: int) -> bool:
-    """Whether residuals (n,) of a fit of so many unknowns are noise. Without redundancy they always are."""
-    freedom = len(residual) - unknowns
-    return freedom < 1 or float(residual @ (residual / variance)) <= chi2_limit(freedom)
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """exclude   so many satellites may be excluded from an epoch's ranges, and from its range rates
+    refuse    no solution from measurements that disagree; else from all that could not be excluded
+    """
+
+    exclude: int = 1
+    refuse: bool = True
 
 
-def culprit(
-    sat: NDArray[np.int64],
-    design: NDArray[np.float64],
-    residual: NDArray[np.float64],
-    variance: NDArray[np.float64],
-) -> int | None:
+STRICT = Rules()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A weighted fit: what it found, and by what it is judged.
+
+    design (n, u), residual (n,), variance (n,)
+    """
+
+    found: Any
+    design: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    variance: NDArray[np.float64]
+
+    @property
+    def misfit(self) -> float:
+        """Chi-square."""
+        return float(self.residual @ (self.residual / self.variance))
+
+    @property
+    def freedom(self) -> int:
+        return self.design.shape[0] - self.design.shape[1]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reconciled:
+    """A fit of the rows (k,) that are left, and whether these agree."""
+
+    trial: Trial
+    rows: NDArray[np.intp]
+    agree: bool
+
+
+def reconciled(
+    fit: Callable[[NDArray[np.intp]], Trial | None], sat: NDArray[np.int64], rules: Rules
+) -> Reconciled | None:
+    """The fit of the measurements that agree, or None if what is left disagrees and is refused, or cannot be
+    fitted to begin with. Satellites are excluded one by one while one is told apart.
+
+    fit   of rows (k,); None where these cannot be fitted
+    sat   (n,) satellite of each row
+    """
+    rows, last = np.arange(len(sat)), None
+    for excluded in range(rules.exclude + 1):
+        trial = fit(rows)
+        if trial is None:
+            break
+        if agree(trial):
+            return Reconciled(trial, rows, True)
+        last = Reconciled(trial, rows, False)
+        suspect = culprit(sat[rows], trial) if excluded < rules.exclude else None
+        if suspect is None:
+            break
+        rows = rows[sat[rows] != suspect]
+    return None if rules.refuse else last
+
+
+def agree(trial: Trial) -> bool:
+    """Whether the residuals of a fit are noise. Without redundancy they always are."""
+    return trial.freedom < 1 or trial.misfit <= chi2_limit(trial.freedom)
+
+
+def culprit(sat: NDArray[np.int64], trial: Trial) -> int | None:
     """The satellite without which the others agree distinctly better than without any other; None if none
     stands out or nothing would be left to test the others by.
 
-    sat (n,), design (n, u), residual (n,) of the weighted fit, variance (n,). With the whitened residuals w
-    and the projector P on the space they can occupy, removing rows S lowers the sum of squares by
-    w_S' P_SS^+ w_S and the freedom by the rank of P_SS: least squares with one bias for each of these rows.
+    sat   (n,) of the rows fitted. With the whitened residuals w and the projector P on the space they can
+    occupy, removing rows S lowers the sum of squares by w_S' P_SS^+ w_S and the freedom by the rank of P_SS:
+    least squares with one bias for each of these rows.
     """
-    scale = 1 / np.sqrt(variance)
-    basis, _ = np.linalg.qr(design * scale[:, None])
+    scale = 1 / np.sqrt(trial.variance)
+    basis, _ = np.linalg.qr(trial.design * scale[:, None])
     project = np.eye(len(sat)) - basis @ basis.T
-    white = residual * scale
+    white = trial.residual * scale
     found = []
     for suspect in sorted(set(sat.tolist())):
         rows = np.flatnonzero(sat == suspect)
@@ -64,5 +132,4 @@ def culprit(
         gain = float(((white[rows] @ along[:, tested]) ** 2 / share[tested]).sum())
         found.append((gain, suspect, int(tested.sum())))
     (gain, suspect, tested), (second, *_) = sorted(found, reverse=True)[:2]
-    freedom = len(sat) - design.shape[1]
-    return suspect if gain - second > DISTINCT and freedom - tested >= 1 else None
+    return suspect if gain - second > DISTINCT and trial.freedom - tested >= 1 else None

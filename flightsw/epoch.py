@@ -44,6 +44,8 @@ class Measurements:
     pseudorange_m            (n,) raw clocks, at the antenna's phase centre
     range_rate_mps           (n,) dP/dt by GPS time
     cn0_dbhz, lock, health, ura   (n,)
+    signal                   (n,) int: number of the contract's table "Signal"
+    frequency                (n,) GLONASS frequency number
     pos_sv_m, vel_sv_mps     (3, n) ECEF of the transmission instant
     clock_m, clock_drift_mps (n,) satellite clock, to be added to the pseudorange, and its rate
     """
@@ -61,6 +63,8 @@ class Measurements:
     vel_sv_mps: NDArray[np.float64]
     clock_m: NDArray[np.float64]
     clock_drift_mps: NDArray[np.float64]
+    signal: NDArray[np.int64]
+    frequency: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.sat)
@@ -127,7 +131,7 @@ def nothing(lost: int = 0) -> Epoch:
     return Epoch(
         None,
         None,
-        Measurements(nowhere, nowhere, nowhere, none, none, none, none, none, none, three, three, none, none),
+        Measurements(nowhere, nowhere, nowhere, *[none] * 6, three, three, none, none, nowhere, none),
         AlmanacRows(nowhere, three.T, three.T, none > 0),
         Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
         silent,

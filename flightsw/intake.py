@@ -249,6 +249,8 @@ def _measurements(keys, v) -> Measurements:
         np.array((v["vx_mps"], v["vy_mps"], v["vz_mps"])),
         v["clock_m"],
         v["clock_drift_mps"],
+        v["signal"].astype(np.int64),
+        v["frequency"],
     )
 
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from flightsw.coast import propagate
 from flightsw.earth import LIGHT_MPS
-from flightsw.position import FASTEST_MPS, Fix, NoFix, carried
+from flightsw.position import Fix, NoFix, carried
+from flightsw.velocity import FASTEST_MPS
 
 
 def at_mark(fix: Fix, clock: int, known_mps: NDArray[np.float64] | None) -> Fix | NoFix:

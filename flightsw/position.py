@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from dbc.satellites import GLONASS, NUMBERS
 from flightsw import ranging
-from flightsw.adjust import Solution, adjusted, least_squares
-from flightsw.consistency import agree, culprit
-from flightsw.earth import LIGHT_MPS
-from flightsw.epoch import Measurements
-from flightsw.sigma import range_variance_m2, rate_variance_m2ps2
+from flightsw.adjust import Solution, least_squares
+from flightsw.consistency import STRICT, Reconciled, Rules, Trial, reconciled
+from flightsw.ranges import Ranges
+from flightsw.sigma import range_variance_m2
+from flightsw.velocity import velocity_and_drift
 
 GLONASS_OFFSET = 8
 """NAV_CLOCK item of the system offset; items 0..7 are clock domains."""
@@ -35,9 +35,6 @@ MAX_PDOP = 655.35
 
 FARTHEST_M = LATEST_M = 109_900_000.0
 """What NAV_X..NAV_Z and NAV_CLOCK can carry."""
-
-FASTEST_MPS = 13_421.0
-"""What NAV_VX..NAV_VZ and NAV_DRIFT can carry; a rate beyond is no velocity."""
 
 
 class NoFix(IntEnum):
@@ -60,7 +57,8 @@ class Fix:
     items        (c,) which clock each bias and drift is: domain 0..7 or GLONASS_OFFSET
     clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
     velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
-    covariance_m2        (3, 3) of the position
+    covariance_m2        (3, 3) of the position, grown by the misfit
+    misfit       chi-square for each degree of freedom where ranges that disagree made the fix; else 1
     gain                 (3, n) what a metre of each pseudorange moves the position, zero where not used
     pdop         over the measurements used
     used         (n,) bool, which of the measurements offered are in the fix
@@ -81,6 +79,7 @@ class Fix:
     satellites: int
     residual_m: NDArray[np.float64]
     iterations: int
+    misfit: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +120,7 @@ def clock_columns(
 
 
 def _intersect(
-    m: Measurements,
+    m: Ranges,
     lever_m: NDArray[np.float64],
     clocks: NDArray[np.float64],
     variance_m2: NDArray[np.float64],
@@ -154,114 +153,92 @@ def _intersect(
     return NoFix.NO_CONVERGENCE
 
 
-def _adjusted(
-    m: Measurements,
+def _solved(
+    m: Ranges,
     lever_m: NDArray[np.float64],
     domain: NDArray[np.int64],
     start_m: NDArray[np.float64],
     ura_scale: float,
-) -> tuple[_Spheres, tuple[int, ...], NDArray[np.float64], bool] | NoFix:
-    """Intersection of all that is offered, clock items, variances (n,), and whether the ranges agree."""
+) -> Trial | NoFix:
+    """Intersection of all that is offered, with its clock items."""
     items, clocks = clock_columns(domain, m.sat >= GLONASS * NUMBERS)
     needed = 4 + (GLONASS_OFFSET in items)
     if len(set(m.sat.tolist())) < needed or len(m) < 3 + len(items):
         return NoFix.TOO_FEW_SATELLITES
-    variance = range_variance_m2(m.cn0_dbhz, m.ura, m.sat, ura_scale)
+    variance = range_variance_m2(m.code_variance_m2, m.ura, m.sat, ura_scale)
     spheres = _intersect(m, lever_m, clocks, variance, start_m)
     if isinstance(spheres, NoFix):
         return spheres
-    return spheres, items, variance, agree(spheres.residual_m, variance, 3 + len(items))
+    return Trial((spheres, items), spheres.design, spheres.residual_m, variance)
 
 
 def _consistent(
-    m: Measurements,
+    m: Ranges,
     lever_m: NDArray[np.float64],
     domain: NDArray[np.int64],
     start_m: NDArray[np.float64],
     ura_scale: float,
-) -> tuple[_Spheres, tuple[int, ...], NDArray[np.intp]] | NoFix:
-    """Intersection, after the exclusion of at most one satellite; clock items; rows used."""
-    rows = np.arange(len(m))
-    found = _adjusted(m, lever_m, domain, start_m, ura_scale)
-    if isinstance(found, NoFix):
+    rules: Rules,
+) -> Reconciled | NoFix:
+    """Intersection of what agrees, or as the rules say."""
+    first: list[Trial | NoFix] = []
+
+    def fit(rows: NDArray[np.intp]) -> Trial | None:
+        every = len(rows) == len(m)
+        trial = (
+            _solved(m, lever_m, domain, start_m, ura_scale)
+            if every
+            else _solved(m[rows], lever_m[:, rows], domain[rows], start_m, ura_scale)
+        )
+        first.append(trial)
+        return None if isinstance(trial, NoFix) else trial
+
+    found = reconciled(fit, m.sat, rules)
+    if found is not None:
         return found
-    spheres, items, variance, good = found
-    if not good:
-        suspect = culprit(m.sat, spheres.design, spheres.residual_m, variance)
-        if suspect is None:
-            return NoFix.INCONSISTENT_RANGES
-        rows = rows[m.sat != suspect]
-        found = _adjusted(m[rows], lever_m[:, rows], domain[rows], start_m, ura_scale)
-        if isinstance(found, NoFix) or not found[-1]:
-            return NoFix.INCONSISTENT_RANGES
-        spheres, items, *_ = found
-    return spheres, items, rows
-
-
-def _rates(
-    m: Measurements, s: _Spheres, lever_rate_mps: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Velocity (3,) of the centre of mass and clock rates (c,) from range rates, after the exclusion of at
-    most one satellite; None if the range rates contradict each other.
-
-    dP/dt = clock rate + rho' - satellite clock rate (1 - rho' / c), all by GPS time.
-    """
-    static, gain = ranging.rate_terms(s.rays, m.vel_sv_mps)
-    stretch = 1 + m.clock_drift_mps / LIGHT_MPS
-    gain = gain * stretch
-    lever = np.einsum("in,in->n", s.rays.los, lever_rate_mps)
-    design = s.design.copy()
-    design[:, :3] *= gain[:, None]
-    y = m.range_rate_mps + m.clock_drift_mps - stretch * static + gain * lever
-    variance = rate_variance_m2ps2(m.cn0_dbhz)
-    x = adjusted(design, y, 1 / variance)
-    residual = y - design @ x
-    if not agree(residual, variance, len(x)):
-        suspect = culprit(m.sat, design, residual, variance)
-        if suspect is None:
-            return None
-        rows = m.sat != suspect
-        # A clock heard on the excluded satellite only has no rate any more: not observable.
-        solution = least_squares(design[rows], y[rows], 1 / variance[rows])
-        if solution is None or not agree((y - design @ solution.x)[rows], variance[rows], len(x)):
-            return None
-        x = solution.x
-    return (x[:3], x[3:]) if max(map(abs, x.tolist())) <= FASTEST_MPS else None
+    return first[0] if isinstance(first[0], NoFix) else NoFix.INCONSISTENT_RANGES
 
 
 def solve(
-    m: Measurements,
+    m: Ranges,
     lever_m: NDArray[np.float64],
     lever_rate_mps: NDArray[np.float64],
     domain: NDArray[np.int64],
     start_m: NDArray[np.float64] | None = None,
     ura_scale: float = 1.0,
+    rules: Rules = STRICT,
 ) -> Fix | NoFix:
     """The fix of an epoch, or why there is none.
 
-    m                         measurements offered, n rows
+    m                         ranges offered, n rows
     lever_m, lever_rate_mps   (3, n) antenna relative to the centre of mass, Greenwich frame, and its rate
     domain                    (n,) clock domain
     start_m                   (3,) where to start; without it, or if it leads nowhere, the Earth's centre
     ura_scale                 how much of the broadcast URA counts in the weights
+    rules                     what becomes of measurements that disagree
     """
     starts = [np.zeros(3)] if start_m is None else [start_m, np.zeros(3)]
     for start in starts:
-        found = _consistent(m, lever_m, domain, start, ura_scale)
+        found = _consistent(m, lever_m, domain, start, ura_scale, rules)
         if not isinstance(found, NoFix) or found == NoFix.TOO_FEW_SATELLITES:
             break
     if isinstance(found, NoFix):
         return found
-    spheres, items, rows = found
+    rows, (spheres, items) = found.rows, found.trial.found
     pdop = sqrt(sum(spheres.solution.cofactor.diagonal()[:3].tolist()))
     if pdop > MAX_PDOP:
         return NoFix.SINGULAR_GEOMETRY
     if not carried(spheres.position_m, spheres.clock_m):
         return NoFix.NO_CONVERGENCE
     every = len(rows) == len(m)
-    velocity, drift = _rates(
-        m if every else m[rows], spheres, lever_rate_mps if every else lever_rate_mps[:, rows]
-    ) or (None, None)
+    velocity, drift = velocity_and_drift(
+        m if every else m[rows],
+        spheres.design,
+        spheres.rays,
+        lever_rate_mps if every else lever_rate_mps[:, rows],
+        rules,
+    )
+    misfit = 1.0 if found.agree else found.trial.misfit / found.trial.freedom
     used = np.zeros(len(m), bool)
     used[rows] = True
     residual = np.full(len(m), np.nan)
@@ -274,11 +251,12 @@ def solve(
         items,
         spheres.clock_m,
         drift,
-        spheres.solution.covariance[:3, :3],
+        spheres.solution.covariance[:3, :3] * misfit,
         gain,
         pdop,
         used,
         len(set(m.sat[rows].tolist())),
         residual,
         spheres.iterations,
+        misfit,
     )

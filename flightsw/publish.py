@@ -15,8 +15,8 @@ from dbc.forms import Form, form
 from dbc.frames import WIDTH, FrameBatch, batch, concat
 from dbc.satellites import NUMBERS
 from flightsw.commander import Commands, signal_of
-from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix
+from flightsw.ranges import Ranges
 
 MODE_NONE, MODE_POSITION, MODE_POSITION_VELOCITY = 0, 1, 2
 
@@ -58,25 +58,26 @@ def _page(codec: Codec, mode: int, items: int, receivers: int) -> Page:
     return Page(form(codec, kinds), np.array(can_id, np.uint32), np.full(len(kinds), WIDTH, np.uint8))
 
 
-def _used(m: Measurements, fix: Fix, receivers: int) -> list[int]:
+def _used(m: Ranges, fix: Fix, receivers: int) -> list[int]:
     """receiver, channel mask, ... of every receiver."""
     masks = [0] * receivers
-    for receiver, channel in zip(m.receiver[fix.used].tolist(), m.channel[fix.used].tolist(), strict=True):
-        masks[receiver] |= 1 << channel
+    for receiver, channels in zip(m.receiver[fix.used].tolist(), m.channels[fix.used].tolist(), strict=True):
+        masks[receiver] |= channels
     return [value for number, mask in enumerate(masks, 1) for value in (number, mask)]
 
 
-def _fix_values(m: Measurements, fix: Fix, mode: int, receivers: int) -> list[float]:
+def _fix_values(m: Ranges, fix: Fix, mode: int, receivers: int) -> list[float]:
     sigma = np.sqrt(np.diagonal(fix.covariance_m2)).tolist()
     (_, xy, xz), (_, _, yz), _ = fix.covariance_m2.tolist()
     pairs = lambda rates: [v for pair in zip(fix.items, rates.tolist(), strict=True) for v in pair]  # noqa: E731
     moving = mode == MODE_POSITION_VELOCITY
+    used = _used(m, fix, receivers)
     return [
-        mode, NoFix.FIX, fix.satellites, int(fix.used.sum()), fix.pdop,
+        mode, NoFix.FIX, fix.satellites, sum(mask.bit_count() for mask in used[1::2]), fix.pdop,
         *fix.position_m.tolist(), *(fix.velocity_mps.tolist() if moving else ()),
         *pairs(fix.clock_m), *(pairs(fix.drift_mps) if moving else ()),
         *sigma, xy / (sigma[0] * sigma[1]), xz / (sigma[0] * sigma[2]), yz / (sigma[1] * sigma[2]),
-        *_used(m, fix, receivers),
+        *used,
     ]  # fmt: skip
 
 
@@ -106,12 +107,13 @@ def block(
     codec: Codec,
     receivers: int,
     boot_count: int,
-    m: Measurements,
+    m: Ranges | None,
     fix: Fix | NoFix,
     commands: Commands | None,
     t_ns: int,
 ) -> FrameBatch:
-    """Navigation, commands, heartbeat; unprotected yet. `m` are the measurements offered to the fix."""
+    """Navigation, commands, heartbeat; unprotected yet. `m` are the ranges offered to the fix; None where
+    there is nothing to offer."""
     if isinstance(fix, NoFix):
         page = _page(codec, MODE_NONE, 0, 0)
         values = [MODE_NONE, fix, 0, 0, 0.0, NodeState.DEGRADED]

@@ -21,11 +21,14 @@ from flightsw.boresight import boresights_ecef
 from flightsw.coast import propagate
 from flightsw.combine.circumstances import Circumstances
 from flightsw.commander import Commander, Commands
+from flightsw.consistency import Rules
 from flightsw.epoch import Epoch, Mark, Measurements, nothing
+from flightsw.ionosphere_free import ionosphere_free
 from flightsw.latch import at_mark
 from flightsw.position import Fix, NoFix
+from flightsw.ranges import Ranges, of_one_signal
 from flightsw.rejections import no_rejections
-from flightsw.sigma import NO_URA
+from flightsw.sigma import NO_URA, Noise
 
 FULL_LOCK = 5
 """Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
@@ -130,14 +133,14 @@ def flight_step(
     epoch, received, rejected = intake.intake(config.codec, inbox, state.received, state.rejected)
     state = replace(state, received=received, rejected=rejected, lost=state.lost + epoch.lost)
     if epoch.mark is None:
-        return _answer(config, replace(state, fix=NoFix.NO_TIME_MARK), epoch.measurements, None, state.mark)
+        return _answer(config, replace(state, fix=NoFix.NO_TIME_MARK), None, None, state.mark)
     state, offered = _navigate(config, state, epoch)
     state, commands = _command(config, state, epoch)
     return _answer(config, state, offered, commands, epoch.mark)
 
 
-def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[FlightState, Measurements]:
-    """Blocks 3 and 4: the fix of this epoch, and the measurements offered to it."""
+def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[FlightState, Ranges]:
+    """Blocks 3 and 4: the fix of this epoch, and the ranges offered to it."""
     t_ns, options = epoch.mark.t_ns, config.options
     attitude = attitude_now(epoch.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
     commanding = commander.contradicted(
@@ -148,7 +151,7 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     m = epoch.measurements
     sound = _sound(m)
     predictions = almanac.updated(state.predictions, epoch.almanac, m.where(sound), t_ns)
-    offered = m.where(sound & (m.health == 0) & commander.usable(commanding, m))
+    offered = _ranges(m.where(sound & (m.health == 0) & commander.usable(commanding, m)), options)
     navigation = _carried(state.navigation, t_ns)
     circumstances = Circumstances(
         attitude,
@@ -156,6 +159,7 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
         _domains(config, epoch),
         None if navigation is None else navigation.position_m,
         options.ura_scale,
+        Rules(options.exclude_satellites, options.inconsistent == "refuse"),
         state.leading,
     )
     fix, leading = config.policy.combine(offered, circumstances)
@@ -179,6 +183,12 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
         leading=leading,
     )
     return state, offered
+
+
+def _ranges(m: Measurements, options: Options) -> Ranges:
+    """What the measurements say, one row for each antenna and satellite."""
+    noise = Noise(options.code_floor_m, options.code_noise_m, options.rate_floor_mps, options.rate_noise_mps)
+    return (ionosphere_free if options.ionosphere_free else of_one_signal)(m, noise)
 
 
 def _sound(m: Measurements) -> NDArray[np.bool_]:
@@ -236,7 +246,7 @@ def _permissions(config: FlightConfig, state: FlightState) -> NDArray[np.int64]:
 
 
 def _answer(
-    config: FlightConfig, state: FlightState, m: Measurements, commands: Commands | None, mark: Mark | None
+    config: FlightConfig, state: FlightState, m: Ranges | None, commands: Commands | None, mark: Mark | None
 ) -> tuple[FlightState, FrameBatch]:
     t_ns, number = (mark.t_ns, mark.epoch) if mark is not None else (0, 0)
     frames = publish.block(

@@ -24,6 +24,9 @@ from flightsw.assign.options import Options
 
 
 class PatentOptions(Options):
+    ionosphere_free: Annotated[
+        Literal[False], Field(description="not here: a satellite is commanded on one signal and one channel")
+    ] = False
     mask_reading: Annotated[Literal["antenna", "all"], Field(description="whose mask ends tracking")] = (
         "antenna"
     )

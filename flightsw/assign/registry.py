@@ -18,18 +18,18 @@ from flightsw.combine.averaged import averaged
 from flightsw.combine.circumstances import Circumstances
 from flightsw.combine.single import single
 from flightsw.combine.together import together
-from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix
+from flightsw.ranges import Ranges
 
 Assign = Callable[[NDArray, NDArray, NDArray, NDArray, NDArray, Options], NDArray[np.int64]]
-Combine = Callable[[Measurements, Circumstances], tuple[Fix | NoFix, int]]
+Combine = Callable[[Ranges, Circumstances], tuple[Fix | NoFix, int]]
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
     """assign is None where the receivers choose for themselves: no commands are sent.
 
-    combine makes the fix of the measurements and says which antenna leads from now on, -1 none.
+    combine makes the fix of the ranges and says which antenna leads from now on, -1 none.
     """
 
     name: str

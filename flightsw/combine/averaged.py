@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 
 from dbc.satellites import GLONASS, NUMBERS
 from flightsw.combine.circumstances import Circumstances, solve_alone
-from flightsw.epoch import Measurements
-from flightsw.position import FASTEST_MPS, GLONASS_OFFSET, Fix, NoFix, carried
-from flightsw.sigma import URA_M, code_variance_m2
+from flightsw.position import GLONASS_OFFSET, Fix, NoFix, carried
+from flightsw.ranges import Ranges
+from flightsw.sigma import URA_M
+from flightsw.velocity import FASTEST_MPS
 
 
-def averaged(m: Measurements, at: Circumstances) -> tuple[Fix | NoFix, int]:
+def averaged(m: Ranges, at: Circumstances) -> tuple[Fix | NoFix, int]:
     """The mean of the receivers' own solutions; no antenna leads."""
     found = [solve_alone(m, antenna, at) for antenna in range(len(at.domain))]
     fixes = [fix for fix in found if isinstance(fix, Fix)]
@@ -32,7 +33,7 @@ def averaged(m: Measurements, at: Circumstances) -> tuple[Fix | NoFix, int]:
     return mean_fix(m, fixes, at.ura_scale) if fixes else max(found), at.leading
 
 
-def mean_fix(m: Measurements, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
+def mean_fix(m: Ranges, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
     """The mean of at least one fix of receivers alone.
 
     The dilution is that of the mean for errors of the same size, independent from measurement to measurement,
@@ -48,19 +49,21 @@ def mean_fix(m: Measurements, fixes: Sequence[Fix], ura_scale: float) -> Fix | N
     velocity, drift = _mean_rates(fixes, alone)
     used = np.any([fix.used for fix in fixes], axis=0)
     gain = share * sum(fix.gain for fix in fixes)
+    misfit = max(fix.misfit for fix in fixes)
     return Fix(
         position,
         velocity,
         items,
         clock,
         drift,
-        mean_covariance_m2(m, gain, ura_scale),
+        mean_covariance_m2(m, gain, ura_scale) * misfit,
         gain,
         share * sqrt(sum(fix.pdop**2 for fix in fixes)),
         used,
         len(set(m.sat[used].tolist())),
         _residuals_m(fixes, len(m)),
         max(fix.iterations for fix in fixes),
+        misfit,
     )
 
 
@@ -110,7 +113,7 @@ def _mean_rates(
     return (velocity, drift) if np.abs(drift).max() <= FASTEST_MPS else (None, None)
 
 
-def mean_covariance_m2(m: Measurements, gain: NDArray[np.float64], ura_scale: float) -> NDArray[np.float64]:
+def mean_covariance_m2(m: Ranges, gain: NDArray[np.float64], ura_scale: float) -> NDArray[np.float64]:
     """Covariance (3, 3) of a position that moves by gain (3, n) for each metre of the pseudoranges.
 
     The code's noise is independent from measurement to measurement: with k solutions it is sum C_a / k^2. A
@@ -119,6 +122,6 @@ def mean_covariance_m2(m: Measurements, gain: NDArray[np.float64], ura_scale: fl
     """
     used = gain.any(axis=0)
     gain, sat, ura = gain[:, used], m.sat[used], m.ura[used].astype(np.intp)
-    noise = (gain * code_variance_m2(m.cn0_dbhz[used], sat)) @ gain.T
+    noise = (gain * m.code_variance_m2[used]) @ gain.T
     common = (gain * (ura_scale * URA_M[ura])) @ (sat[:, None] == np.unique(sat))
     return noise + common @ common.T

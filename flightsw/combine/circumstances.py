@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flightsw.attitude import Attitude
-from flightsw.epoch import Measurements
+from flightsw.consistency import STRICT, Rules
 from flightsw.position import Fix, NoFix, solve
+from flightsw.ranges import Ranges
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,7 @@ class Circumstances:
     domain             (m,) clock domain of each antenna
     start_m            (3,) where the search for the position starts; None: the Earth's centre
     ura_scale          how much of the broadcast URA counts
+    rules              what becomes of measurements that disagree
     leading            antenna that led in the epoch before, where one does; -1 none
     """
 
@@ -29,14 +31,15 @@ class Circumstances:
     domain: NDArray[np.int64]
     start_m: NDArray[np.float64] | None
     ura_scale: float
+    rules: Rules = STRICT
     leading: int = -1
 
 
-def solve_alone(m: Measurements, antenna: int, at: Circumstances) -> Fix | NoFix:
+def solve_alone(m: Ranges, antenna: int, at: Circumstances) -> Fix | NoFix:
     """The fix of one antenna by itself, for the antenna's own place; arrays over all n measurements."""
     rows = np.flatnonzero(m.receiver == antenna)
     none = np.zeros((3, len(rows)))
-    fix = solve(m[rows], none, none, at.domain[m.receiver[rows]], at.start_m, at.ura_scale)
+    fix = solve(m[rows], none, none, at.domain[m.receiver[rows]], at.start_m, at.ura_scale, at.rules)
     return fix if isinstance(fix, NoFix) else _spread(fix, rows, len(m))
 
 

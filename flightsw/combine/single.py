@@ -16,11 +16,11 @@ from __future__ import annotations
 import numpy as np
 
 from flightsw.combine.circumstances import Circumstances, solve_alone
-from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix
+from flightsw.ranges import Ranges
 
 
-def leader(m: Measurements, antennas: int, leading: int) -> int:
+def leader(m: Ranges, antennas: int, leading: int) -> int:
     """The antenna that leads from now on; `leading` led before, -1 none."""
     pairs = np.unique(np.array((m.receiver, m.sat)), axis=1)
     seen = np.bincount(pairs[0], minlength=antennas)
@@ -28,7 +28,7 @@ def leader(m: Measurements, antennas: int, leading: int) -> int:
     return best if leading < 0 or seen[best] > seen[leading] else leading
 
 
-def single(m: Measurements, at: Circumstances) -> tuple[Fix | NoFix, int]:
+def single(m: Ranges, at: Circumstances) -> tuple[Fix | NoFix, int]:
     """The fix of the leading antenna, and which that is."""
     leading = leader(m, len(at.domain), at.leading)
     return solve_alone(m, leading, at), leading

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from flightsw.attitude import levers_ecef
 from flightsw.combine.circumstances import Circumstances
-from flightsw.epoch import Measurements
 from flightsw.position import Fix, NoFix, solve
+from flightsw.ranges import Ranges
 
 
-def together(m: Measurements, at: Circumstances) -> tuple[Fix | NoFix, int]:
+def together(m: Ranges, at: Circumstances) -> tuple[Fix | NoFix, int]:
     """One solution for the centre of mass; no antenna leads."""
     if at.attitude is None:
         return NoFix.NO_ATTITUDE, at.leading
@@ -24,5 +24,6 @@ def together(m: Measurements, at: Circumstances) -> tuple[Fix | NoFix, int]:
         at.domain[m.receiver],
         at.start_m,
         at.ura_scale,
+        at.rules,
     )
     return fix, at.leading

@@ -18,7 +18,7 @@ from flightsw.combine.averaged import averaged, mean_clocks, mean_covariance_m2
 from flightsw.combine.circumstances import Circumstances
 from flightsw.combine.single import leader, single
 from flightsw.position import GLONASS_OFFSET, Fix, NoFix
-from flightsw.sigma import code_variance_m2, range_variance_m2
+from flightsw.sigma import range_variance_m2
 from flightsw.step import configure
 from tests.flightsw import synthetic as s
 from tests.flightsw.bench import CODEC, FakeBus, decoded, position_of
@@ -30,7 +30,7 @@ SKY = s.constellation()
 
 
 def at(c, start=None, ura_scale=1.0, leading=-1):
-    return Circumstances(None, c.lever_body, c.domain, start, ura_scale, leading)
+    return Circumstances(None, c.lever_body, c.domain, start, ura_scale, leading=leading)
 
 
 def rounds(c, antennas=4, count=24):
@@ -48,7 +48,7 @@ def solved_inertially(c, pairs, m):
     """Antenna's place, ECEF, from its measurements: light times in the inertial frame, nothing of the flight
     software's. The clock and the GLONASS offset are solved for with it; weights as the flight software's."""
     sats = [sat for _, sat in pairs]
-    weight = 1 / np.sqrt(range_variance_m2(m.cn0_dbhz, m.ura, m.sat))
+    weight = 1 / np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
     truth = c.orbit.at(0.0)
 
     def misfit(x):
@@ -74,7 +74,7 @@ def solved_inertially(c, pairs, m):
 
 def noisy(m, seed=5):
     """With the noise of the code."""
-    sigma = np.sqrt(code_variance_m2(m.cn0_dbhz, m.sat))
+    sigma = np.sqrt(m.code_variance_m2)
     noise = sigma * np.random.default_rng(seed).normal(size=len(m))
     return replace(m, pseudorange_m=m.pseudorange_m + noise)
 
@@ -208,7 +208,7 @@ def test_covariance_of_the_mean_is_the_scatter_of_fixes_with_errors_that_satelli
     m = replace(measurements(s.observe(c, shared(c), SKY, rates=False), cn0=40.0))
     m = replace(m, ura=np.full(len(m), 1.0))
     start = s.truth_ecef(c)[0]
-    code = np.sqrt(code_variance_m2(m.cn0_dbhz, m.sat))
+    code = np.sqrt(m.code_variance_m2)
     exact, _ = averaged(m, at(c, start))
     rng = np.random.default_rng(11)
     scatter = []

@@ -28,7 +28,8 @@ def measured(*rows):
     receiver, channel, sat = np.array(rows, np.int64).reshape(-1, 3).T
     flat = np.zeros(len(sat))
     three = np.zeros((3, len(sat)))
-    return type(NONE)(receiver, channel, sat, flat, flat, flat, flat, flat, flat, three, three, flat, flat)
+    signal = np.zeros(len(sat), np.int64)
+    return type(NONE)(receiver, channel, sat, *[flat] * 6, three, three, flat, flat, signal, flat)
 
 
 def answers(commands, result=0, rows=slice(None)):

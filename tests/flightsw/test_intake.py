@@ -66,11 +66,13 @@ def test_values_equal_the_codecs(blocks):
     m = epoch.measurements
     for kind, names in {
         "RANGE": {"pseudorange_m": m.pseudorange_m, "channel": m.channel},
-        "RATE": {"range_rate_mps": m.range_rate_mps, "cn0_dbhz": m.cn0_dbhz, "lock": m.lock},
+        "RATE": {"range_rate_mps": m.range_rate_mps, "cn0_dbhz": m.cn0_dbhz, "lock": m.lock,
+                 "signal": m.signal},
         "SV_X": {"x_m": m.pos_sv_m[0]}, "SV_Y": {"y_m": m.pos_sv_m[1]},
         "SV_Z": {"z_m": m.pos_sv_m[2], "health": m.health},
         "SV_VX": {"vx_mps": m.vel_sv_mps[0], "clock_drift_mps": m.clock_drift_mps},
-        "SV_VY": {"vy_mps": m.vel_sv_mps[1]}, "SV_VZ": {"vz_mps": m.vel_sv_mps[2], "ura": m.ura},
+        "SV_VY": {"vy_mps": m.vel_sv_mps[1]},
+        "SV_VZ": {"vz_mps": m.vel_sv_mps[2], "ura": m.ura, "frequency": m.frequency},
         "SV_CLOCK": {"clock_m": m.clock_m, "sat_number": m.sat % 64, "sat_system": m.sat // 64},
     }.items():  # fmt: skip
         rows = blocks[0][CODEC.kind_of[blocks[0].can_id] == CODEC.kinds[kind].number]

@@ -9,9 +9,10 @@ import pytest
 
 from flightsw.adjust import adjusted, least_squares
 from flightsw.attitude import attitude_now, levers_ecef
-from flightsw.epoch import AttitudeReport, Measurements
+from flightsw.epoch import AttitudeReport
 from flightsw.position import GLONASS_OFFSET, Fix, NoFix, solve
-from flightsw.sigma import range_variance_m2
+from flightsw.ranges import Ranges
+from flightsw.sigma import code_variance_m2, range_variance_m2, rate_variance_m2ps2
 from tests.flightsw import synthetic as s
 
 LEVERS = np.array([[2.4, 0, -1.1], [1.2, 1.0, -1.1], [-1.8, 0, -1.1], [1.2, -1.0, -1.1]])
@@ -31,11 +32,12 @@ def craft(orbit=LEO, domain=(0, 0, 0, 0), clock_s=(1e-3,), rate=(2e-8,), offset=
 
 def measurements(o, cn0=45.0):
     n = len(o["sat"])
-    antenna = o["antenna"].astype(int)
+    antenna, sat = o["antenna"].astype(int), o["sat"].astype(int)
     flat = np.zeros(n)
-    return Measurements(
-        antenna, np.arange(n), o["sat"].astype(int), o["p"], o["pdot"], flat + cn0, flat + 5, flat, flat,
+    return Ranges(
+        antenna, sat, 1 << np.arange(n) % 32, flat, o["p"], o["pdot"],
         np.array([o["x"], o["y"], o["z"]]), np.array([o["vx"], o["vy"], o["vz"]]), o["clock"], o["drift"],
+        code_variance_m2(flat + cn0, sat), rate_variance_m2ps2(flat + cn0),
     )  # fmt: skip
 
 
@@ -217,7 +219,7 @@ def test_no_sound_satellite_is_taken_for_the_faulty_one(count):
         gps = [sat for sat in SKY if sat < 64]
         rng.shuffle(gps)
         m = measurements(s.observe(c, in_view(c, count, sats=gps), SKY, rates=False))
-        sigma = np.sqrt(range_variance_m2(m.cn0_dbhz, m.ura, m.sat))
+        sigma = np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
         for bias_m in (10.0, 30.0, 300.0, 3000.0):
             bad = rng.integers(len(m))
             p = m.pseudorange_m + sigma * rng.normal(size=len(m))
@@ -269,7 +271,7 @@ def test_two_outliers_are_no_fix():
 def test_covariance_is_the_scatter_of_fixes():
     c = craft()
     m = measurements(s.observe(c, in_view(c, 14), SKY, rates=False), cn0=40.0)
-    sigma = np.sqrt(range_variance_m2(m.cn0_dbhz, m.ura, m.sat))
+    sigma = np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
     rng = np.random.default_rng(3)
     truth = s.truth_ecef(c)[0]
     scatter = []
@@ -300,15 +302,17 @@ def test_unweighted_rows_agree_with_numpys_least_squares():
 
 
 def test_common_error_of_a_satellite_does_not_average_out():
-    cn0, ura = np.full(4, 45.0), np.full(4, 2.0)
-    alone, shared = (range_variance_m2(cn0, ura, np.array(sats)) for sats in ([1, 2, 3, 4], [1] * 4))
-    code = 0.1**2 + 0.5**2
+    code, ura = 0.1**2 + 0.5**2, np.full(4, 2.0)
+    alone, shared = (
+        range_variance_m2(np.full(4, code), ura, np.array(sats)) for sats in ([1, 2, 3, 4], [1] * 4)
+    )
     assert alone == pytest.approx(np.full(4, code + 16.0))
     assert shared.mean() / 4 == pytest.approx(code / 4 + 16.0)
 
 
 def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_told():
     both = np.array([1, 65])
-    cn0, ura = np.full(2, 45.0), np.full(2, 2.0)
-    assert range_variance_m2(cn0, ura, both, 0.0) == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
-    assert range_variance_m2(cn0, ura, both, 0.5) - range_variance_m2(cn0, ura, both, 0) == pytest.approx(4.0)
+    code, ura = code_variance_m2(np.full(2, 45.0), both), np.full(2, 2.0)
+    assert code == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
+    assert range_variance_m2(code, ura, both, 0.0) == pytest.approx(code)
+    assert range_variance_m2(code, ura, both, 0.5) - code == pytest.approx(4.0)
