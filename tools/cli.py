@@ -73,6 +73,14 @@ COMMANDS = {
             ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
         ),
         Command(
+            "export", "what a run measured, for other software: RINEX, CCSDS OEM, SP3",
+            (
+                "export rinex runs/soyuz-20121031-001500 --out rinex",
+                "export oem runs/soyuz-20121031-001500 --truth",
+                "export sp3 runs/soyuz-20121031-001500",
+            ),
+        ),
+        Command(
             "study", "many runs compared: error factors one at a time, on two craft",
             ("study factors", "study factors --factor ephemeris_error --duration 6000 --interval 10"),
         ),

@@ -22,6 +22,7 @@ from dbc.gpstime import NS_PER_S, NS_PER_WEEK
 from tools.results.almanac import AlmanacLedger
 from tools.results.geometry import distinct_pdop, distinct_satellites
 from tools.results.ledger import CommandLedger
+from tools.results.tags import TagLedger
 
 Columns = Mapping[str, NDArray]
 
@@ -33,7 +34,11 @@ _FIX_SIGNALS = {
     "NAV_SIGMA": ("sigma_x_m", "sigma_y_m", "sigma_z_m"),
     "NAV_CORR": ("rho_xy", "rho_xz", "rho_yz"),
 }
-_ATTITUDE_SIGNALS = {"ATT_Q01": ("q0", "q1"), "ATT_Q23": ("q2", "q3")}
+_ATTITUDE_SIGNALS = {
+    "ATT_Q01": ("q0", "q1"),
+    "ATT_Q23": ("q2", "q3"),
+    "ATT_RATE": ("wx_rps", "wy_rps", "wz_rps"),
+}
 _HELD_BACK = 2
 """Epochs kept open: an answer may come while the next epoch has begun."""
 
@@ -79,6 +84,7 @@ class Digest:
         self._fixes: list[Columns] = []
         self.commands = CommandLedger()
         self.almanac = AlmanacLedger()
+        self.tags = TagLedger()
 
     def feed(self, frames: FrameBatch) -> None:
         """More frames, in bus order."""
@@ -147,6 +153,7 @@ class Digest:
         self._epochs.append({"t_ns": t_ns, **_grids(kinds, _ATTITUDE_SIGNALS, epochs)})
         self.commands.take(t_ns, kinds)
         self.almanac.take(t_ns, kinds)
+        self.tags.take(t_ns, kinds)
         if self._on_channels is not None:
             row = np.nonzero(cells.complete & known[:, None, None])
             table = {"t_ns": t_ns[row[0]], "receiver": row[1] + 1, "channel": row[2]}
@@ -162,8 +169,8 @@ class Digest:
 
     @property
     def timeline(self) -> dict[str, NDArray]:
-        """One row per time mark with an instant: t_ns, bits, faults (frames rejected), and the attitude on
-        the bus, q0 .. q3, nan where its frames are missing."""
+        """One row per time mark with an instant: t_ns, bits, faults (frames rejected), and the attitude and
+        rates on the bus, q0 .. q3 and wx_rps .. wz_rps, nan where their frames are missing."""
         table = _joined(self._epochs)
         if not table:
             return {}

@@ -1,0 +1,93 @@
+"""`gnss-hil export`: what a run measured, as files that other software reads."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from tools.errors import PROGRAM, Mistake
+
+FOLDER = "export"
+KINDS = ("rinex", "oem", "sp3")
+_OPTIONS_OF = {"shapiro": "rinex", "pz90": "rinex", "no_navigation": "rinex"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add(
+        "kind", choices=KINDS, metavar="|".join(KINDS),
+        help="rinex: observations of each antenna and of the centre of mass, and the satellites' messages; "
+        "oem: CCSDS orbit ephemeris messages; sp3: orbits of the craft",
+    )  # fmt: skip
+    add("run", type=Path, metavar="RUN", help="run folder with its bus.log")
+    add("--out", type=Path, metavar="DIR", help=f"folder for the files (default RUN/{FOLDER})")
+    add("--truth", action="store_true", help="oem, sp3: where the craft really was, instead of its fixes")
+    add(
+        "--shapiro", action="store_true",
+        help="rinex: leave the relativistic path delay in the ranges of the centre of mass; without, it is "
+        "taken out for single-point programs, which know none",
+    )  # fmt: skip
+    add(
+        "--pz90", action="store_true",
+        help="rinex: GLONASS messages in PZ-90 as of their date; without in WGS-84, as on the bus",
+    )  # fmt: skip
+    add("--no-navigation", action="store_true", help="rinex: observation files only")
+
+
+def run(arguments: Namespace) -> int:
+    kind, folder = arguments.kind, arguments.run
+    _check(arguments)
+    from tools.export import heard
+
+    scenario, craft = heard.read(folder)
+    remarks: list[str] = []
+    if kind == "rinex":
+        from tools.export.rinex import Choices, files_of
+
+        choices = Choices(arguments.shapiro, not arguments.pz90, not arguments.no_navigation)
+        files, remarks = files_of(scenario, craft, choices)
+    else:
+        files = _courses(kind, folder, scenario.name, craft, arguments.truth)
+    out = arguments.out or folder / FOLDER
+    out.mkdir(parents=True, exist_ok=True)
+    for file in files:
+        _write(out / file.name, file.text)
+        print(f"{out / file.name}{': ' if file.said else ''}{file.said}")
+    for line in remarks:
+        print(f"{PROGRAM}: {line}", file=sys.stderr)
+    return 0
+
+
+def _check(arguments: Namespace) -> None:
+    for option, kind in _OPTIONS_OF.items():
+        if getattr(arguments, option) and arguments.kind != kind:
+            raise Mistake(f"--{option.replace('_', '-')} belongs to export {kind}")
+    if arguments.truth and arguments.kind == "rinex":
+        raise Mistake("--truth belongs to export oem and sp3: nothing observes the truth")
+    if arguments.out and arguments.out.exists() and not arguments.out.is_dir():
+        raise Mistake(f"--out {arguments.out}: is a file; name a folder")
+
+
+def _courses(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
+    """OEM files, one a craft, or one SP3 file."""
+    from tools.export import course, oem, sp3
+    from tools.export.rinex import File
+
+    courses = course.of_truth(folder, craft) if true else course.of_fixes(craft)
+    if kind == "sp3":
+        orbits = sp3.of_craft(courses)
+        return [File(f"{scenario}.sp3", sp3.text_of(orbits), f"{len(orbits.t_ns)} epochs")]
+    return [File(f"{c.name}.oem", oem.text_of(c), f"{len(c.t_ns)} states") for c in courses]
+
+
+def _write(path: Path, text) -> None:
+    """A file that is there whole or not at all."""
+    draft = path.with_name(f".{path.name}.draft")
+    try:
+        with draft.open("w", encoding="ascii", newline="\n") as stream:
+            stream.writelines(text)
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""What a run measured, in files that other software reads."""

@@ -1,0 +1,53 @@
+"""Signals of the bus under RINEX's names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import satellites
+from dbc.contract import VALUES
+from emulator.observed.signals import SIGNALS
+from tools.errors import Mistake
+from tools.export.heard import Rows
+
+LIGHT_MPS = 299_792_458.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Codes:
+    """The observables of some rows.
+
+    types      RINEX letter of a system -> its codes: C, L, D, S of one signal after another
+    first      (k,) place of the row's first code in its system's
+    wave_m     (k,) carrier wavelength
+    """
+
+    types: dict[str, tuple[str, ...]]
+    first: NDArray[np.int64]
+    wave_m: NDArray[np.float64]
+
+
+def codes_of(rows: Rows) -> Codes:
+    """RINEX codes of all signals in the rows; Mistake for one that has none here."""
+    system = satellites.system_of(rows.sat)
+    pairs = sorted(set(zip(system.tolist(), rows.signal.tolist(), strict=True)))
+    types: dict[str, tuple[str, ...]] = {}
+    first, wave_m = np.zeros(len(rows), np.int64), np.zeros(len(rows))
+    for number, raw in pairs:
+        label = VALUES["Signal"].get(raw, str(raw))
+        signal = SIGNALS.get(label)
+        if signal is None or signal.system != number:
+            name = satellites.SYSTEM_NAMES[number] if number < len(satellites.SYSTEM_NAMES) else number
+            raise Mistake(
+                f"signal {label} of system {name} has no RINEX code; known are {', '.join(SIGNALS)}"
+            )
+        letter = satellites.SYSTEM_LETTERS[number]
+        known, own = types.get(letter, ()), signal.codes[0]
+        mine = (system == number) & (rows.signal == raw)
+        first[mine] = len(known)
+        wave_m[mine] = LIGHT_MPS / (signal.carrier_hz + signal.spacing_hz * rows.frequency[mine])
+        types[letter] = (*known, own.range, own.phase[0], own.doppler[0], own.strength[0])
+    return Codes(types, first, wave_m)

@@ -1,0 +1,133 @@
+"""The navigation file: what the satellites broadcast, and whether the bus agrees with it.
+
+The bus carries satellites' coordinates, not their messages. The messages are those of the scenario's sky; if
+somebody else's emulator flew another sky, or error factors falsify what receivers report, the file and the
+bus differ, which is measured and told.
+Source: RINEX 3.04 (IGS/RTCM, 2018), tables A5, A6, A10
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import gpstime, satellites
+from emulator.files.rinex_nav import Records
+from emulator.scenario import Scenario
+from emulator.world import glonass, gps
+from emulator.world.constellation import Constellation
+from emulator.world.messages import Stretch, records
+from emulator.world.navigation import from_files
+from emulator.world.sky import NOMINAL
+from tools.errors import Mistake
+from tools.export.codes import LIGHT_MPS
+from tools.export.heard import Heard, Rows
+from tools.export.rinex_text import comments, labelled, leap_seconds, opening
+
+_LETTERS = {"gps": "G", "glonass": "R"}
+_LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2
+_COMPARED = 2000
+"""Rows of a craft that are held against the file."""
+
+IN_WGS84 = """GLONASS states are WGS-84, which the receivers report, not PZ-90: a program that takes them as
+they are, without a transformation, gets the coordinates of the bus."""
+IN_PZ90 = "GLONASS states are PZ-90 as of their date."
+
+
+def messages(scenario: Scenario, heard: Sequence[Heard], wgs84: bool) -> dict[str, Records]:
+    """Records by RINEX letter for all epochs that were heard; Mistake if there are none."""
+    first, last = span_ns(heard)
+    stretch = Stretch(first - _LONGEST_FLIGHT_NS, last + _LONGEST_FLIGHT_NS)
+    try:
+        return {letter: records(c, stretch, wgs84) for letter, c in constellations(scenario).items()}
+    except TypeError as error:
+        raise Mistake(str(error)) from None
+
+
+def span_ns(heard: Sequence[Heard]) -> tuple[int, int]:
+    """First and last mark of all craft [ns]."""
+    return min(int(h.t_ns[0]) for h in heard), max(int(h.t_ns[-1]) for h in heard)
+
+
+def constellations(scenario: Scenario) -> dict[str, Constellation]:
+    """The scenario's satellites by RINEX letter; ScenarioError if they cannot be had."""
+    found = {}
+    for system, letter in _LETTERS.items():
+        source = getattr(scenario.sky, system)
+        if source == "nominal":
+            found[letter] = NOMINAL[system](scenario.time.start_ns)
+        elif source != "none":
+            paths = [Path(name) for name in ([source] if isinstance(source, str) else source)]
+            found[letter] = from_files(system, paths, scenario.time)
+    return found
+
+
+def text_of(found: Mapping[str, Records], t_ns: int, wgs84: bool) -> Iterator[str]:
+    """The navigation file of all systems, by time; t_ns: an instant that tells the leap seconds."""
+    yield opening("N: GNSS NAV DATA", "".join(found))
+    if "R" in found:
+        yield comments(IN_WGS84 if wgs84 else IN_PZ90)
+        yield labelled(f"GLUT {0:17.10E}{0:16.9E}{0:7d}{0:5d}".replace("E", "D"), "TIME SYSTEM CORR")
+    yield leap_seconds(t_ns)
+    yield labelled("", "END OF HEADER")
+    for letter, rows in found.items():
+        order = sorted(range(len(rows)), key=lambda i, r=rows: (r.epoch[i], r.number[i]))
+        values = np.stack(list(rows.fields.values()), axis=-1)
+        for i in order:
+            yield _record(letter, int(rows.number[i]), rows.epoch[i], values[i].tolist())
+
+
+def _record(letter: str, number: int, epoch, values: list[float]) -> str:
+    cells = [f"{v:19.12E}".replace("E", "D") for v in values]
+    lines = [f"{letter}{number:02d} {epoch:%Y %m %d %H %M %S}" + "".join(cells[:3])]
+    lines += ["    " + "".join(cells[at : at + 4]) for at in range(3, len(cells), 4)]
+    return "\n".join(lines) + "\n"
+
+
+def disagreement_m(found: Mapping[str, Records], heard: Heard) -> float | None:
+    """Root mean square distance between satellites as reported on the bus and by WGS-84 records [m]; None if
+    there is nothing to compare.
+
+    The transmission instant is what receiver and satellite themselves tell: tag - (P + clock) / c.
+    """
+    every = heard.rows
+    said = np.flatnonzero(~np.isnan(heard.tag_offset_ns[every.epoch, every.receiver]))
+    rows = every[said[:: max(1, len(said) // _COMPARED)]]
+    tag_ns = heard.tag_ns(rows.epoch, rows.receiver)
+    sent_ns = tag_ns - np.rint((rows.pseudorange_m + rows.clock_m) / LIGHT_MPS * 1e9).astype(np.int64)
+    squares = [
+        ((place(found[letter], rows[mine], sent_ns[mine]) - rows.pos_sv_m[mine]) ** 2).sum(axis=1)
+        for letter, place in (("G", _gps_places), ("R", _glonass_places))
+        if letter in found
+        and (mine := np.isin(rows.sat, satellites.index(_SYSTEM[letter], found[letter].number))).any()
+    ]
+    return float(np.sqrt(np.concatenate(squares).mean())) if squares else None
+
+
+_SYSTEM = {"G": satellites.GPS, "R": satellites.GLONASS}
+
+
+def _nearest(found: Records, reference_ns: NDArray[np.int64], rows: Rows, t_ns: NDArray[np.int64]):
+    """(k,) record of each row's satellite nearest to t_ns (k,), and the time from its reference [s]."""
+    away_ns = t_ns[:, None] - reference_ns
+    strange = satellites.number_of(rows.sat)[:, None] != found.number
+    pick = np.argmin(np.abs(away_ns) + strange * (np.iinfo(np.int64).max // 4), axis=1)
+    return pick, away_ns[np.arange(len(pick)), pick] / gpstime.NS_PER_S
+
+
+def _gps_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    known = gps.from_records(found)
+    found = Records(known.number, (), known.fields)
+    pick, age_s = _nearest(found, known.toe_ns, rows, t_ns)
+    elements = {name: column[pick] for name, column in known.fields.items()}
+    return gps.orbit(elements, elements["toe"], age_s)[0]
+
+
+def _glonass_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    known = glonass.from_records(found, np.zeros(len(found)))
+    found = Records(known.number, (), found.fields)
+    pick, age_s = _nearest(found, known.tb_ns, rows, t_ns)
+    return glonass.propagate(known.state[pick], known.luni_solar[pick], age_s)[:, :3]

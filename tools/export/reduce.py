@@ -1,0 +1,108 @@
+"""All antennas' measurements as those of one antenna in the centre of mass.
+
+The reduction is that of RU 2654321 (the prototype of RU 2706636), with the flight software's own geometry:
+what differs is the way from the antenna and the way from the centre of mass, both known from the fix and the
+attitude on the bus. A fix 100 m off turns the line of sight by 5e-6 rad, 13 um over a lever of 2.6 m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flightsw import ranging
+from flightsw.earth import ROTATION_RPS
+from tools.export.codes import codes_of
+from tools.export.heard import Array, Heard, Rows
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reduced:
+    """Rows (k,) of the centre of mass, sorted by epoch and satellite.
+
+    unplaced   epochs left out: no fix, or no attitude
+    repeated   measurements left out: of a satellite's several the one in the fix counts, then the strongest
+    """
+
+    rows: Rows
+    unplaced: int
+    repeated: int
+
+
+def one_clock(heard: Heard) -> bool:
+    """Whether all receivers that measure run on one oscillator and tell the same time."""
+    at = heard.rows.epoch, heard.rows.receiver
+    domains, offset_ns = heard.domain[at], heard.tag_offset_ns[at]
+    said = ~np.isnan(offset_ns)
+    epoch, offset_ns = heard.rows.epoch[said], offset_ns[said]
+    begins = np.flatnonzero(np.r_[True, epoch[1:] != epoch[:-1]]) if len(epoch) else np.zeros(0, int)
+    if not len(begins):
+        return True
+    apart = np.maximum.reduceat(offset_ns, begins) - np.minimum.reduceat(offset_ns, begins)
+    return len(np.unique(domains[said])) == 1 and not apart.any()
+
+
+def reduced(heard: Heard, shapiro: bool) -> Reduced:
+    """Measurements as an antenna in the centre of mass would have made them.
+
+    shapiro   leave the relativistic delay of the path in (True), as a receiver measures it, or take it out
+    """
+    every = heard.rows
+    told = ~np.isnan(heard.position_m).any(axis=1) & ~np.isnan(heard.quaternion).any(axis=1)
+    said = ~np.isnan(heard.tag_offset_ns[every.epoch, every.receiver])
+    placed = every[told[every.epoch] & said]
+    rows = _distinct(placed)
+    lever_m, lever_mps = _levers(heard, rows)
+    centre_m, centre_mps = heard.position_m[rows.epoch], heard.velocity_mps[rows.epoch]
+    antenna = ranging.rays(rows.pos_sv_m.T, (centre_m + lever_m).T)
+    centre = ranging.rays(rows.pos_sv_m.T, centre_m.T)
+    nearer_m = centre.range_m - antenna.range_m
+    if not shapiro:
+        away_m = np.linalg.norm(centre.pos_sv_m.T - centre_m, axis=1)
+        nearer_m = nearer_m - ranging.shapiro_m(centre.pos_sv_m, centre_m.T, away_m)
+    # d|p - x|/dt seen from both places; the satellite's motion in the axes of reception.
+    approach = rows.vel_sv_mps - centre_mps
+    rate_mps = np.einsum("ik,ki->k", centre.los - antenna.los, approach) + np.einsum(
+        "ik,ki->k", antenna.los, lever_mps
+    )
+    moved = replace(
+        rows,
+        pseudorange_m=rows.pseudorange_m + nearer_m,
+        range_rate_mps=rows.range_rate_mps + rate_mps,
+        phase_cyc=rows.phase_cyc + nearer_m / codes_of(rows).wave_m,
+    )
+    measured = np.unique(every.epoch)
+    return Reduced(moved, int((~told[measured]).sum()), len(placed) - len(rows))
+
+
+def _distinct(rows: Rows) -> Rows:
+    """One row for each epoch, satellite and signal."""
+    order = np.lexsort((-rows.cn0_dbhz, ~rows.used, rows.signal, rows.sat, rows.epoch))
+    key = np.stack((rows.epoch, rows.sat, rows.signal), axis=-1)[order]
+    new = np.ones(len(order), bool)
+    new[1:] = (key[1:] != key[:-1]).any(axis=1)
+    return rows[order[new]]
+
+
+def _levers(heard: Heard, rows: Rows) -> tuple[Array, Array]:
+    """(k, 3) places of the rows' antennas relative to the centre of mass, ECEF, and their rates."""
+    dcm = _dcm(heard.quaternion)[rows.epoch]
+    lever = heard.vehicle.lever_arm_body_m[rows.receiver]
+    turn = np.nan_to_num(heard.rate_body_rps[rows.epoch]) - ROTATION_RPS * dcm[:, :, 2]
+    place, rate = (np.einsum("kji,kj->ki", dcm, v) for v in (lever, np.cross(turn, lever)))
+    return place, rate
+
+
+def _dcm(q: Array) -> NDArray[np.float64]:
+    """(e, 3, 3) body from ECEF of quaternions (e, 4); the contract's C(q)."""
+    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
+    return np.stack(
+        (
+            np.stack((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)), -1),
+            np.stack((2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)), -1),
+            np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)), -1),
+        ),
+        axis=1,
+    )

@@ -1,0 +1,130 @@
+"""RINEX files of a run: each antenna's observations, those of the centre of mass, and the navigation file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from emulator.scenario import Scenario, ScenarioError
+from tools.errors import Mistake
+from tools.export import navigation, rinex_obs, satellite_orbits, sp3
+from tools.export.heard import Heard
+from tools.export.reduce import one_clock, reduced
+from tools.export.rinex_obs import Station
+
+NAVIGATION, SATELLITES = "broadcast.nav", "satellites.sp3"
+_STRANGE_M = 100.0
+"""Satellites farther from the navigation file than this are another sky's: the file would mislead."""
+_DIFFERS_M = 0.2
+
+_RAW = "Raw observations of one antenna of a spacecraft, decoded from its bus."
+_REDUCED = """All antennas' observations, reduced to the spacecraft's centre of mass by attitude and lever
+arms on the bus, and lines of sight from its fix."""
+_SHAPIRO = {
+    True: " The relativistic delay of the path is in, as measured.",
+    False: " The relativistic delay of the path (Shapiro, 12 to 19 mm) is taken out.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What a command line may choose: the Shapiro delay left in the reduced file, GLONASS states in WGS-84,
+    a navigation file at all."""
+
+    shapiro: bool = False
+    wgs84: bool = True
+    navigation: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """A file to be written, and what is to be said of it on one line."""
+
+    name: str
+    text: Iterator[str]
+    said: str = ""
+
+
+def files_of(scenario: Scenario, heard: Sequence[Heard], choices: Choices) -> tuple[list[File], list[str]]:
+    """The files of a run, and remarks on what could not be made or differs."""
+    files: list[File] = []
+    remarks: list[str] = []
+    for craft in heard:
+        files += _antennas(craft)
+        _add_reduced(craft, choices.shapiro, files, remarks)
+    if not files:
+        raise Mistake("no receiver measured anything; there is nothing to write")
+    if choices.navigation:
+        _add_satellites(scenario, heard, choices.wgs84, files, remarks)
+    return files, remarks
+
+
+def _antennas(craft: Heard) -> list[File]:
+    files = []
+    rows = craft.rows
+    said = ~np.isnan(craft.tag_offset_ns[rows.epoch, rows.receiver])
+    for a, antenna in enumerate(craft.vehicle.names):
+        mine = rows[said & (rows.receiver == a)]
+        if not len(mine):
+            continue
+        station = Station(
+            f"RX{a + 1}", antenna, tuple(craft.vehicle.lever_arm_body_m[a]),
+            tuple(craft.vehicle.boresight_body[a]), _RAW,
+        )  # fmt: skip
+        name = f"{craft.name}_{antenna.replace(' ', '_')}.obs"
+        epochs = len(np.unique(mine.epoch))
+        files.append(File(name, rinex_obs.text_of(craft, mine, station), f"{epochs} epochs"))
+    return files
+
+
+def _add_reduced(craft: Heard, shapiro: bool, files: list[File], remarks: list[str]) -> None:
+    if not one_clock(craft):
+        remarks.append(
+            f"craft {craft.name}: its receivers have several clocks, one file of the centre of mass has one: "
+            "only the antennas' files are written"
+        )
+        return
+    found = reduced(craft, shapiro)
+    if not len(found.rows):
+        remarks.append(
+            f"craft {craft.name}: no epoch with fix and attitude: nothing is reduced to its centre of mass"
+        )
+        return
+    station = Station("all", "centre of mass", (0.0, 0.0, 0.0), None, _REDUCED + _SHAPIRO[shapiro])
+    epochs = len(np.unique(found.rows.epoch))
+    said = f"{epochs} epochs, centre of mass; left out: {found.unplaced} epochs without fix or attitude, "
+    said += f"{found.repeated} measurements of satellites measured twice"
+    files.append(File(f"{craft.name}.obs", rinex_obs.text_of(craft, found.rows, station), said))
+
+
+def _add_satellites(
+    scenario: Scenario, heard: Sequence[Heard], wgs84: bool, files: list[File], remarks: list[str]
+) -> None:
+    """The navigation file and the satellites' orbits."""
+    try:
+        known = navigation.messages(scenario, heard, wgs84=True)
+        written = known if wgs84 else navigation.messages(scenario, heard, wgs84=False)
+        orbits = satellite_orbits.reported(navigation.constellations(scenario), navigation.span_ns(heard))
+    except (ScenarioError, Mistake) as error:
+        remarks.append(f"no navigation file: {error}")
+        return
+    apart_m = {craft.name: navigation.disagreement_m(known, craft) for craft in heard}
+    apart_m = {name: value for name, value in apart_m.items() if value is not None}
+    worst_m = max(apart_m.values(), default=0.0)
+    where = f"satellites on the bus of {max(apart_m, key=apart_m.get)}" if apart_m else ""
+    if worst_m > _STRANGE_M:
+        remarks.append(
+            f"no navigation file: {where} are {worst_m:.3g} m (rms) from those of the scenario's sky; "
+            "whoever flew them knows their messages"
+        )
+        return
+    if worst_m > _DIFFERS_M:
+        remarks.append(
+            f"{where} are {worst_m:.3g} m (rms) from the navigation file: error factors of the sky"
+        )
+    count = sum(len(rows) for rows in written.values())
+    text = navigation.text_of(written, int(heard[0].t_ns[0]), wgs84)
+    files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (rms) from the bus"))
+    files.append(File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported"))

@@ -1,0 +1,50 @@
+"""What RINEX files have in common: lines of a header, instants, numbers."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from dbc import gpstime
+from tools.errors import PROGRAM
+
+VERSION = 3.04
+"""Of both kinds of file: GLONASS navigation records of 3.05 have a line more, which older readers trip on."""
+
+
+def labelled(content: str, label: str) -> str:
+    """A header line: content in columns 1 to 60, label behind; what is longer is cut."""
+    return f"{content:<60.60}{label:<20}".rstrip() + "\n"
+
+
+def comments(text: str) -> str:
+    """COMMENT lines of a text, wrapped at words."""
+    lines, line = [], ""
+    for word in text.split():
+        if len(line) + len(word) >= 60:
+            lines.append(line)
+            line = ""
+        line = f"{line} {word}".strip()
+    return "".join(labelled(one, "COMMENT") for one in (*lines, line) if one)
+
+
+def opening(kind: str, systems: str) -> str:
+    """First two lines of a file; systems: RINEX letters of what is in it."""
+    names = {"G": "G: GPS", "R": "R: GLONASS", "E": "E: Galileo"}
+    system = names.get(systems, systems) if len(systems) == 1 else "M: MIXED"
+    now = f"{datetime.now(UTC):%Y%m%d %H%M%S} UTC"
+    return labelled(f"{VERSION:9.2f}{'':11}{kind:<20}{system:<20}", "RINEX VERSION / TYPE") + labelled(
+        f"{PROGRAM:<20}{'':20}{now:<20}", "PGM / RUN BY / DATE"
+    )
+
+
+def instant(t_ns: int) -> tuple[datetime, str]:
+    """Calendar instant to the minute and seconds F10.7 of GPS time t_ns, to 100 ns."""
+    ticks = (t_ns + 50) // 100
+    minute, rest = divmod(ticks, 600_000_000)
+    return gpstime.to_calendar(
+        minute * 60 * gpstime.NS_PER_S
+    ), f"{rest // 10_000_000:2d}.{rest % 10_000_000:07d}"
+
+
+def leap_seconds(t_ns: int) -> str:
+    return labelled(f"{gpstime.leap_seconds(t_ns):6d}", "LEAP SECONDS")

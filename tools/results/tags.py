@@ -1,0 +1,27 @@
+"""What each receiver's own clock showed at the time marks, and which oscillator it runs on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class TagLedger:
+    """The TAG frames of one bus."""
+
+    def __init__(self):
+        self._pieces: list[dict[str, NDArray]] = []
+
+    def take(self, t_ns: NDArray[np.int64], kinds) -> None:
+        """The tags of some epochs (`digest`), t_ns (e,) the times of their marks, -1 where unknown."""
+        row, receiver, tag = kinds("TAG")
+        known = t_ns[row] >= 0
+        columns = {"t_ns": t_ns[row], "receiver": receiver}
+        columns |= {name: tag[name].astype(np.int64) for name in ("tag_offset_ns", "clock_domain")}
+        self._pieces.append({name: values[known] for name, values in columns.items()})
+
+    @property
+    def rows(self) -> dict[str, NDArray[np.int64]]:
+        """One row per tag: t_ns, receiver (1-based), tag_offset_ns, clock_domain."""
+        names = ("t_ns", "receiver", "tag_offset_ns", "clock_domain")
+        return {n: np.concatenate([np.zeros(0, np.int64), *(p[n] for p in self._pieces)]) for n in names}
