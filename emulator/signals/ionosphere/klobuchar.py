@@ -1,0 +1,57 @@
+"""Vertical electron content by the model whose coefficients GPS broadcasts.
+
+Source: IS-GPS-200, 20.3.3.5.2.5 and figure 20-4, after J. A. Klobuchar, IEEE Trans. AES 23 (1987) 325
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+NIGHT_S = 5e-9
+_PEAK_S, _DAY_S, _SHORTEST_S = 50_400.0, 86_400.0, 72_000.0
+_LAST_LATITUDE = 0.416
+_SEMICIRCLE = np.pi
+_LAST_PHASE = np.sqrt(6 - np.sqrt(12))
+"""1.5925 rad, where 1 - x^2/2 + x^4/24 is zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficients:
+    """alpha (4,) [s, s/semicircle ...] of the amplitude, beta (4,) [s, ...] of the period."""
+
+    alpha: tuple[float, ...]
+    beta: tuple[float, ...]
+
+
+def vertical_delay_s(
+    coefficients: Coefficients, second_of_day: Array, lat_rad: Array, lon_rad: Array
+) -> Array:
+    """Vertical delay on GPS L1 [s] over a place; arrays that broadcast.
+
+    second_of_day  GPS time within the day [s]
+    lat_rad, lon_rad   the place under the point of the ray [rad]
+
+    Two steps of the letter are taken out, since a craft would meet them as jumps: the series of the cosine
+    ends at its zero, 1.5925, not at 1.57 (there 2.1 % of the amplitude is left); local time counts to both
+    sides of 14 h and not from midnight to midnight (which matters for periods above 142,000 s). Everywhere
+    else it is the letter. Left are the point of the pole, and kinks where latitude, amplitude and period meet
+    their bounds.
+    """
+    lat = np.minimum(np.maximum(lat_rad / _SEMICIRCLE, -_LAST_LATITUDE), _LAST_LATITUDE)
+    lon = lon_rad / _SEMICIRCLE
+    magnetic = lat + 0.064 * np.cos(lon_rad - 1.617 * _SEMICIRCLE)
+    after_peak = 43_200.0 * lon + (second_of_day - _PEAK_S)
+    after_peak -= _DAY_S * np.rint(after_peak / _DAY_S)
+    period = np.maximum(_cubic(coefficients.beta, magnetic), _SHORTEST_S)
+    amplitude = np.maximum(_cubic(coefficients.alpha, magnetic), 0.0)
+    square = np.square(np.minimum(2 * np.pi * np.abs(after_peak) / period, _LAST_PHASE))
+    return NIGHT_S + amplitude * (1 - square * (0.5 - square / 24))
+
+
+def _cubic(c: tuple[float, ...], x: Array) -> Array:
+    return c[0] + x * (c[1] + x * (c[2] + x * c[3]))
