@@ -39,18 +39,18 @@ def attitude_frames(craft, t):
     ]
 
 
-def channel_frames(receiver, channel, o, k, cn0=45.0, lock=5, health=0, ura=0):
+def channel_frames(receiver, channel, o, k, cn0=45.0, lock=5, health=0, ura=0, signal=0, frequency=0):
     """The ten frames of one channel from row k of `synthetic.observe`."""
     values = {
         "RANGE": {"pseudorange_m": o["p"][k]},
-        "RATE": {"range_rate_mps": o["pdot"][k], "cn0_dbhz": cn0, "lock": lock},
+        "RATE": {"signal": signal, "range_rate_mps": o["pdot"][k], "cn0_dbhz": cn0, "lock": lock},
         "PHASE": {},
         "SV_X": {"x_m": o["x"][k]},
         "SV_Y": {"y_m": o["y"][k]},
         "SV_Z": {"z_m": o["z"][k], "health": health},
         "SV_VX": {"vx_mps": o["vx"][k], "clock_drift_mps": o["drift"][k]},
         "SV_VY": {"vy_mps": o["vy"][k]},
-        "SV_VZ": {"vz_mps": o["vz"][k], "ura": ura},
+        "SV_VZ": {"vz_mps": o["vz"][k], "frequency": frequency, "ura": ura},
         "SV_CLOCK": {
             "sat_system": int(o["sat"][k]) // 64, "sat_number": int(o["sat"][k]) % 64,
             "clock_m": o["clock"][k],
@@ -126,6 +126,10 @@ class FakeBus:
                 found.append((a + 1, c, int(doing)))
         return found
 
+    def deliver(self, receiver, channel, o, k):
+        """What a receiver says of a satellite it tracks."""
+        return channel_frames(receiver, channel, o, k)
+
     def block(self, epoch, inbox=EMPTY, t=None):
         """The protected block of an epoch after obeying the flight software's frames. The mark says t; all
         latch when the clock that shows the mark does."""
@@ -139,7 +143,7 @@ class FakeBus:
         rows = self.measured = self.tracking(t, epoch)
         o = s.observe(self.craft, [(r - 1, sat) for r, _, sat in rows], self.sky, t)
         for k, (receiver, channel, _) in enumerate(rows):
-            parts += channel_frames(receiver, channel, o, k)
+            parts += self.deliver(receiver, channel, o, k)
         for receiver in range(1, self.shape[0] + 1):
             mine = sum(r == receiver for r, _, _ in rows)
             domain = int(self.craft.domain[receiver - 1])

@@ -48,11 +48,11 @@ def in_view(c, count, antennas=4, sats=None):
     return [(k % antennas, sat) for k, sat in enumerate(seen)]
 
 
-def fix_of(c, m, start=None):
+def fix_of(c, m, start=None, **more):
     dcm = c.dcm_body_from_eci @ s.ecef_from_eci(0.0).T
     report = AttitudeReport(s.quaternion(dcm), c.rate_body)
     lever, lever_rate = levers_ecef(attitude_now(report, None, s.T0_NS, 0), c.lever_body)
-    return solve(m, lever.T[:, m.receiver], lever_rate.T[:, m.receiver], c.domain[m.receiver], start)
+    return solve(m, lever.T[:, m.receiver], lever_rate.T[:, m.receiver], c.domain[m.receiver], start, **more)
 
 
 def errors(c, fix):

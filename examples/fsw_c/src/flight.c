@@ -63,6 +63,12 @@ static void find_fix(struct flight *flight)
         solve(&flight->vehicle, &flight->intake, centre_m, &flight->fix);
 }
 
+static void withdraw(struct fix *fix, unsigned reason)
+{
+    memset(fix, 0, sizeof *fix);
+    fix->no_fix = reason;
+}
+
 /* A mark that a receiver's clock showed: the fix is of the latch, mark less that clock's offset, and is carried
  * along the orbit to the mark. */
 static void bring_to_mark(struct flight *flight)
@@ -72,11 +78,11 @@ static void bring_to_mark(struct flight *flight)
     if (clock == 0 || fix->no_fix != 0)
         return;
     if (clock > CLOCK_ITEMS || !(fix->items >> (clock - 1) & 1U)) {
-        fix->no_fix = GNSS_NAV_STATUS_NO_FIX_TOO_FEW_SATELLITES_CHOICE;
+        withdraw(fix, GNSS_NAV_STATUS_NO_FIX_TOO_FEW_SATELLITES_CHOICE);
         return;
     }
     if (!fix->has_velocity && !flight->craft_known) {
-        fix->no_fix = GNSS_NAV_STATUS_NO_FIX_NO_VELOCITY_CHOICE;
+        withdraw(fix, GNSS_NAV_STATUS_NO_FIX_NO_VELOCITY_CHOICE);
         return;
     }
     struct motion motion = flight->craft;

@@ -46,12 +46,37 @@ static void place_arms(struct problem *problem, const struct epoch *epoch, doubl
     }
 }
 
+/* Signals in the order of preference, by their number in the contract: L1 and E1 before L5 and L2, open codes first. */
+static const unsigned char preference[16] = {
+    [GNSS_RX1_RATE_SIGNAL_L1_CA_CHOICE] = 0, [GNSS_RX1_RATE_SIGNAL_L1_OF_CHOICE] = 1,
+    [GNSS_RX1_RATE_SIGNAL_E1_CHOICE] = 2,    [GNSS_RX1_RATE_SIGNAL_L1_P_CHOICE] = 3,
+    [GNSS_RX1_RATE_SIGNAL_L5_CHOICE] = 4,    [GNSS_RX1_RATE_SIGNAL_L2_C_CHOICE] = 5,
+    [GNSS_RX1_RATE_SIGNAL_L2_P_CHOICE] = 6,  [GNSS_RX1_RATE_SIGNAL_L2_OF_CHOICE] = 7,
+    [8] = 8, [9] = 8, [10] = 8, [11] = 8, [12] = 8, [13] = 8, [14] = 8, [15] = 8,
+};
+
+/* Of a receiver's several signals of one satellite one stands for it: together they would count it twice. */
+static bool stands_for_satellite(const struct channel *channels, int count, int k)
+{
+    const struct channel *mine = &channels[k];
+    for (int j = 0; j < count; j++) {
+        const struct channel *other = &channels[j];
+        if (j == k || other->satellite != mine->satellite || !channel_usable(other))
+            continue;
+        int before = preference[other->signal] - preference[mine->signal];
+        if (before < 0 || (before == 0 && j < k))
+            return false;
+    }
+    return true;
+}
+
 static void gather(struct problem *problem, const struct intake *intake)
 {
     for (int r = 0; r < problem->vehicle->antennas; r++) {
         for (int k = 0; k < problem->vehicle->antenna[r].channels; k++) {
-            const struct channel *channel = &intake->epoch.receiver[r].channel[k];
-            if (channel_usable(channel))
+            const struct channel *channels = intake->epoch.receiver[r].channel, *channel = &channels[k];
+            if (channel_usable(channel) &&
+                stands_for_satellite(channels, problem->vehicle->antenna[r].channels, k))
                 problem->measurement[problem->measurements++] = (struct measurement){
                     .receiver = r, .channel = k, .satellite = channel->satellite,
                     .domain = intake->clock_domain[r], .from = channel};
