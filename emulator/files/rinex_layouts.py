@@ -1,6 +1,7 @@
 """How RINEX writes the records of each system: tables, nothing else.
 
-Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A4 and A11; RINEX 3.05 (IGS/RTCM, 2020), tables A6 and A10
+Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A4 and A11; RINEX 3.05 (IGS/RTCM, 2020), tables A6 and
+A10; RINEX 4.01 (IGS/RTCM, 2023), tables of GPS LNAV and GLONASS FDMA
 """
 
 from __future__ import annotations
@@ -32,12 +33,14 @@ MAY_BE_BLANK = {"codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h",
 class Layout:
     """How a system's record is written.
 
+    message what version 4 calls the message
     lines   how many a record may have
     bytes   fields that some receivers write as unsigned bytes: 253 is -3
     ranges  field -> least and greatest value with which an orbit or a frequency can be computed at all
     """
 
     name: str
+    message: str
     fields: tuple[str, ...]
     lines: tuple[int, ...]
     bytes: tuple[str, ...]
@@ -45,7 +48,7 @@ class Layout:
 
 
 LAYOUTS = {
-    "G": Layout("GPS", GPS_FIELDS, (8,), (), {"e": (0, 0.5), "sqrt_a": (2600, 9000)}),
-    "R": Layout("GLONASS", GLONASS_FIELDS, (4, 5), ("frequency",), {"frequency": (-7, 13)}),
+    "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), {"e": (0, 0.5), "sqrt_a": (2600, 9000)}),
+    "R": Layout("GLONASS", "FDMA", GLONASS_FIELDS, (4, 5), ("frequency",), {"frequency": (-7, 13)}),
 }
 """By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""

@@ -1,8 +1,9 @@
-"""RINEX navigation files: GPS and GLONASS records of versions 2 and 3 as plain arrays.
+"""RINEX navigation files: GPS and GLONASS records of versions 2, 3 and 4 as plain arrays.
 
 Strict: what does not fit the format is refused with file, line and field. Other systems' records of a
 mixed file are passed over. Nothing is computed here; `gps` and `glonass` know what the numbers mean.
-Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A3, A4, A10, A11; RINEX 3.05 (IGS/RTCM, 2020), appendix A
+Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A3, A4, A10, A11; RINEX 3.05 (IGS/RTCM, 2020), appendix A;
+RINEX 4.01 (IGS/RTCM, 2023), 5.4 and appendix A
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.files.rinex_blocks import blocks
 from emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
 from emulator.files.text import FileError, read_text
 
@@ -50,7 +52,7 @@ class Records:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NavigationFile:
-    """records by RINEX letter; glonass_to_utc_s: the header's -tau_c, 0 where it has none [s]."""
+    """records by RINEX letter; glonass_to_utc_s: the file's -tau_c, 0 where it has none [s]."""
 
     records: dict[str, Records]
     glonass_to_utc_s: float
@@ -68,14 +70,18 @@ def parse(text: str, origin: str) -> NavigationFile:
     end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
     if end is None:
         raise FileError(f"{origin}: line {len(lines)}: file ends inside the header")
+    to_utc_s = _glonass_to_utc_s(lines[:end], origin)
     found: dict[str, list[_Record]] = {}
-    for first, last in _blocks(lines, end + 1, version, origin):
-        letter = kind if version < 3 else lines[first][0]
-        if letter in LAYOUTS:
-            record = _record(lines, first, last, LAYOUTS[letter], version, origin)
+    for block in blocks(lines, end + 1, version, origin):
+        letter = kind or block.letter
+        if block.kind == "EPH" and letter in LAYOUTS and block.message in ("", LAYOUTS[letter].message):
+            record = _record(lines, block.first, block.end, LAYOUTS[letter], version, origin)
             found.setdefault(letter, []).append(record)
+        elif block.kind == "STO" and lines[block.first][24:28] == "GLUT":
+            # Its second line: time of transmission, then the offset, -tau_c as in version 3.
+            to_utc_s = _number(lines[block.end - 1][23:42], "GLUT", block.end, origin)
     records = {letter: _columns(rows, LAYOUTS[letter]) for letter, rows in found.items()}
-    return NavigationFile(records, _glonass_to_utc_s(lines[:end], origin))
+    return NavigationFile(records, to_utc_s)
 
 
 def _columns(rows: list[_Record], layout: Layout) -> Records:
@@ -86,7 +92,7 @@ def _columns(rows: list[_Record], layout: Layout) -> Records:
 
 
 def _version(line: str, origin: str) -> tuple[float, str]:
-    """Version, and the system's letter of a version 2 file."""
+    """Version, and the system's letter of a version 2 file, "" of a later one."""
     if not line[60:].startswith("RINEX VERSION / TYPE"):
         raise FileError(f"{origin}: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
     try:
@@ -94,8 +100,8 @@ def _version(line: str, origin: str) -> tuple[float, str]:
     except ValueError:
         raise FileError(f"{origin}: line 1: RINEX version is {line[:9].strip()!r}, not a number") from None
     kind = line[20:21]
-    if not 2 <= version < 4:
-        raise FileError(f"{origin}: line 1: RINEX version is {version:.2f}; 2 and 3 are read")
+    if not 2 <= version < 5:
+        raise FileError(f"{origin}: line 1: RINEX version is {version:.2f}; 2, 3 and 4 are read")
     allowed = _VERSION_2_TYPES if version < 3 else {"N": ""}
     if kind not in allowed:
         found, wanted = line[20:40].strip(), " or ".join(allowed)
@@ -111,24 +117,6 @@ def _glonass_to_utc_s(header: list[str], origin: str) -> float:
         if line.startswith("GLUT") and line[60:].startswith("TIME SYSTEM CORR"):
             return _number(line[5:22], "GLUT", n, origin)
     return 0.0
-
-
-def _blocks(lines: list[str], start: int, version: float, origin: str):
-    """(first, end) line indices of the records from `start` on; a record's first line is not indented."""
-    label = 2 if version < 3 else 1
-    first = None
-    for n in range(start, len(lines)):
-        if lines[n][:label].strip():
-            if first is not None:
-                yield first, n
-            first = n
-        elif first is None and lines[n].strip():
-            raise FileError(f"{origin}: line {n + 1}: expected the first line of a record")
-    if first is not None:
-        end = len(lines)
-        while not lines[end - 1].strip():
-            end -= 1
-        yield first, end
 
 
 def _record(lines: list[str], first: int, end: int, layout: Layout, version: float, origin: str) -> _Record:

@@ -105,10 +105,11 @@ def test_phase_centres_take_the_radial_bias_away(system, navigation, name, day):
     for label, offset_m in (("mass", None), ("phase", phase_centre.offsets_m(day))):
         radial_m, miss_m, clocks_m, _ = broadcast_minus_precise(system, navigation, name, day, offset_m)
         found[label] = np.nanmean(radial_m), np.nanmedian(miss_m)
+        rms_m, clock_m = np.sqrt(np.nanmean(radial_m**2)), np.nanmedian(np.abs(clocks_m))
         print(
             f"{satellites.SYSTEM_NAMES[system]} {day}, centres of {label}: radial mean "
-            f"{found[label][0]:+.2f} m, RMS {np.sqrt(np.nanmean(radial_m**2)):.2f} m, 3-D median {found[label][1]:.2f} m, clocks median "
-            f"{np.nanmedian(np.abs(clocks_m)):.2f} m"
+            f"{found[label][0]:+.2f} m, RMS {rms_m:.2f} m, 3-D median "
+            f"{found[label][1]:.2f} m, clocks median {clock_m:.2f} m"
         )
     assert found["mass"][0] < -1
     assert abs(found["phase"][0]) < 0.2

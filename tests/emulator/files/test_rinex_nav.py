@@ -51,6 +51,36 @@ R03 2012 10 31 00 15 00-1.236097887158E-04 0.000000000000E+00 1.077000000000E+04
      2.209434082031E+03 3.556049346924E+00-1.862645149231E-09 0.000000000000E+00
      1.790000000000E+02 9.313225746155E-10 3.000000000000E+00 0.000000000000E+00
 """
+MIXED_4 = """\
+     4.01           NAVIGATION DATA     M                   RINEX VERSION / TYPE
+                                                            END OF HEADER
+> STO R   FDMA
+    2024 02 03 00 15 00 GLUT                                  UTC(SU)
+     5.184000000000e+05-8.335337042809e-08 0.000000000000e+00 0.000000000000e+00
+> ION G   LNAV
+    2025 06 15 00 00 00 1.862645149231E-09-1.490116119385E-08-5.960464477539E-08
+     1.192092895508E-07 8.396800000000E+04-9.830400000000E+04-6.553600000000E+04
+     5.242880000000E+05 0.000000000000E+00
+> EPH G01 LNAV
+G01 2025 06 15 02 00 00 2.915360964835E-04 1.034550223267E-11 0.000000000000E+00
+     5.000000000000E+01 9.159375000000E+01 4.410898017322E-09 2.172069051852E+00
+     4.749745130539E-06 5.672341212630E-04 4.006549715996E-06 5.153723411560E+03
+     7.200000000000E+03-3.725290298462E-09 1.493825366040E+00 9.313225746155E-09
+     9.592069088751E-01 2.984687500000E+02 2.336450295333E-01-8.210341993700E-09
+     2.364384200378E-10 1.000000000000E+00 2.371000000000E+03 0.000000000000E+00
+     2.000000000000E+00 0.000000000000E+00-8.847564458847E-09 3.060000000000E+02
+     1.800000000000E+01 4.000000000000E+00
+> EPH G01 CNAV
+G01 2025 06 15 02 30 00 2.915360964835E-04 1.034550223267E-11 0.000000000000E+00
+     0.000000000000E+00 9.159375000000E+01 4.410898017322E-09 2.172069051852E+00
+> EPH R03 FDMA
+R03 2012 10 31 00 15 00-1.236097887158E-04 0.000000000000E+00 1.077000000000E+04
+    -2.380982128906E+04 2.289457321167E-01-3.725290298462E-09 0.000000000000E+00
+    -8.908935546875E+03 2.536134719849E-01 9.313225746155E-10-3.000000000000E+00
+     2.209434082031E+03 3.556049346924E+00-1.862645149231E-09 0.000000000000E+00
+     1.790000000000E+02 9.313225746155E-10 3.000000000000E+00 0.000000000000E+00
+
+"""
 GPS_EXPECTED = {"af0": 0.280183739960e-3, "cuc": -0.175461173058e-5, "sqrt_a": 5153.70994186, "toe": 266400.0}
 
 
@@ -99,6 +129,28 @@ def test_version_3_mixed_with_five_line_glonass_and_other_systems():
     assert value(file.records["G"], "fit_h") == 0
 
 
+def test_version_4():
+    """G01 as ESA's receivers heard it on 2025-06-15, an offset as RINEX 4.02 shows one; other messages of
+    the same satellites, which number their fields otherwise, are passed over."""
+    file = rinex_nav.parse(MIXED_4, "x")
+    gps, glonass = file.records["G"], file.records["R"]
+    assert sorted(file.records) == ["G", "R"]
+    assert (len(gps), len(glonass)) == (1, 1)
+    assert gps.epoch == (datetime(2025, 6, 15, 2),)
+    expected = {
+        "af0": 2.915360964835e-4,
+        "sqrt_a": 5153.72341156,
+        "toe": 7200,
+        "week": 2371,
+        "iodc": 306,
+        "fit_h": 4,
+    }
+    assert {name: value(gps, name) for name in expected} == expected
+    before = rinex_nav.parse(MIXED_3, "y").records["R"]
+    assert {n: value(glonass, n) for n in glonass.fields} == {n: value(before, n) for n in before.fields}
+    assert file.glonass_to_utc_s == -8.335337042809e-08
+
+
 def test_four_line_glonass_of_version_3_04():
     text = "\n".join(MIXED_3.splitlines()[:-1]).replace("3.05", "3.04")
     assert value(rinex_nav.parse(text, "x").records["R"], "frequency") == -3
@@ -127,7 +179,32 @@ def cut(text, lines):
 
 FAULTS = [
     ("first line", "hello\n", "", "", "line 1: not a RINEX file"),
-    ("version 4", MIXED_3, "3.05", "4.00", "line 1: RINEX version is 4.00; 2 and 3 are read"),
+    ("version 5", MIXED_3, "3.05", "5.00", "line 1: RINEX version is 5.00; 2, 3 and 4 are read"),
+    ("no announcement", MIXED_3, "3.05", "4.00", "line 4: expected '>' and the kind of a record"),
+    ("kind", MIXED_4, "> ION G  ", "> IOM G  ", "line 6: record is '> IOM G   LNAV'; allowed is such as"),
+    ("no message", MIXED_4, "> EPH G01 LNAV", "> EPH G01", "line 10: record is '> EPH G01'; allowed is"),
+    (
+        "nothing",
+        MIXED_4,
+        "> ION G   LNAV",
+        "> ION G   LNAV\n> ION G   LNAV",
+        "line 6: the ION record from line 6",
+    ),
+    ("4: record cut", cut(MIXED_4, 15), "", "", "line 15: GPS record from line 11 has 5 lines; it needs 8"),
+    (
+        "4: field",
+        MIXED_4,
+        "5.153723411560E+03",
+        "5.15372341x560E+03",
+        "line 13: sqrt_a is '5.15372341x560E+03'",
+    ),
+    (
+        "4: tau_c",
+        MIXED_4,
+        "-8.335337042809e-08",
+        "-8.33533704x809e-08",
+        "line 5: GLUT is '-8.33533704x809e-08'",
+    ),
     ("version word", MIXED_3, "3.05", "x.05", "line 1: RINEX version is 'x.05', not a number"),
     ("observations", GPS_2, "N: GPS", "O: OBS", "file type is 'O: OBS NAV DATA'; navigation data is N or G"),
     ("header cut", cut(GPS_2, 1), "", "", "line 1: file ends inside the header"),
@@ -201,7 +278,7 @@ def test_a_folder_is_no_file(tmp_path):
 def test_every_cut_of_a_file_is_read_or_refused_in_words():
     """Truncation anywhere never escapes as another exception."""
     refused = 0
-    for text in (GPS_2, GLONASS_2, MIXED_3):
+    for text in (GPS_2, GLONASS_2, MIXED_3, MIXED_4):
         for end in range(1, len(text), 7):
             try:
                 rinex_nav.parse(text[:end], "x")
