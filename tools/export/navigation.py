@@ -88,23 +88,25 @@ def _record(letter: str, number: int, epoch, values: list[float]) -> str:
 
 
 def disagreement_m(found: Mapping[str, Records], heard: Heard) -> float | None:
-    """Root mean square distance between satellites as reported on the bus and by WGS-84 records [m]; None if
-    there is nothing to compare.
+    """Median distance between satellites as reported on the bus and by WGS-84 records [m]; None if there is
+    nothing to compare.
 
-    The transmission instant is what receiver and satellite themselves tell: tag - (P + clock) / c.
+    A median, because the emulator changes messages on whole minutes and readers of the file half-way between
+    two: for seconds the two may use different ones, metres apart. The transmission instant is what
+    receiver and satellite themselves tell: tag - (P + clock) / c.
     """
     every = heard.rows
     said = np.flatnonzero(~np.isnan(heard.tag_offset_ns[every.epoch, every.receiver]))
     rows = every[said[:: max(1, len(said) // _COMPARED)]]
     tag_ns = heard.tag_ns(rows.epoch, rows.receiver)
     sent_ns = tag_ns - np.rint((rows.pseudorange_m + rows.clock_m) / LIGHT_MPS * 1e9).astype(np.int64)
-    squares = [
-        ((place(found[letter], rows[mine], sent_ns[mine]) - rows.pos_sv_m[mine]) ** 2).sum(axis=1)
+    apart_m = [
+        np.linalg.norm(place(found[letter], rows[mine], sent_ns[mine]) - rows.pos_sv_m[mine], axis=1)
         for letter, place in (("G", _gps_places), ("R", _glonass_places))
         if letter in found
         and (mine := np.isin(rows.sat, satellites.index(_SYSTEM[letter], found[letter].number))).any()
     ]
-    return float(np.sqrt(np.concatenate(squares).mean())) if squares else None
+    return float(np.median(np.concatenate(apart_m))) if apart_m else None
 
 
 _SYSTEM = {"G": satellites.GPS, "R": satellites.GLONASS}

@@ -22,7 +22,8 @@ _GAP = 1.5
 
 
 def _epoch(t_ns: int) -> str:
-    moment = gpstime.to_calendar(t_ns)
+    """UTC of GPS time t_ns; more readers know it than know GPS time."""
+    moment = gpstime.to_calendar(t_ns - gpstime.leap_seconds(t_ns) * gpstime.NS_PER_S)
     return f"{moment:%Y-%m-%dT%H:%M:%S}.{t_ns % gpstime.NS_PER_S:09d}"
 
 
@@ -51,7 +52,7 @@ def _segment(course: Course, t_ns: list[int], states: list[list[float]]) -> Iter
         f"OBJECT_ID = {course.name}\n"
         "CENTER_NAME = EARTH\n"
         f"REF_FRAME = {FRAME}\n"
-        "TIME_SYSTEM = GPS\n"
+        "TIME_SYSTEM = UTC\n"
         f"START_TIME = {_epoch(t_ns[0])}\n"
         f"STOP_TIME = {_epoch(t_ns[-1])}\n"
         "META_STOP\n\n"

@@ -116,15 +116,15 @@ def _add_satellites(
     where = f"satellites on the bus of {max(apart_m, key=apart_m.get)}" if apart_m else ""
     if worst_m > _STRANGE_M:
         remarks.append(
-            f"no navigation file: {where} are {worst_m:.3g} m (rms) from those of the scenario's sky; "
+            f"no navigation file: {where} are {worst_m:.3g} m (median) from those of the scenario's sky; "
             "whoever flew them knows their messages"
         )
         return
     if worst_m > _DIFFERS_M:
         remarks.append(
-            f"{where} are {worst_m:.3g} m (rms) from the navigation file: error factors of the sky"
+            f"{where} are {worst_m:.3g} m (median) from the navigation file: error factors of the sky"
         )
     count = sum(len(rows) for rows in written.values())
     text = navigation.text_of(written, int(heard[0].t_ns[0]), wgs84)
-    files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (rms) from the bus"))
+    files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (median) from the bus"))
     files.append(File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported"))

@@ -112,4 +112,4 @@ def _header(orbits: Orbits) -> Iterator[str]:
     yield "%f  0.0000000  0.000000000  0.00000000000  0.000000000000000\n" * 2
     yield "%i    0    0    0    0      0      0      0      0         0\n" * 2
     for line in (*orbits.comments, *[""] * (4 - len(orbits.comments))):
-        yield f"/* {line:<57.57}".rstrip() + "\n"
+        yield f"/* {line:<57.57}\n"
