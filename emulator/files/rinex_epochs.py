@@ -85,10 +85,17 @@ class _Scan:
         if self.t_ns and t_ns <= self.t_ns[-1]:
             raise self.refuse(self.at, f"epoch is '{date.strip()}'; it does not follow the one before it")
         self.t_ns.append(t_ns)
+        self.clock_s.append(self.offset_s(clock.strip()))
+
+    def offset_s(self, text: str) -> float:
+        """The receiver's clock offset, nan where it is not told."""
         try:
-            self.clock_s.append(float(clock) if clock.strip() else nan)
+            # Python, unlike Fortran, reads digits grouped by underscores, and words.
+            if set(text) <= set("+-.0123456789"):
+                return float(text or nan)
         except ValueError:
-            raise self.refuse(self.at, f"receiver clock offset is '{clock.strip()}'; not a number") from None
+            pass
+        raise self.refuse(self.at, f"receiver clock offset is '{text}'; not a number")
 
     def satellite(self, name: str, name_line: int, line: int) -> None:
         """A satellite of the epoch begun last, its observations from `line` on."""
