@@ -17,7 +17,7 @@ import pytest
 from dbc.frames import EMPTY, FrameBatch
 from emulator import build
 from emulator.step import emulate_step
-from flightsw import attitude, position, ranging
+from flightsw import attitude, consistency, position, ranging
 from flightsw.combine import together
 from flightsw.earth import LIGHT_MPS, ROTATION_RPS
 from flightsw.step import flight_step, initial_state
@@ -121,7 +121,7 @@ def test_without_a_mistake_there_is_no_error(recording):
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.phrase)
 def test_a_mistake_costs_what_the_guide_says(mistake, recording, monkeypatch):
-    monkeypatch.setattr(position, "agree", lambda *_: True)
+    monkeypatch.setattr(consistency, "agree", lambda *_: True)
     monkeypatch.setattr(
         mistake.module, mistake.function, mistake.wrong(getattr(mistake.module, mistake.function))
     )
