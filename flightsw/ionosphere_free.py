@@ -53,9 +53,12 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
 def paired(m: Measurements) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows (k,) of first and of second signals, in the order of the first; for each antenna and satellite the
     pair that `PAIRS` has first."""
-    pair = pairs_of(m)
-    first, second, done = [], [], np.zeros(0, np.int64)
+    pair, offered = pairs_of(m), set(m.signal.tolist())
+    done = np.zeros(0, np.int64)
+    first, second = [done], [done]
     for one, other in PAIRS:
+        if one not in offered or other not in offered:
+            continue
         rows, others = np.flatnonzero(m.signal == one), np.flatnonzero(m.signal == other)
         both, i, k = np.intersect1d(pair[rows], pair[others], return_indices=True)
         new = ~np.isin(both, done)
