@@ -19,8 +19,14 @@ from dbc.contract import MAX_RECEIVERS
 
 SLOTS = 4
 
-# Streams of one craft: third word of the counter.
-MEASUREMENTS, CLOCKS = range(2)
+# Streams: third word of the counter. Those of one craft carry its key.
+MEASUREMENTS, CLOCKS, OSCILLATORS, GYROS, COMPUTER, BIASES = range(6)
+
+SKY_KEY = 0
+"""Key of what satellites do: one for all craft and receivers."""
+
+# Streams of the sky.
+UPLOAD_ORBITS, UPLOAD_CLOCKS, CLOCK_MINUTES, CODE_BIASES, UPLOAD_TIMES = range(16, 21)
 
 
 def key_of(name: str) -> int:
