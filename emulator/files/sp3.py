@@ -62,6 +62,11 @@ class Sp3:
     pos_ecef_m: NDArray[np.float64]
     clock_s: NDArray[np.float64]
 
+    @property
+    def index(self) -> NDArray[np.int64]:
+        """(k,) satellite index of the navigation satellites, ascending: no columns, see `navigation`."""
+        return self.navigation()[0]
+
     def navigation(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Satellite index (k,), ascending, and column (k,) of those that `dbc.satellites` has a letter
         for."""

@@ -51,7 +51,9 @@ def test_version_c():
 
 
 def test_navigation_satellites_are_those_with_a_letter():
-    index, column = sp3.parse(C_FILE, "x").navigation()
+    found = sp3.parse(C_FILE, "x")
+    index, column = found.navigation()
+    assert found.index.tolist() == index.tolist()
     assert index.tolist() == [satellites.parse(name) for name in ("G05", "R11", "E11")]
     assert column.tolist() == [1, 3, 0]
 
