@@ -53,7 +53,7 @@ def reduced(heard: Heard, shapiro: bool) -> Reduced:
     told = ~np.isnan(heard.position_m).any(axis=1) & ~np.isnan(heard.quaternion).any(axis=1)
     said = ~np.isnan(heard.tag_offset_ns[every.epoch, every.receiver])
     placed = every[told[every.epoch] & said]
-    rows = _distinct(placed)
+    rows = distinct(placed)
     lever_m, lever_mps = _levers(heard, rows)
     centre_m, centre_mps = heard.position_m[rows.epoch], heard.velocity_mps[rows.epoch]
     antenna = ranging.rays(rows.pos_sv_m.T, (centre_m + lever_m).T)
@@ -77,8 +77,8 @@ def reduced(heard: Heard, shapiro: bool) -> Reduced:
     return Reduced(moved, int((~told[measured]).sum()), len(placed) - len(rows))
 
 
-def _distinct(rows: Rows) -> Rows:
-    """One row for each epoch, satellite and signal."""
+def distinct(rows: Rows) -> Rows:
+    """One row for each epoch, satellite and signal: the one in the fix, then the strongest."""
     order = np.lexsort((-rows.cn0_dbhz, ~rows.used, rows.signal, rows.sat, rows.epoch))
     key = np.stack((rows.epoch, rows.sat, rows.signal), axis=-1)[order]
     new = np.ones(len(order), bool)

@@ -11,7 +11,7 @@ from emulator.scenario import Scenario, ScenarioError
 from tools.errors import Mistake
 from tools.export import navigation, rinex_obs, satellite_orbits, sp3
 from tools.export.heard import Heard
-from tools.export.reduce import one_clock, reduced
+from tools.export.reduce import distinct, one_clock, reduced
 from tools.export.rinex_obs import Station
 
 NAVIGATION, SATELLITES = "broadcast.nav", "satellites.sp3"
@@ -66,7 +66,7 @@ def _antennas(craft: Heard) -> list[File]:
     rows = craft.rows
     said = ~np.isnan(craft.tag_offset_ns[rows.epoch, rows.receiver])
     for a, antenna in enumerate(craft.vehicle.names):
-        mine = rows[said & (rows.receiver == a)]
+        mine = distinct(rows[said & (rows.receiver == a)])
         if not len(mine):
             continue
         station = Station(
