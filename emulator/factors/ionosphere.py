@@ -29,8 +29,8 @@ class Ionosphere(Factor):
     beta: Four | None = None
     files: tuple[str, ...] = ()
     peak_height_km: Annotated[float, Field(ge=150, le=600)] | None = None
-    bottomside_scale_km: Annotated[float, Field(ge=5, le=150)] | None = None
-    topside_scale_km: Annotated[float, Field(ge=5, le=300)] | None = None
+    bottomside_scale_km: Annotated[float, Field(ge=10, le=150)] | None = None
+    topside_scale_km: Annotated[float, Field(ge=20, le=300)] | None = None
     plasmasphere_scale_km: Annotated[float, Field(ge=500, le=20_000)] | None = None
     plasmasphere_share: Share | None = None
 

@@ -1,8 +1,8 @@
 """The coefficients of the broadcast ionosphere model in the header of a RINEX navigation file.
 
 CODE's files of fitted coefficients (CGIM) have the same form.
-Sources: RINEX 2.11, table A3 (ION ALPHA, ION BETA: 2X, 4D12.4); RINEX 3.05, table A5 (IONOSPHERIC CORR, GPSA and
-GPSB: A4, 1X, 4D12.4)
+Sources: RINEX 2.11, table A3 (ION ALPHA, ION BETA: 2X, 4D12.4); RINEX 3.05, table A5 (IONOSPHERIC CORR, GPSA
+and GPSB: A4, 1X, 4D12.4)
 """
 
 from __future__ import annotations

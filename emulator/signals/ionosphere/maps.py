@@ -2,8 +2,8 @@
 
 In place bilinear; in time linear between two maps that have been turned with the Sun: of each map the place
 is read that had the same local time at its epoch.
-Source: S. Schaer, W. Gurtner, J. Feltens, IONEX: The IONosphere Map EXchange Format Version 1 (1998), section 3,
-"interpolate between consecutive rotated TEC maps"
+Source: S. Schaer, W. Gurtner, J. Feltens, IONEX: The IONosphere Map EXchange Format Version 1 (1998), section
+3, "interpolate between consecutive rotated TEC maps"
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class Maps:
     """Maps on one grid: latitudes rise by a constant step, longitudes go once around.
 
     first_ns  GPS time of the first map [ns];  interval_s  between maps [s];  count  of maps
-    south_rad, lat_step_rad, rows;  west_rad, lon_step_rad, columns   geocentric, [rad]; the meridian that ends
-              the circle is not there twice
+    south_rad, lat_step_rad, rows;  west_rad, lon_step_rad, columns   geocentric, [rad]; the meridian that
+              ends the circle is not there twice
     vtec_tecu (count * rows * columns,) [TECU], in that order
     """
 

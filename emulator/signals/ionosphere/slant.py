@@ -1,9 +1,11 @@
 """Electron content along a ray, for a craft below, inside or above the ionosphere.
 
 A ray is measured by s, the distance from its point nearest to the Earth's centre (which may lie on its
-extension): r^2 = nearest^2 + s^2. It is cut where it passes a few heights of the profile, on its way down and on
-its way up, and each piece gets Gauss-Legendre nodes. Pieces that a ray does not have cost nothing. The vertical
-content is read at the place below every node, not at one pierce point: rays run through a thousand kilometres.
+extension): r^2 = nearest^2 + s^2. It is cut where it passes a few heights of the profile, on its way down and
+on its way up, and each piece gets Gauss-Legendre nodes. Pieces that a ray does not have cost nothing. The
+vertical content is read at the place below every node, not at one pierce point (the middle of its content):
+with the maps of 2017-01-01 that would be wrong by 0.07 m (rms, L1) for rays above 30 deg, 0.3 m below 10 deg,
+1.7 m below the horizon.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ _ECC2 = 6.694_379_990_14e-3
 """WGS-84 ellipsoid (NGA.STND.0036, tables 3.1 and 3.2)."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+"""Six a piece: 1e-3 of the content, for all profiles that a scenario may name."""
 
 
 def _surface_m(across2: Array, radius2: Array) -> Array:
@@ -35,7 +38,7 @@ def _surface_m(across2: Array, radius2: Array) -> Array:
 def _cuts_m(profile: Profile) -> Array:
     """Heights (6,) [m] at which rays are cut; below the first there are no electrons."""
     thin, thick, wide = profile.bottomside_m, profile.topside_m, profile.plasmasphere_m
-    return profile.peak_m + np.array((-3.5 * thin, 0.0, 3 * thick, 8 * thick, 0.8 * wide, 2.4 * wide))
+    return profile.peak_m + np.sort((-3.5 * thin, 0.0, 4 * thick, 12 * thick, 30 * thick, 2 * wide))
 
 
 def slant_tec_tecu(
@@ -92,7 +95,7 @@ def slant_tec_and_rate(
     """Electron content (p,) [TECU] and its derivative by time (p,) [TECU/s], along with both ends' motion.
 
     (p, 3) each; velocities relative to the turning Earth. From two instants a quarter of a second before and
-    after: their mean and their difference. What that leaves out is below 1e-5 TECU and 1e-5 TECU/s.
+    after: their mean and their difference, which leaves out 2e-5 of the content of rays that graze the peak.
     """
     step = np.array((-0.5, 0.5))[:, None, None] * APART_S
     receivers = (pos_ecef_m + step * vel_ecef_mps).reshape(-1, 3)
