@@ -17,6 +17,7 @@ _KINDS = ("oem", "tle", "csv")
 PLACES: tuple[tuple[str, ...], ...] = (
     ("sky", "gps"),
     ("sky", "glonass"),
+    ("sky", "orbits"),
     ("sky", "factors", "ionosphere", "files"),
     *(("craft", "trajectory", kind) for kind in _KINDS),
     ("craft", "observations", "file"),

@@ -27,6 +27,8 @@ def change(document: dict[str, Any], a: Namespace) -> None:
     ]
     if not played:
         _refuse(a)
+        if a.sp3:
+            document.setdefault("sky", {})["orbits"] = [str(path.resolve()) for path in a.sp3]
         return
     sky = document.setdefault("sky", {})
     if a.sp3:
@@ -38,7 +40,7 @@ def change(document: dict[str, Any], a: Namespace) -> None:
 
 
 def _refuse(a: Namespace) -> None:
-    for name in ("obs", "sp3", "reference", "ionosphere_free"):
+    for name in ("obs", "reference", "ionosphere_free"):
         if getattr(a, name):
             option = name.replace("_", "-")
             raise Mistake(

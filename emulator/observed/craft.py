@@ -23,7 +23,7 @@ from emulator.observed.tracks import Tracks
 from emulator.receivers import almanac, frames
 from emulator.receivers.channels import Numbers
 from emulator.receivers.observe import Observations, reported_at_transmission
-from emulator.truth import TRUTH
+from emulator.truth import TRUTH, in_view_bits
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
 from emulator.world.orbit import CraftState
 from emulator.world.sky import SkyState
@@ -135,7 +135,8 @@ def play(
 
 
 def truth(craft: ObservedCraft, epoch: int) -> NDArray:
-    """One row of truth: the reference orbit at the mark, nan without one; what clocks showed nobody knows."""
+    """One row of truth: the reference orbit at the mark, nan without one; what clocks showed nobody knows.
+    In view are the satellites that were observed."""
     row = np.zeros((), TRUTH)
     row["t_gps_ns"] = craft.marks_ns[epoch]
     for name in ("position_ecef_m", "velocity_ecef_mps", "clock_s"):
@@ -145,4 +146,6 @@ def truth(craft: ObservedCraft, epoch: int) -> NDArray:
         row["position_ecef_m"], row["velocity_ecef_mps"] = state.pos_ecef_m, state.vel_ecef_mps
     row["quaternion_body_from_ecef"] = AS_ECEF
     row["rate_body_rps"] = EARTH_RATE_RPS
+    seen = np.unique(craft.tracks.sat[craft.bounds[epoch] : craft.bounds[epoch + 1]])
+    row["in_view"], row["satellites_visible"] = in_view_bits(seen), len(seen)
     return row

@@ -7,8 +7,9 @@ rate where the file has no Doppler.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -172,8 +173,7 @@ def arcs(sat: Numbers, epoch: Numbers, phased: NDArray[np.bool_], lost: NDArray[
 def rates(arc: Numbers, t_s: Array, phase_cyc: Array) -> Array:
     """Phase rates (p,) [cycles/s] by an interpolating spline through each arc; nan in arcs of one."""
     out = np.full(len(arc), np.nan)
-    starts = np.flatnonzero(np.diff(arc, prepend=-1))
-    for begin, end in zip(starts, [*starts[1:], len(arc)], strict=True):
+    for begin, end in _stretches(arc):
         if end - begin < 2 or not np.isfinite(phase_cyc[begin]):
             continue
         degree = min(SPLINE_DEGREE, end - begin - 1)
@@ -181,6 +181,12 @@ def rates(arc: Numbers, t_s: Array, phase_cyc: Array) -> Array:
         spline = make_interp_spline(t - t[0], cycles - cycles[0], degree)
         out[begin:end] = spline(t - t[0], 1)
     return out
+
+
+def _stretches(values: Numbers) -> Iterator[tuple[int, int]]:
+    """Begin and end of each stretch of equal values (p,), none of them negative."""
+    bounds = np.append(np.flatnonzero(np.diff(values, prepend=-1)), len(values))
+    return pairwise(bounds.tolist())
 
 
 def _first_of_each(arc: Numbers, phase_cyc: Array) -> Array:
@@ -213,8 +219,7 @@ def _seated(
     held: dict[tuple[int, int], tuple[int, int]] = {}
     begun = np.zeros(channels, np.int64)
     order = np.lexsort((which, sat, epoch))
-    bounds = np.flatnonzero(np.diff(epoch[order], prepend=-1))
-    for begin, end in zip(bounds, [*bounds[1:], len(order)], strict=True):
+    for begin, end in _stretches(epoch[order]):
         rows = order[begin:end].tolist()
         now = {(int(sat[row]), int(which[row])): row for row in rows}
         held = {pair: seat for pair, seat in held.items() if pair in now}

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from dbc import gpstime
+from dbc import gpstime, satellites
 from emulator.files import rinex_nav
 from emulator.files.rinex_layouts import LAYOUTS
-from emulator.files.text import FileError
+from emulator.files.text import FileError, read_text
 from emulator.scenario import ScenarioError, Time
-from emulator.world import glonass, gps
+from emulator.world import glonass, gps, precise_sky
 from emulator.world.constellation import Array, Constellation
+from emulator.world.precise import PreciseOrbits
 
 _MAKERS: dict[str, tuple[str, Callable[[rinex_nav.Records, Array], Constellation]]] = {
     "gps": ("G", lambda records, glonass_to_utc_s: gps.from_records(records)),
@@ -23,33 +24,69 @@ _MAKERS: dict[str, tuple[str, Callable[[rinex_nav.Records, Array], Constellation
 """System -> RINEX letter and maker from records and each record's -tau_c [s]."""
 
 
+_SYSTEM = {"gps": satellites.GPS, "glonass": satellites.GLONASS}
+
+
 def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
-    """The constellation of a system in navigation files that together cover the run.
+    """The constellation of a system in files that together cover the run: navigation messages, or SP3.
 
     Raises ScenarioError with one line: a file's fault, no record of the system, or both spans.
     """
-    letter, make = _MAKERS[system]
+    key = f"sky.{system}"
     if not paths:
-        raise ScenarioError(f"sky.{system}: no navigation file is named; 'none' leaves the system out")
+        raise ScenarioError(f"{key}: no file is named; 'none' leaves the system out")
+    precise = [_is_sp3(path, key) for path in paths]
+    if all(precise):
+        return precise_sky.constellation(precise_orbits(key, paths, time), _SYSTEM[system])
+    if any(precise):
+        raise ScenarioError(f"{key}: {', '.join(map(str, paths))}: navigation messages or SP3, not both")
+    constellation = _broadcast(system, paths, key)
+    _check_span(constellation.span_ns, time, f"{key}: {', '.join(map(str, paths))}: ephemerides")
+    return constellation
+
+
+def precise_orbits(key: str, paths: Sequence[Path], time: Time) -> PreciseOrbits:
+    """Orbits of SP3 files that together cover the run; ScenarioError with one line under `key`."""
+    names = ", ".join(map(str, paths))
+    try:
+        orbits = precise_sky.read(paths, gpstime.to_calendar(time.start_ns).date())
+    except FileError as error:
+        raise ScenarioError(f"{key}: {error}") from None
+    except ValueError as error:
+        raise ScenarioError(f"{key}: {names}: {error}") from None
+    _check_span(orbits.span_ns, time, f"{key}: {names}: orbits")
+    return orbits
+
+
+def _is_sp3(path: Path, key: str) -> bool:
+    try:
+        return read_text(path).startswith("#")
+    except FileError as error:
+        raise ScenarioError(f"{key}: {error}") from None
+
+
+def _broadcast(system: str, paths: Sequence[Path], key: str) -> Constellation:
+    letter, make = _MAKERS[system]
     try:
         files = [rinex_nav.read(path) for path in paths]
     except FileError as error:
-        raise ScenarioError(f"sky.{system}: {error}") from None
+        raise ScenarioError(f"{key}: {error}") from None
     having = [file for file in files if letter in file.records]
-    names = ", ".join(map(str, paths))
     if not having:
-        raise ScenarioError(f"sky.{system}: {names}: no {LAYOUTS[letter].name} record")
+        names = ", ".join(map(str, paths))
+        raise ScenarioError(f"{key}: {names}: no {LAYOUTS[letter].name} record")
     parts = [file.records[letter] for file in having]
     to_utc_s = np.repeat([file.glonass_to_utc_s for file in having], [len(part) for part in parts])
-    constellation = make(_joined(parts), to_utc_s)
-    first_ns, last_ns = constellation.span_ns
-    end_ns = time.start_ns + (time.epochs - 1) * time.interval_ns
-    if time.start_ns < first_ns or end_ns > last_ns:
+    return make(_joined(parts), to_utc_s)
+
+
+def _check_span(span_ns: tuple[int, int], time: Time, what: str) -> None:
+    (first_ns, last_ns), (begin_ns, end_ns) = span_ns, time.span_ns
+    if begin_ns < first_ns or end_ns > last_ns:
         raise ScenarioError(
-            f"sky.{system}: {names}: ephemerides from {gpstime.iso(first_ns)} to {gpstime.iso(last_ns)}; "
-            f"the run is from {gpstime.iso(time.start_ns)} to {gpstime.iso(end_ns)} (GPS time)"
+            f"{what} from {gpstime.iso(first_ns)} to {gpstime.iso(last_ns)}; "
+            f"the run is from {gpstime.iso(begin_ns)} to {gpstime.iso(end_ns)} (GPS time)"
         )
-    return constellation
 
 
 def _joined(parts: Sequence[rinex_nav.Records]) -> rinex_nav.Records:

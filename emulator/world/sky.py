@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from emulator import scenario
 from emulator.world.constellation import Array, Broadcast, Constellation
 from emulator.world.earth import LIGHT_MPS
-from emulator.world.navigation import from_files
+from emulator.world.navigation import from_files, precise_orbits
 from emulator.world.nominal import nominal_glonass, nominal_gps
 from emulator.world.polynomials import NS_PER_S, Chunks, Grid
 
@@ -173,7 +173,9 @@ class Sky:
         column = np.array([place.get(index, -1) for index in self.index.tolist()])
         there = (column >= 0) & flies[:, column] & broadcast.available
         true_m = np.where(there[:, None, :, None], flown_m[:, :, column], positions)
-        true_clock_m = np.where(there[:, None], flown_clock_m[:, :, column], clocks)
+        # Precise clocks are those of ionosphere-free ranges; what is transmitted on L1 has its group delay.
+        on_l1_m = flown_clock_m[:, :, column] - broadcast.group_delay_m[:, None]
+        true_clock_m = np.where(there[:, None], on_l1_m, clocks)
         broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
         off = _columns(positions - true_m, clocks - true_clock_m)
         return broadcast, np.concatenate((_columns(true_m, true_clock_m), off), axis=2)
@@ -216,6 +218,9 @@ def build_sky(sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[st
         elif source != "none":
             names = [source] if isinstance(source, str) else source
             parts[system] = from_files(system, [resolve_path(name) for name in names], time)
+    truth = None
+    if sky.orbits:
+        truth = precise_orbits("sky.orbits", [resolve_path(name) for name in sky.orbits], time)
     if not parts:
         raise scenario.ScenarioError("sky: gps and glonass are both 'none'; nothing is left to receive")
-    return Sky(list(parts.values()), [offset_m[system] for system in parts])
+    return Sky(list(parts.values()), [offset_m[system] for system in parts], truth)
