@@ -37,12 +37,12 @@ they are, without a transformation, gets the coordinates of the bus."""
 IN_PZ90 = "GLONASS states are PZ-90 as of their date."
 
 
-def messages(scenario: Scenario, heard: Sequence[Heard], wgs84: bool) -> dict[str, Records]:
-    """Records by RINEX letter for all epochs that were heard; Mistake if there are none."""
+def messages(known: Mapping[str, Constellation], heard: Sequence[Heard], wgs84: bool) -> dict[str, Records]:
+    """Records by RINEX letter for all epochs that were heard; Mistake for satellites without messages."""
     first, last = span_ns(heard)
     stretch = Stretch(first - _LONGEST_FLIGHT_NS, last + _LONGEST_FLIGHT_NS)
     try:
-        return {letter: records(c, stretch, wgs84) for letter, c in constellations(scenario).items()}
+        return {letter: records(constellation, stretch, wgs84) for letter, constellation in known.items()}
     except TypeError as error:
         raise Mistake(str(error)) from None
 

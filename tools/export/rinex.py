@@ -104,20 +104,27 @@ def _add_satellites(
 ) -> None:
     """The navigation file and the satellites' orbits."""
     try:
-        known = navigation.messages(scenario, heard, wgs84=True)
-        written = known if wgs84 else navigation.messages(scenario, heard, wgs84=False)
-        orbits = satellite_orbits.reported(navigation.constellations(scenario), navigation.span_ns(heard))
-    except (ScenarioError, Mistake) as error:
-        remarks.append(f"no navigation file: {error}")
+        known = navigation.constellations(scenario)
+    except ScenarioError as error:
+        remarks.append(f"no {NAVIGATION}, no {SATELLITES}: {error}")
         return
-    apart_m = {craft.name: navigation.disagreement_m(known, craft) for craft in heard}
+    orbits = satellite_orbits.reported(known, navigation.span_ns(heard))
+    table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported")
+    try:
+        plain = navigation.messages(known, heard, wgs84=True)
+        written = plain if wgs84 else navigation.messages(known, heard, wgs84=False)
+    except Mistake as error:
+        remarks.append(f"no {NAVIGATION}: {error}")
+        files.append(table)
+        return
+    apart_m = {craft.name: navigation.disagreement_m(plain, craft) for craft in heard}
     apart_m = {name: value for name, value in apart_m.items() if value is not None}
     worst_m = max(apart_m.values(), default=0.0)
     where = f"satellites on the bus of {max(apart_m, key=apart_m.get)}" if apart_m else ""
     if worst_m > _STRANGE_M:
         remarks.append(
-            f"no navigation file: {where} are {worst_m:.3g} m (median) from those of the scenario's sky; "
-            "whoever flew them knows their messages"
+            f"no {NAVIGATION}, no {SATELLITES}: {where} are {worst_m:.3g} m (median) from those of the "
+            "scenario's sky; whoever flew them knows their messages"
         )
         return
     if worst_m > _DIFFERS_M:
@@ -127,4 +134,4 @@ def _add_satellites(
     count = sum(len(rows) for rows in written.values())
     text = navigation.text_of(written, int(heard[0].t_ns[0]), wgs84)
     files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (median) from the bus"))
-    files.append(File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported"))
+    files.append(table)

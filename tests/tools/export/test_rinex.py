@@ -133,7 +133,7 @@ def test_loss_of_lock_is_told_where_a_phase_does_not_go_on():
 
 def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files, told):
     read = rinex_nav.parse(files["broadcast.nav"], "written")
-    wanted = navigation.messages(told[0], [told[1]], wgs84=True)
+    wanted = navigation.messages(navigation.constellations(told[0]), [told[1]], wgs84=True)
     for letter, records in wanted.items():
         got = read.records[letter]
         order = np.lexsort((records.number, [e.timestamp() for e in records.epoch]))
@@ -146,7 +146,7 @@ def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files
 def test_satellites_of_another_sky_get_no_navigation_file(told):
     scenario, craft = told
     off = replace(craft, rows=replace(craft.rows, pos_sv_m=craft.rows.pos_sv_m + np.array((0, 0, 150.0))))
-    known = navigation.messages(scenario, [craft], wgs84=True)
+    known = navigation.messages(navigation.constellations(scenario), [craft], wgs84=True)
     assert navigation.disagreement_m(known, craft) < 1e-3
     assert navigation.disagreement_m(known, off) == pytest.approx(150, abs=0.1)
     made, remarks = rinex.files_of(scenario, [off], rinex.Choices())
