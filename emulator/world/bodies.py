@@ -1,6 +1,6 @@
 """Where the Sun and the Moon are: geometric, geocentric, metres.
 
-The Sun is good to some 10 km (1800-2200: 11 km in the Earth's heliocentric place), the Moon to some 10 km.
+Against VSOP2013 and ELP2000 the Sun is within 11 km, the Moon within 17 km.
 Source: erfa.epv00 (Bretagnon's VSOP2000, abridged by SOFA) and erfa.moon98 (Meeus 1998 after Chapront's
 ELP2000), both in GCRS axes. TDB - TT, below 2 ms, is left out.
 """

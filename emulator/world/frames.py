@@ -3,6 +3,7 @@
 gcrs   geocentric celestial reference system; EME2000 differs from it by a fixed 23 mas
 cirs   celestial intermediate frame of date: z is the pole, x the intermediate origin (IAU 2006/2000B)
 teme   true equator of date, mean equinox: what two-line elements propagate in
+eci    of a run: the cirs of its start, held fixed; what the craft's motion is computed in
 ecef   WGS-84 = ITRS. Without measured orientation the pole is the intermediate pole and UT1 is UTC
 
 Source: IERS Conventions (2010), chapter 5; the series are those of ERFA (SOFA).
@@ -15,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc import gpstime
+from emulator.files.finals import Orientation
+from emulator.world.earth import ROTATION_RPS
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
@@ -60,15 +63,53 @@ def _about_z(angle_rad: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def ecef_from_gcrs(t_ns: int | Times) -> Array:
-    """Rotations (..., 3, 3) from celestial to terrestrial axes: pole and origin of date, then the Earth's
-    rotation angle. Source: IERS Conventions (2010), eq. 5.1 without polar motion"""
-    return _about_z(erfa.era00(*utc_jd(t_ns))) @ cirs_from_gcrs(t_ns)
+def _ut1_jd(t_ns: int | Times, measured: Orientation | None) -> tuple[Array, Array]:
+    if measured is None:
+        return utc_jd(t_ns)
+    days, rest_ns = np.divmod(np.asarray(t_ns, np.int64), _DAY_NS)
+    return _GPS_EPOCH_JD + days, rest_ns / _DAY_NS + measured.at(t_ns)[0] / 86400
 
 
-def ecef_from_teme(t_ns: int | Times) -> Array:
+def _ecef_from_tirs(t_ns: int | Times, measured: Orientation | None) -> Array:
+    """Rotations (..., 3, 3) by which the pole moves in the Earth."""
+    if measured is None:
+        return np.broadcast_to(np.eye(3), (*np.shape(t_ns), 3, 3))
+    pole_rad = measured.at(t_ns)[1]
+    return erfa.pom00(pole_rad[..., 0], pole_rad[..., 1], erfa.sp00(*tt_jd(t_ns)))
+
+
+def ecef_from_gcrs(t_ns: int | Times, measured: Orientation | None = None) -> Array:
+    """Rotations (..., 3, 3) from celestial to terrestrial axes: pole and origin of date, the Earth's rotation
+    angle, and, if measured, the pole's motion. Source: IERS Conventions (2010), eq. 5.1"""
+    turned = _about_z(erfa.era00(*_ut1_jd(t_ns, measured))) @ cirs_from_gcrs(t_ns)
+    return _ecef_from_tirs(t_ns, measured) @ turned
+
+
+def ecef_from_teme(t_ns: int | Times, measured: Orientation | None = None) -> Array:
     """Rotations (..., 3, 3) from true equator, mean equinox of date to terrestrial axes.
 
     Source: Vallado et al., Revisiting Spacetrack Report #3, AIAA 2006-6753, appendix C: by GMST of 1982
     """
-    return _about_z(erfa.gmst82(*utc_jd(t_ns)))
+    return _ecef_from_tirs(t_ns, measured) @ _about_z(erfa.gmst82(*_ut1_jd(t_ns, measured)))
+
+
+def velocity_in_ecef(
+    ecef_from_x: Array,
+    vel_x_mps: Array,
+    pos_ecef_m: Array,
+    t_ns: int | Times,
+    measured: Orientation | None = None,
+) -> Array:
+    """Velocities (..., 3) relative to the turning Earth [m/s].
+
+    ecef_from_x  (..., 3, 3) from axes that do not turn with it, gcrs or teme, in which
+    vel_x_mps    (..., 3) are told
+    pos_ecef_m   (..., 3) the positions, already in ecef
+    """
+    spin_rps = ROTATION_RPS * _ecef_from_tirs(t_ns, measured)[..., 2]
+    return np.einsum("...ij,...j->...i", ecef_from_x, vel_x_mps) - np.cross(spin_rps, pos_ecef_m)
+
+
+def gcrs_from_eme2000() -> Array:
+    """Rotation (3, 3) from the mean equator and equinox of J2000: the frame bias. Source: erfa.bp06"""
+    return erfa.bp06(erfa.DJ00, 0.0)[0].T

@@ -13,7 +13,7 @@ from dbc.contract import KIND_BY_NAME
 from emulator import scenario
 from emulator.world import forces
 from emulator.world.earth import MU_M3PS2, ROTATION_RPS, eci_to_ecef, rotation_angle_rad
-from emulator.world.orbit import build_orbit, semi_major_axis_m, state_of_elements
+from emulator.world.orbit import Orbit, build_orbit, semi_major_axis_m, state_of_elements
 
 START_NS = gpstime.from_calendar(datetime(2012, 10, 31, 0, 15))
 LEAP_S = 16
@@ -219,3 +219,30 @@ def test_the_highest_orbit_stays_where_the_bus_has_coordinates():
     radius_m = [np.linalg.norm(orbit.at(START_NS + round(t * 1e9)).pos_ecef_m) for t in times_s]
     assert 1 < np.argmax(radius_m) < 10
     assert 1.01 * apogee_m < max(radius_m) < reach_m
+
+
+@pytest.mark.parametrize(
+    "forces, told",
+    [
+        (["egm2008", "j2"], "forces: j2 contained in egm2008"),
+        (["sun", "moon", "sun"], "forces: sun named twice"),
+    ],
+)
+def test_forces_that_would_act_twice_are_refused(forces, told):
+    with pytest.raises(ValueError, match=told):
+        elements(**ISS, forces=forces)
+
+
+@pytest.mark.parametrize("orbit", [ISS, MOLNIYA, GEO], ids=["low", "molniya", "geo"])
+def test_all_forces_at_once_run_both_ways_in_time(orbit):
+    """Where a run ends, another that starts there and goes back arrives at the first one's start. Dark to
+    light and back, the air of a perigee, degree 20."""
+    given = elements(**orbit, forces=["egm2008", "sun", "moon", "drag", "radiation"])
+    span_s = 12 * 3600
+    there = build_orbit(given, START_NS)
+    end = inertial(there, span_s)
+    back = Orbit(START_NS + span_s * 10**9, *end, there.acceleration)
+    returned = inertial(back, 0)
+    begun = state_of_elements(given)
+    assert returned[0] == pytest.approx(begun[0], abs=0.05)
+    assert returned[1] == pytest.approx(begun[1], abs=1e-4)

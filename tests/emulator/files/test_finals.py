@@ -1,0 +1,71 @@
+"""Reader of the Earth's orientation: published lines, and what a broken file is told."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+import pytest
+
+from dbc import gpstime
+from emulator.files import finals
+from emulator.files.text import FileError
+
+# finals2000A.all of the IERS, three days of 2011, to the end of bulletin A's columns for UT1.
+TEXT = """\
+11 5 2 55683.00 I -0.043247 0.000036  0.344046 0.000028  I-0.2458739 0.0000066  0.9811 0.0052
+11 5 3 55684.00 I -0.042714 0.000024  0.346773 0.000026  I-0.2468430 0.0000082  0.9029 0.0051
+11 5 4 55685.00 I -0.042392 0.000028  0.349110 0.000026  I-0.2476898 0.0000077  0.8551 0.0056
+"""
+ARCSEC = np.pi / 648_000
+
+
+def test_columns_are_the_published_ones():
+    read = finals.parse(TEXT, "f")
+    assert read.t_ns[1] == gpstime.from_utc(datetime(2011, 5, 3))
+    ut1_gps_s, pole_rad = read.at(read.t_ns[1:2])
+    assert ut1_gps_s == pytest.approx([-0.2468430 - 15])
+    assert pole_rad / ARCSEC == pytest.approx(np.array([[-0.042714, 0.346773]]))
+
+
+def test_between_days_it_is_linear():
+    read = finals.parse(TEXT, "f")
+    ut1_gps_s, pole_rad = read.at(np.array(gpstime.from_utc(datetime(2011, 5, 3, 12))))
+    assert ut1_gps_s == pytest.approx((-0.2468430 - 0.2476898) / 2 - 15)
+    assert pole_rad[1] / ARCSEC == pytest.approx((0.346773 + 0.349110) / 2)
+
+
+def test_ut1_minus_gps_does_not_jump_at_a_leap_second():
+    """1 January 2017: UT1 - UTC went from -0.408 s to +0.591 s (IERS Bulletin A)."""
+    lines = [
+        "161231 57753.00 I  0.080034 0.000091  0.266150 0.000090  I-0.4076460 0.0000102",
+        "17 1 1 57754.00 I  0.078570 0.000091  0.267400 0.000090  I 0.5912845 0.0000102",
+    ]
+    step_s = np.diff(finals.parse("\n".join(lines), "f").ut1_gps_s)
+    assert abs(step_s[0]) < 3e-3
+
+
+def test_days_without_values_end_the_table():
+    assert len(finals.parse(TEXT + "11 5 5 55686.00\n11 5 6 55687.00\n", "f").t_ns) == 3
+
+
+@pytest.mark.parametrize(
+    "old, new, told",
+    [
+        ("-0.042714", "-0.04x714", r"line 2: PM-x is '-0.04x714'; a number from -2 to 2 in columns 19-27"),
+        ("-0.2468430", "99.2468430", r"line 2: UT1-UTC is '99.2468430'"),
+        ("55684.00", "55682.00", r"line 2: MJD is 55682, after 55683"),
+        ("55685.00", "     nan", r"line 3: MJD is 'nan'"),
+    ],
+)
+def test_a_fault_is_told_in_one_line(old, new, told):
+    with pytest.raises(FileError, match=f"^f: {told}") as caught:
+        finals.parse(TEXT.replace(old, new), "f")
+    assert "\n" not in str(caught.value)
+
+
+def test_another_files_text_and_other_times_are_refused():
+    with pytest.raises(FileError, match="0 days with UT1-UTC"):
+        finals.parse("hello\n", "f")
+    with pytest.raises(FileError, match=r"from 2011-05-02T00:00:15 to .*; wanted at 2012"):
+        finals.parse(TEXT, "f").at(np.array([gpstime.from_utc(datetime(2012, 1, 1))]))
