@@ -26,3 +26,64 @@ class ClockInstability(Factor):
     offset_ms: Annotated[float, Field(ge=0, le=10)] = 0.1
     frequency_ppb: Annotated[float, Field(ge=0, le=2000)] = 20.0
     reset_ms: Annotated[float, Field(ge=0, le=100)] = 0.0
+
+
+class CycleSlips(Factor):
+    """Slips of the carrier loops.
+
+    costas            loops that ignore the data's sign, whose slips are half cycles; else whole ones
+    other_jitter_deg  1 sigma of what shakes a loop beside noise: vibration, oscillator
+    per_hour          slips of every channel that nothing here causes (modelled)
+    """
+
+    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
+    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    costas: bool = True
+    other_jitter_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
+    per_hour: Annotated[float, Field(ge=0, le=3600)] = 0.0
+
+
+class LossOfLock(Factor):
+    """Signals too weak for the loops, by the rules of thumb of Kaplan & Hegarty, 3rd ed., 8.9.
+
+    carrier_..., code_..., spacing, integration   as the loops' noise has them
+    other_jitter_deg   1 sigma of vibration and oscillator (modelled)
+    stress_deg, stress_chips   steady errors of the loops under the craft's motion
+    """
+
+    carrier_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
+    code_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
+    correlator_spacing_chips: Annotated[float, Field(gt=0, le=1)] = 0.5
+    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    other_jitter_deg: Annotated[float, Field(ge=0, le=15)] = 2.0
+    stress_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
+    stress_chips: Annotated[float, Field(ge=0, le=0.5)] = 0.0
+
+
+class PhaseWindup(Factor):
+    """Turns of the transmitting and receiving antennas about the way of the signal; no parameters."""
+
+
+class InterchannelBias(Factor):
+    """Delays of a receiver that differ with GLONASS frequency, in code; and of the receiver as a whole.
+
+    slope_m_per_channel   1 sigma over receivers of what a frequency number adds [m]
+    scatter_m             1 sigma of each frequency number's own
+    hardware_m            1 sigma of the delay common to all signals of a receiver
+    Slope and scatter are those of a line through the biases between two laboratories' receivers, -1.2 to 2.5
+    ns for 20 satellites, of Jiang & Lewandowski, Int. J. Navigation Observ. (2012) 353961, table 7 (OP-PTB);
+    the common delay is modelled
+    """
+
+    slope_m_per_channel: Annotated[float, Field(ge=0, le=10)] = 0.05
+    scatter_m: Annotated[float, Field(ge=0, le=100)] = 0.23
+    hardware_m: Annotated[float, Field(ge=0, le=1000)] = 3.0
+
+
+class DataCollection(Factor):
+    """How long an ephemeris takes to be collected, by the frames of the messages, in place of one fixed time.
+
+    shared  the receivers of a craft tell each other what they have collected
+    """
+
+    shared: bool = True

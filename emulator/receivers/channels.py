@@ -4,9 +4,11 @@ A channel is idle, or it is set on a satellite. Set on one, it searches while th
 (BIT_SYNC) while the ephemeris is being collected, and measures (FULL) once the unit knows the ephemeris.
 Without a signal it goes back to search and waits there for as long as it is set.
 
-The receivers of a craft are one unit: they share time, almanac and every ephemeris one of them collects.
-Modelled: times of acquisition are what the scenario says, a signal strong enough is found and never lost
-while it stays so, phase locks without half-cycle doubts, and a receiver runs from before the run to its end.
+The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
+unless each keeps its own. Modelled: times of acquisition are what the scenario says (an ephemeris may take as
+long as the frames of its message do, `emulator.receivers.collection`), a signal strong enough is found and
+never lost while it stays so, phase locks without half-cycle doubts, and a receiver runs from before the run
+to its end.
 
 Step 2 and block 1 of RU 2706636 C1: an antenna's channels track satellites inside its field of view.
 """
@@ -19,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc.contract import VALUES
+from emulator.receivers.collection import collection_ns
 
 LOCK = {label: raw for raw, label in VALUES["Lock"].items()}
 IDLE, SEARCH, BIT_SYNC, FULL = (LOCK[label] for label in ("IDLE", "SEARCH", "BIT_SYNC", "FULL"))
@@ -58,7 +61,8 @@ class Knowledge:
     """What a unit knows.
 
     warm          time and rough position are known: some channel has measured before
-    collected_ns  (n,) when each satellite's ephemeris was last collected, NEVER_NS if not yet
+    collected_ns  (u, n) when each satellite's ephemeris was last collected, NEVER_NS if not yet; u = 1: by
+                  any receiver, u = m: by each
     """
 
     warm: bool
@@ -92,9 +96,12 @@ def fresh_channels(counts: Numbers) -> Channels:
     )
 
 
-def fresh_knowledge(satellites: int) -> Knowledge:
-    """A cold unit: nothing known but which satellites there are."""
-    return Knowledge(False, np.full(satellites, NEVER_NS))
+def fresh_knowledge(satellites: int, holders: int = 1) -> Knowledge:
+    """A cold unit: nothing known but which satellites there are.
+
+    holders  1: the receivers share ephemerides; as many as receivers: they do not
+    """
+    return Knowledge(False, np.full((holders, satellites), NEVER_NS))
 
 
 def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -> Channels:
@@ -108,11 +115,17 @@ def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -
 
 
 def advance(
-    channels: Channels, knowledge: Knowledge, signal: Flags, pace: Pace, t_ns: int
+    channels: Channels,
+    knowledge: Knowledge,
+    signal: Flags,
+    pace: Pace,
+    t_ns: int,
+    system: Numbers | None = None,
 ) -> tuple[Channels, Knowledge, Flags]:
     """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
 
     signal   (m, n) whether a satellite's signal is strong enough at an antenna
+    system   (n,) of the satellites, if an ephemeris takes as long as the frames of its message
     returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
     """
     target, lock, since_ns = channels.target, channels.lock, channels.since_ns
@@ -120,8 +133,8 @@ def advance(
     receives = signal[np.arange(len(signal))[:, None], target] & tuned
     lost = tuned & ~receives
     if not lost.any() and ((lock == FULL) == tuned).all():
-        return channels, _collect(knowledge, target[tuned], t_ns), np.zeros_like(lost)
-    known = (t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns)[target]
+        return channels, _collect(knowledge, target, tuned, t_ns), np.zeros_like(lost)
+    known = _fresh(knowledge, pace, target, t_ns)
     since_ns = np.where(lost, t_ns, since_ns)
     lock = np.where(lost, SEARCH, lock)
     to_find_ns = np.where(known, pace.hot_ns, pace.warm_ns) if knowledge.warm else pace.cold_ns
@@ -130,19 +143,31 @@ def advance(
     since_ns = np.where(found, t_ns, since_ns)
     held_ns = t_ns - since_ns
     lock = np.where(found, BIT_SYNC, lock)
-    begins = receives & (lock == BIT_SYNC) & (known | (held_ns >= pace.ephemeris_ns))
+    to_collect_ns = pace.ephemeris_ns if system is None else collection_ns(system[target], since_ns)
+    begins = receives & (lock == BIT_SYNC) & (known | (held_ns >= to_collect_ns))
     lock = np.where(begins, FULL, lock).astype(np.int8)
     slips = (channels.slips + begins) % SLIPS
-    measured = target[lock == FULL]
     return (
         replace(channels, lock=lock, since_ns=since_ns, slips=slips),
-        _collect(knowledge, measured, t_ns),
+        _collect(knowledge, target, lock == FULL, t_ns),
         begins,
     )
 
 
-def _collect(knowledge: Knowledge, rows: Numbers, t_ns: int) -> Knowledge:
+def _holder(knowledge: Knowledge, receivers: int) -> Numbers:
+    """(m, 1) row of collected_ns that each receiver knows of."""
+    return np.minimum(np.arange(receivers), len(knowledge.collected_ns) - 1)[:, None]
+
+
+def _fresh(knowledge: Knowledge, pace: Pace, target: Numbers, t_ns: int) -> Flags:
+    """(m, k) whether a receiver has an ephemeris of a channel's satellite that still serves."""
+    serves = t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns
+    return serves[_holder(knowledge, len(target)), target]
+
+
+def _collect(knowledge: Knowledge, target: Numbers, measures: Flags, t_ns: int) -> Knowledge:
     """A satellite that is measured sends its ephemeris over and over: knowledge of it stays new."""
     collected_ns = knowledge.collected_ns.copy()
-    collected_ns[rows] = t_ns
-    return Knowledge(knowledge.warm or len(rows) > 0, collected_ns)
+    holder = np.broadcast_to(_holder(knowledge, len(target)), target.shape)
+    collected_ns[holder[measures], target[measures]] = t_ns
+    return Knowledge(knowledge.warm or bool(measures.any()), collected_ns)

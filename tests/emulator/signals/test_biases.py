@@ -1,0 +1,74 @@
+"""Code biases: sizes against published ones, what belongs to whom."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dbc import satellites
+from emulator.factors.receiver import InterchannelBias
+from emulator.factors.sky import CodeBias
+from emulator.signals.biases import FREQUENCIES, receiver_code_m, satellite_code_m
+
+GPS = satellites.index(satellites.GPS, np.arange(1, 33))
+GLONASS = satellites.index(satellites.GLONASS, np.arange(1, 25))
+
+CC2NONCC_M = (
+    -0.003, -0.282, 0.020, 0.465, -0.251, 0.167, -0.232, -0.148, 0.102, -0.361, 0.022, 0.581, 0.151, -0.209,
+    -0.350, -0.301, 0.066, 0.100, -0.057, -0.473, -0.268, 0.052, 0.249, 0.386, -0.024, 0.258, 0.554, -0.214,
+)  # fmt: skip
+"""P1 - C1 of 28 satellites, 21 December 1999 to 3 March 2000 (J. Ray, cc2noncc.f)."""
+
+JIANG_NS = (
+    (0, 0.963), (0, 0.920), (1, 0.322), (1, 0.565), (2, 0.133), (2, -0.092), (-2, 0.411), (3, 1.524),
+    (3, 1.353), (-3, 1.359), (-3, 1.404), (4, -1.204), (4, -1.073), (-4, 1.755), (5, 0.998), (5, 0.963),
+    (6, 0.477), (6, 0.176), (-7, 2.498), (-7, 2.260),
+)  # fmt: skip
+"""Frequency number, bias [ns], OP-PTB. Jiang & Lewandowski, Int. J. Navigation Observ. (2012) 353961, table
+7."""
+
+
+def test_satellites_differ_by_as_much_as_published():
+    drawn = np.concatenate([satellite_code_m(CodeBias(), seed, GPS) for seed in range(200)])
+    assert drawn.std() == pytest.approx(np.std(CC2NONCC_M), rel=0.05)
+    assert abs(drawn.mean()) < 0.02
+
+
+def test_a_table_takes_the_place_of_draws():
+    """CODE's sign: P1 - C1 = 1 ns makes C1 shorter by 0.2998 m than the P1 that clocks belong to."""
+    drawn = satellite_code_m(CodeBias(), 1, GPS)
+    given = satellite_code_m(CodeBias(p1_c1_ns={"G05": 1.0}), 1, GPS)
+    assert given[4] == pytest.approx(-0.299792458)
+    assert (np.delete(given, 4) == np.delete(drawn, 4)).all()
+
+
+def test_satellites_keep_their_bias_and_glonass_has_none():
+    both = satellite_code_m(CodeBias(), 1, np.concatenate((GLONASS, GPS)))
+    assert not both[:24].any()
+    assert (both[24:] == satellite_code_m(CodeBias(), 1, GPS)).all()
+
+
+def test_receivers_differ_by_frequency_as_they_were_told():
+    common, by_frequency = (
+        np.concatenate(parts)
+        for parts in zip(*(receiver_code_m(InterchannelBias(), 1, key, 4) for key in range(500)), strict=True)
+    )
+    assert by_frequency.shape == (2000, len(FREQUENCIES)) == (2000, 14)
+    assert common.std() == pytest.approx(3.0, rel=0.06)
+    expected = np.sqrt((0.05 * FREQUENCIES) ** 2 + 0.23**2)
+    assert by_frequency.std(axis=0) == pytest.approx(expected, rel=0.08)
+    assert np.corrcoef(by_frequency[:, 0], by_frequency[:, -1])[0, 1] < -0.5  # a slope, not scatter alone
+
+
+def test_slope_and_scatter_are_those_published():
+    number, bias_ns = np.array(JIANG_NS).T
+    line = np.polyfit(number, bias_ns, 1)
+    left = bias_ns - np.polyval(line, number)
+    assert InterchannelBias().slope_m_per_channel == pytest.approx(0.2998 * abs(line[0]), rel=0.1)
+    assert InterchannelBias().scatter_m == pytest.approx(0.2998 * left.std(ddof=2), rel=0.1)
+
+
+def test_receivers_keep_their_biases_when_others_are_added():
+    few, many = (receiver_code_m(InterchannelBias(), 3, 4, m) for m in (2, 8))
+    assert (few[0] == many[0][:2]).all()
+    assert (few[1] == many[1][:2]).all()
