@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,14 +13,20 @@ from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import hull, scenario
 from emulator.effects import build_effects
+from emulator.factors.base import Factor
+from emulator.files.text import FileError
 from emulator.observed.craft import ObservedCraft, fresh_unit
+from emulator.onboard import attitude_error, onboard_clock
 from emulator.onboard.instant import Instant, exact
 from emulator.radio import build_radio, plain_antennas
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
 from emulator.scenario import ScenarioError
-from emulator.signals import clock, draws, noise
+from emulator.signals import clock, draws, noise, oscillator
+from emulator.signals.ionosphere.effect import ionosphere
+from emulator.signals.ionosphere.prepare import build_field
+from emulator.signals.rays import Effect
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.motion import build_motion, build_turning
 from emulator.world.sky import build_sky
@@ -53,7 +59,8 @@ def build_world(
     if not 0 <= session < 1 << 16:
         raise ScenarioError(f"session: {session} is not a 16-bit number")
     time = given.time
-    sky = build_sky(given.sky, time, resolve_path)
+    sky = build_sky(given.sky, time, resolve_path, given.seed)
+    everywhere = _everywhere(given, resolve_path)
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
     return World(
@@ -66,7 +73,7 @@ def build_world(
         Sun(gpstime.leap_seconds(time.start_ns)),
         row_of,
         int(satellites.system_of(sky.index).max()) + 1,
-        tuple(_craft(given, c, v) for c, v in zip(given.craft, vehicles, strict=True)),
+        tuple(_craft(given, c, v, everywhere) for c, v in zip(given.craft, vehicles, strict=True)),
     )
 
 
@@ -84,6 +91,7 @@ def initial_state(world: World) -> EmulatorState:
 def _cold(craft: CraftWorld, satellites_of_sky: int) -> UnitState:
     return UnitState(
         None,
+        None,
         fresh_channels(craft.vehicle.channels),
         fresh_knowledge(satellites_of_sky),
         e2e.fresh_counters(),
@@ -92,16 +100,20 @@ def _cold(craft: CraftWorld, satellites_of_sky: int) -> UnitState:
     )
 
 
-def _craft(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> CraftWorld | ObservedCraft:
+def _craft(
+    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, everywhere: tuple[Effect, ...]
+) -> CraftWorld | ObservedCraft:
     if craft.observations is not None:
         # Reading observations is for those who play them.
         from emulator.observed.build import build_observed
 
         return build_observed(given, craft, vehicle)
-    return _emulated(given, craft, vehicle)
+    return _emulated(given, craft, vehicle, everywhere)
 
 
-def _emulated(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> CraftWorld:
+def _emulated(
+    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, everywhere: tuple[Effect, ...]
+) -> CraftWorld:
     time, settings = given.time, craft.receivers
     orbit = build_motion(craft, time)
     _check_turns(craft)
@@ -121,14 +133,58 @@ def _emulated(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle)
         search.RULES[settings.autonomous],
         radio,
         hull.build_hull(craft.structure, factors, vehicle, antennas, craft.name),
-        build_effects(factors),
+        (*build_effects(factors), *everywhere),
         bool(noise.LOOPS.keys() & factors.keys()),
-        clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), time.interval_ns),
-        Instant(-1 if craft.clock.mark_domain is None else craft.clock.mark_domain, exact),
+        _clocks(craft, factors, given, key, vehicle),
+        attitude_error.sensors(factors["attitude_error"], time.interval_ns)
+        if "attitude_error" in factors
+        else None,
+        _instant(craft, factors, given, key, vehicle),
         max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         contract,
         frames.stationery(contract, vehicle.antennas),
     )
+
+
+def _clocks(
+    craft: scenario.Craft, factors: Mapping[str, Factor], given: scenario.Scenario, key: int, vehicle: Vehicle
+) -> clock.Clocks:
+    """Free oscillators, or those that wander within bounds."""
+    if "clock_instability" in factors:
+        return oscillator.running(factors["clock_instability"], given.seed, key, given.time.interval_ns)
+    return clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), given.time.interval_ns)
+
+
+def _sensors(factors: Mapping[str, Factor], interval_ns: int) -> attitude_error.Sensors | None:
+    factor = factors.get("attitude_error")
+    return None if factor is None else attitude_error.sensors(factor, interval_ns)
+
+
+def _instant(
+    craft: scenario.Craft, factors: Mapping[str, Factor], given: scenario.Scenario, key: int, vehicle: Vehicle
+) -> Instant:
+    """What time marks are read from."""
+    domain = craft.clock.mark_domain
+    if domain is not None and domain not in vehicle.clock_domain:
+        used = ", ".join(map(str, sorted(set(vehicle.clock_domain.tolist()))))
+        raise ScenarioError(f"craft.{craft.name}.clock.mark_domain is {domain}; the vehicle has {used}")
+    computer_s = exact
+    if "onboard_clock" in factors:
+        computer_s = onboard_clock.showing(factors["onboard_clock"], given.seed, key, given.time.interval_ns)
+    return Instant(-1 if domain is None else domain, computer_s)
+
+
+def _everywhere(given: scenario.Scenario, resolve_path: Callable[[str], Path]) -> tuple[Effect, ...]:
+    """Effects of the sky's factors, the same for all craft."""
+    factors = given.sky.factors.on()
+    if "ionosphere" not in factors:
+        return ()
+    factor = factors["ionosphere"]
+    try:
+        field = build_field(factor, [resolve_path(name) for name in factor.files], given.time.span_ns)
+    except FileError as error:
+        raise ScenarioError(f"sky.factors.ionosphere: {error}") from None
+    return (ionosphere(field),)
 
 
 def _pace(settings: scenario.Receivers) -> Pace:

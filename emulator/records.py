@@ -12,6 +12,8 @@ from dbc.e2e import Verdict
 from dbc.vehicle import Vehicle
 from emulator.hull import Hull
 from emulator.observed.craft import ObservedCraft, ObservedUnit
+from emulator.onboard import attitude_error
+from emulator.onboard.attitude_error import Sensors
 from emulator.onboard.instant import Instant
 from emulator.radio import Radio
 from emulator.receivers import frames, search
@@ -37,6 +39,7 @@ class CraftWorld:
     effects          error factors at work on what its receivers measure
     draws            whether any of them draws random words
     clocks           its receivers' oscillators
+    sensors          its gyros and star sensor, None where the attitude is known exactly
     instant          when its receivers latch
     epochs_per_pass  epochs in which the almanac is sent once
     """
@@ -54,6 +57,7 @@ class CraftWorld:
     effects: tuple[Effect, ...]
     draws: bool
     clocks: Clocks
+    sensors: Sensors | None
     instant: Instant
     epochs_per_pass: int
     codec: Codec
@@ -85,11 +89,13 @@ class UnitState:
     """One craft between epochs.
 
     clocks        its receivers' oscillators, None before the first epoch
+    believed      what the on-board computer takes for its attitude, None before the first epoch
     sent, heard   counters of protected streams, as sender and receiver
     refused       (verdicts,) command frames rejected so far, by `dbc.e2e.Verdict`
     """
 
     clocks: ClockState | None
+    believed: attitude_error.Knowledge | None
     channels: Channels
     knowledge: Knowledge
     sent: NDArray[np.int8]

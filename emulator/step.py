@@ -15,6 +15,7 @@ from dbc import e2e, gpstime
 from dbc.frames import EMPTY, SFF_MASK, FrameBatch
 from emulator.observed import craft as observed
 from emulator.observed.craft import ObservedCraft, ObservedUnit
+from emulator.onboard import attitude_error
 from emulator.receivers import almanac, commands, frames, search
 from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, retarget
 from emulator.receivers.observe import observe
@@ -75,7 +76,11 @@ def _play(
     ahead_s = craft.instant.ahead_s(clocks, epoch)
     t_ns = mark_ns - round(ahead_s * gpstime.NS_PER_S)
     scene = scene_of(world, craft, clocks, *heavens[t_ns], t_ns)
-    unit, block = _craft_step(world, craft, replace(unit, clocks=clocks), scene, heard, epoch, ahead_s)
+    believed = None
+    if craft.sensors is not None:
+        believed = attitude_error.known(craft.sensors, unit.believed, world.seed, craft.key, epoch)
+    unit = replace(unit, clocks=clocks, believed=believed)
+    unit, block = _craft_step(world, craft, unit, scene, heard, epoch, ahead_s)
     return unit, block, _truth(craft, scene, mark_ns)
 
 
@@ -101,8 +106,8 @@ def _craft_step(
     rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(
-        paper, world.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), scene.quaternion,
-        scene.rate_body_rps, craft.instant.source,
+        paper, world.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), *_attitude(unit, scene),
+        craft.instant.source,
     )  # fmt: skip
     parts = (
         mark,
@@ -115,7 +120,16 @@ def _craft_step(
         paper.heartbeats,
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
-    return UnitState(unit.clocks, channels, knowledge, sent, counters, refused), block
+    state = replace(unit, channels=channels, knowledge=knowledge, sent=sent, heard=counters, refused=refused)
+    return state, block
+
+
+def _attitude(unit: UnitState, scene: Scene) -> tuple[NDArray, NDArray]:
+    """Quaternion (4,) and rate (3,) as the on-board computer tells them."""
+    if unit.believed is None:
+        return scene.quaternion, scene.rate_body_rps
+    quaternion = attitude_error.believed(scene.quaternion, unit.believed.angle_rad)
+    return quaternion, scene.rate_body_rps + unit.believed.rate_rps
 
 
 def _hear(

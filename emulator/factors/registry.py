@@ -12,8 +12,12 @@ from typing import Literal
 
 from dbc.registry import table
 from emulator.factors.base import Factor
+from emulator.factors.ionosphere import Ionosphere
 from emulator.factors.link import Jamming, LinkBudget, ReceivePattern, TransmitPattern
 from emulator.factors.loops import CarrierNoise, CodeNoise, DopplerNoise
+from emulator.factors.onboard import AttitudeError, OnboardClock
+from emulator.factors.receiver import ClockInstability
+from emulator.factors.sky import EphemerisError, SatelliteClockError
 from emulator.factors.structure import Multipath, Shadowing
 
 
@@ -38,6 +42,17 @@ FACTORS = table(
     Row("code_noise", CodeNoise, f"{_LOOPS}: DLL thermal noise", default=True),
     Row("carrier_noise", CarrierNoise, f"{_LOOPS}: PLL thermal noise", default=True),
     Row("doppler_noise", DopplerNoise, f"{_LOOPS}: FLL thermal noise", default=True),
+    Row(
+        "ephemeris_error",
+        EphemerisError,
+        "Montenbruck, Steigenberger & Hauschild, GPS Solutions 19 (2015) 321; Hill's equations",
+        "sky",
+    ),
+    Row("satellite_clock_error", SatelliteClockError, "the same; Allan deviations by kind of clock", "sky"),
+    Row("ionosphere", Ionosphere, "IS-GPS-200, 20.3.3.5.2.5; IONEX 1.0; Chapman layers", "sky"),
+    Row("clock_instability", ClockInstability, "two-state clocks by class of oscillator"),
+    Row("attitude_error", AttitudeError, "Farrenkopf, J. Guidance and Control 1 (1978) 282"),
+    Row("onboard_clock", OnboardClock, "offset, drift and random walk"),
     Row("transmit_pattern", TransmitPattern, "published patterns by block; IS-GPS-200, GLONASS ICD 5.1"),
     Row("receive_pattern", ReceivePattern, "tables by angle; Balanis, Antenna Theory, 4th ed., 2.12"),
     Row("link_budget", LinkBudget, "Friis, Proc. IRE 32 (1944) 419"),

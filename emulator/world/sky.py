@@ -14,7 +14,7 @@ Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -23,6 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator import scenario
+from emulator.factors.base import Factor
+from emulator.world import ephemeris_errors, satellite_clocks
 from emulator.world.constellation import Array, Broadcast, Constellation
 from emulator.world.earth import LIGHT_MPS
 from emulator.world.navigation import from_files, precise_orbits
@@ -204,7 +206,29 @@ NOMINAL: dict[str, Callable[[int], Constellation]] = {"gps": nominal_gps, "glona
 """System -> maker of its nominal constellation from the start of the run [ns]."""
 
 
-def build_sky(sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[str], Path]) -> Sky:
+def misreports(factors: Mapping[str, Factor], seed: int, index: NDArray[np.int64]) -> tuple[Misreport, ...]:
+    """What the factors of a sky that are on make its satellites (n,) report."""
+    found: list[Misreport] = []
+    if "ephemeris_error" in factors:
+        orbits = factors["ephemeris_error"]
+        found.append(
+            lambda middles_ns, nodes_s, pos, vel: (
+                ephemeris_errors.errors(orbits, seed, index, middles_ns, nodes_s, pos, vel), 0.0,
+            )
+        )  # fmt: skip
+    if "satellite_clock_error" in factors:
+        clocks = factors["satellite_clock_error"]
+        found.append(
+            lambda middles_ns, nodes_s, pos, vel: (
+                0.0, satellite_clocks.errors(clocks, seed, index, middles_ns, nodes_s),
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def build_sky(
+    sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[str], Path], seed: int = 0
+) -> Sky:
     """The sky a scenario describes; ScenarioError with one line if it cannot be had.
 
     resolve_path  name of a navigation file as the scenario writes it -> the file
@@ -223,4 +247,7 @@ def build_sky(sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[st
         truth = precise_orbits("sky.orbits", [resolve_path(name) for name in sky.orbits], time)
     if not parts:
         raise scenario.ScenarioError("sky: gps and glonass are both 'none'; nothing is left to receive")
-    return Sky(list(parts.values()), [offset_m[system] for system in parts], truth)
+    constellations = list(parts.values())
+    index = np.concatenate([part.index for part in constellations])
+    errors = misreports(sky.factors.on(), seed, index)
+    return Sky(constellations, [offset_m[system] for system in parts], truth, errors)
