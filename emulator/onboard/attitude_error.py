@@ -7,7 +7,7 @@ the turn that takes the true body axes into those the computer believes.
 
 Source: Farrenkopf, "Analytic steady-state accuracy solutions for two common spacecraft attitude estimators",
 J. Guidance and Control 1 (1978) 282; Markley & Crassidis, Fundamentals of Spacecraft Attitude Determination
-and Control (2014), 6.3
+and Control (2014), 6
 """
 
 from __future__ import annotations

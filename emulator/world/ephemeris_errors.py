@@ -8,7 +8,7 @@ drift along the track; there is none (modelled), nor a change at the issues betw
 broadcast elements makes centimetres.
 
 Source of the motion: Clohessy & Wiltshire, J. Aerospace Sciences 27 (1960) 653; of its predominance in the
-errors of orbits: Colombo, J. Geophys. Res. 94 (1989) 7167
+errors of orbits: Colombo, J. Geophys. Res. 94 (1989) 9167
 """
 
 from __future__ import annotations
