@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from pathlib import Path
 from typing import Any
 
 from dbc import satellites
@@ -35,8 +36,8 @@ def change(document: dict[str, Any], a: Namespace) -> None:
         sky.update(_reported(a.sp3))
     for craft in played:
         _craft(craft, sky, a)
-    if not isinstance(document.get("time"), dict) or "start_gps" not in document["time"]:
-        _time(document, played[0])
+    if a.obs:
+        _time(document, played[0], a)
 
 
 def _refuse(a: Namespace) -> None:
@@ -66,7 +67,7 @@ def _craft(craft: dict[str, Any], sky: dict[str, Any], a: Namespace) -> None:
     observations = craft["observations"]
     if a.obs:
         observations["file"] = str(a.obs.resolve())
-    if "file" not in observations:
+    if not Path(observations.get("file", "")).is_file() and not a.obs:
         raise Mistake("replay: which observations? Give --obs FILE, and --sp3 or --nav for the satellites")
     if a.reference:
         observations["reference"] = {"oem": str(a.reference.resolve())}
@@ -80,9 +81,10 @@ def _craft(craft: dict[str, Any], sky: dict[str, Any], a: Namespace) -> None:
         observations["signals"] = [signal for name in heard for signal in table[name]]
 
 
-def _time(document: dict[str, Any], craft: dict[str, Any]) -> None:
+def _time(document: dict[str, Any], craft: dict[str, Any], a: Namespace) -> None:
     """Start, length and step of the file, but for what the command line or the scenario says."""
     from emulator.observed.build import span_of
 
     found = span_of(craft["observations"]["file"], craft.get("name", ""))
-    document["time"] = {**found, **(document.get("time") or {})}
+    said = {"duration_s": a.duration, "epoch_interval_s": a.interval}
+    document["time"] = found | {name: value for name, value in said.items() if value is not None}

@@ -34,7 +34,7 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
     """
     key = f"sky.{system}"
     if not paths:
-        raise ScenarioError(f"{key}: no file is named; 'none' leaves the system out")
+        raise ScenarioError(f"{key}: no navigation file is named; 'none' leaves the system out")
     precise = [_is_sp3(path, key) for path in paths]
     if all(precise):
         return precise_sky.constellation(precise_orbits(key, paths, time), _SYSTEM[system])

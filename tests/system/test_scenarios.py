@@ -12,12 +12,16 @@ from emulator.scenario import shipped
 from tools.cli import main
 
 
-@pytest.mark.parametrize("name", shipped())
+NEED_FILES = {"replay", "iss-flown"}
+"""Scenarios of real data, which nobody ships."""
+
+
+@pytest.mark.parametrize("name", sorted(shipped().keys() - NEED_FILES))
 def test_it_plays_and_meets_its_expectations(name, tmp_path):
     out = tmp_path / "run"
     assert main(["run", name, "--bus", "inline", "--duration", "300", "--out", str(out), "--quiet"]) == 0
     summary = json.loads((out / "summary.json").read_text())
-    assert all(craft["fixes"] > 250 for craft in summary["craft"].values())
+    assert all(craft["fixes"] > 0.8 * summary["epochs"] for craft in summary["craft"].values())
     assert all(row["met"] for row in summary["expectations"])
 
 
