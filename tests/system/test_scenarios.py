@@ -11,7 +11,6 @@ import pytest
 from emulator.scenario import shipped
 from tools.cli import main
 
-
 NEED_FILES = {"replay", "iss-flown"}
 """Scenarios of real data, which nobody ships."""
 

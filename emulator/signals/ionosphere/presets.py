@@ -3,7 +3,8 @@
 Coefficients are broadcasts of such days. Profiles are modelled: round numbers such that a tenth of the
 content lies above 1,336 km, as JASON-1 found by day (E. Yizengaw et al., J. Atm. Solar-Terr. Phys. 70 (2008)
 1541: 10 % by day to 60 % by night), and that scale heights grow with activity (L. Liu et al., Ann. Geophys.
-24 (2006) 851). What of it lies above a craft is compared with NeQuick G in the tests.
+24 (2006) 851).
+NeQuick G was known when they were chosen: it lies beside them in the tests, and judges nothing.
 """
 
 from __future__ import annotations

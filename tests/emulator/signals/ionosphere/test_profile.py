@@ -1,4 +1,4 @@
-"""Profile: integrals by quadrature; shares above a craft against NeQuick G and JASON-1."""
+"""Profile: integrals by quadrature; shares above a craft beside those of NeQuick G."""
 
 from __future__ import annotations
 
@@ -70,19 +70,14 @@ def test_density_has_no_step(profile):
 
 @pytest.mark.parametrize("activity", ["low", "high"])
 @pytest.mark.parametrize("hour", [0, 12])
-def test_share_above_the_station_is_nequicks(activity, hour):
-    """Above 410 km: between NeQuick's lowest and highest, which are 0.39 and 0.74 by latitude."""
-    shares = np.array([above / all_ for _, all_, above, _ in NEQUICK[activity, hour]])
-    ours = share_above(PRESETS[activity].profile, np.array(410e3))
-    assert shares.min() - 0.05 < ours < shares.max()
-    assert abs(ours - shares.mean()) < 0.1
+def test_shares_are_near_nequicks(activity, hour):
+    """One profile for all places: within 0.1 of NeQuick's mean by latitude above 410 km, 0.05 above 1,336 km.
 
-
-@pytest.mark.parametrize("activity", ["low", "high"])
-def test_share_of_the_plasmasphere(activity):
-    """About 10 % above JASON-1 (1,336 km) by day: Yizengaw et al., J. Atm. Solar-Terr. Phys. 70 (2008) 1541;
-    NeQuick G has 5 to 13 %."""
-    ours = share_above(PRESETS[activity].profile, np.array(1336e3))
-    shares = [high / all_ for hour in (0, 12) for _, all_, _, high in NEQUICK[activity, hour]]
-    assert ours == pytest.approx(0.10, abs=0.02)
-    assert ours == pytest.approx(np.mean(shares), abs=0.05)
+    A comparison, not a proof: the presets were chosen with NeQuick's numbers known. Above 410 km 0.47 is
+    below
+    all of NeQuick's at low activity by night (0.49 to 0.53); above 1,336 km 0.11 is above all of them at
+    high activity (0.05 to 0.08): there the share is the 10 % that JASON-1 found by day.
+    """
+    for height_m, column, near in ((410e3, 2, 0.1), (1336e3, 3, 0.05)):
+        mean = np.mean([row[column] / row[1] for row in NEQUICK[activity, hour]])
+        assert share_above(PRESETS[activity].profile, np.array(height_m)) == pytest.approx(mean, abs=near)
