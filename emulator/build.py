@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,29 +11,22 @@ import numpy as np
 from dbc import codec, e2e, gpstime, satellites
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
-from emulator import hull, scenario
-from emulator.effects import build_effects
-from emulator.factors.base import Factor
+from emulator import hull, outfit, scenario
+from emulator.effects import Setting, build_effects, sky_effects
 from emulator.files.text import FileError
 from emulator.observed.craft import ObservedCraft, fresh_unit
-from emulator.onboard import attitude_error, onboard_clock
-from emulator.onboard.instant import Instant, exact
 from emulator.radio import build_radio, plain_antennas
 from emulator.receivers import frames, search
 from emulator.receivers.channels import Numbers, Pace, fresh_channels, fresh_knowledge
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
 from emulator.scenario import ScenarioError
-from emulator.signals import clock, draws, noise, oscillator
+from emulator.signals import draws
 from emulator.signals.ionosphere.effect import ionosphere
 from emulator.signals.ionosphere.prepare import build_field
 from emulator.signals.rays import Effect
-from emulator.world.earth import LIGHT_MPS
 from emulator.world.motion import build_motion, build_turning
 from emulator.world.sky import build_sky
 from emulator.world.sun import Sun
-
-FASTEST_CLOCK_MPS = 3000.0
-"""What a receiver's clock may add to the range rate: the signal on the bus ends at 13.4 km/s."""
 
 FASTEST_TURN_RPS = 0.12
 """Largest body rate of a slew: the signal on the bus ends at 0.131 rad/s; the orbit takes 0.001."""
@@ -60,7 +53,7 @@ def build_world(
         raise ScenarioError(f"session: {session} is not a 16-bit number")
     time = given.time
     sky = build_sky(given.sky, time, resolve_path, given.seed)
-    everywhere = _everywhere(given, resolve_path)
+    everywhere = _everywhere(given, resolve_path, sky.index)
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
     return World(
@@ -93,7 +86,7 @@ def _cold(craft: CraftWorld, satellites_of_sky: int) -> UnitState:
         None,
         None,
         fresh_channels(craft.vehicle.channels),
-        fresh_knowledge(satellites_of_sky),
+        fresh_knowledge(satellites_of_sky, craft.holders),
         e2e.fresh_counters(),
         e2e.fresh_counters(),
         np.zeros(len(e2e.Verdict), np.int64),
@@ -120,6 +113,7 @@ def _emulated(
     key = draws.key_of(craft.name)
     contract = codec.codec(vehicle.antennas)
     factors = craft.factors.on()
+    collection = factors.get("data_collection")
     radio = build_radio(factors, vehicle, settings, time.start_ns, craft.name)
     antennas = radio.antennas if radio is not None else plain_antennas(settings, vehicle)
     return CraftWorld(
@@ -133,76 +127,40 @@ def _emulated(
         search.RULES[settings.autonomous],
         radio,
         hull.build_hull(craft.structure, factors, vehicle, antennas, craft.name),
-        (*build_effects(factors), *everywhere),
-        bool(noise.LOOPS.keys() & factors.keys()),
-        _clocks(craft, factors, given, key, vehicle),
-        attitude_error.sensors(factors["attitude_error"], time.interval_ns)
-        if "attitude_error" in factors
-        else None,
-        _instant(craft, factors, given, key, vehicle),
+        (*build_effects(factors, Setting(given.seed, key, vehicle.antennas)), *everywhere),
+        outfit.draws_words(factors),
+        outfit.clocks(craft, factors, given, key, vehicle),
+        outfit.carrier(factors, vehicle, time),
+        factors.get("loss_of_lock"),
+        collection is not None,
+        1 if collection is None or collection.shared else vehicle.antennas,
+        outfit.sensors(factors, time.interval_ns),
+        outfit.instant(craft, factors, given, key, vehicle),
         max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         contract,
         frames.stationery(contract, vehicle.antennas),
     )
 
 
-def _clocks(
-    craft: scenario.Craft, factors: Mapping[str, Factor], given: scenario.Scenario, key: int, vehicle: Vehicle
-) -> clock.Clocks:
-    """Free oscillators, or those that wander within bounds."""
-    if "clock_instability" in factors:
-        return oscillator.running(factors["clock_instability"], given.seed, key, given.time.interval_ns)
-    return clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), given.time.interval_ns)
-
-
-def _sensors(factors: Mapping[str, Factor], interval_ns: int) -> attitude_error.Sensors | None:
-    factor = factors.get("attitude_error")
-    return None if factor is None else attitude_error.sensors(factor, interval_ns)
-
-
-def _instant(
-    craft: scenario.Craft, factors: Mapping[str, Factor], given: scenario.Scenario, key: int, vehicle: Vehicle
-) -> Instant:
-    """What time marks are read from."""
-    domain = craft.clock.mark_domain
-    if domain is not None and domain not in vehicle.clock_domain:
-        used = ", ".join(map(str, sorted(set(vehicle.clock_domain.tolist()))))
-        raise ScenarioError(f"craft.{craft.name}.clock.mark_domain is {domain}; the vehicle has {used}")
-    computer_s = exact
-    if "onboard_clock" in factors:
-        computer_s = onboard_clock.showing(factors["onboard_clock"], given.seed, key, given.time.interval_ns)
-    return Instant(-1 if domain is None else domain, computer_s)
-
-
-def _everywhere(given: scenario.Scenario, resolve_path: Callable[[str], Path]) -> tuple[Effect, ...]:
+def _everywhere(
+    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: Numbers
+) -> tuple[Effect, ...]:
     """Effects of the sky's factors, the same for all craft."""
     factors = given.sky.factors.on()
+    found = sky_effects(factors, given.seed, index)
     if "ionosphere" not in factors:
-        return ()
+        return found
     factor = factors["ionosphere"]
     try:
         field = build_field(factor, [resolve_path(name) for name in factor.files], given.time.span_ns)
     except FileError as error:
         raise ScenarioError(f"sky.factors.ionosphere: {error}") from None
-    return (ionosphere(field),)
+    return (*found, ionosphere(field))
 
 
 def _pace(settings: scenario.Receivers) -> Pace:
     seconds = settings.hot_s, settings.warm_s, settings.cold_s, settings.ephemeris_s, settings.ephemeris_age_s
     return Pace(*(round(s * NS_PER_S) for s in seconds))
-
-
-def _wander(craft: scenario.Craft, seed: int, key: int, domains: Numbers) -> clock.Wander:
-    """The craft's oscillators, each clock domain with a phase of its own."""
-    phase = 2 * np.pi * draws.uniform(draws.words(seed, key, draws.CLOCKS, 0, clock.DOMAINS))[:, 0]
-    wander = clock.Wander(1e-3 * craft.clock.amplitude_ms, 2 * np.pi / craft.clock.period_s, phase)
-    fastest_mps = LIGHT_MPS * clock.fastest(wander)
-    if fastest_mps > FASTEST_CLOCK_MPS:
-        raise ScenarioError(
-            f"craft.{craft.name}.clock: amplitude_ms = {craft.clock.amplitude_ms:g} with period_s = "
-            f"{craft.clock.period_s:g} drifts by up to {fastest_mps:.0f} m/s; allowed {FASTEST_CLOCK_MPS:.0f}"
-        )
-    return wander
 
 
 def _check_turns(craft: scenario.Craft) -> None:

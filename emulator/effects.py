@@ -3,24 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from dbc import satellites
 from emulator.factors.base import Factor
-from emulator.signals import noise
-from emulator.signals.rays import Disturbance, Effect
-
-Maker = Callable[[Factor], Effect]
+from emulator.signals import biases, noise
+from emulator.signals.rays import Disturbance, Effect, Rays
 
 
-def _multipath(factor: Factor) -> Effect:
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Of one craft: seed of the run, key of its draws, number of its receivers."""
+
+    seed: int
+    key: int
+    receivers: int
+
+
+Maker = Callable[[Factor, Setting], Effect]
+
+
+def _multipath(factor: Factor, at: Setting) -> Effect:
     """The loops' errors, which the scene has settled."""
     return lambda rays: Disturbance(rays.reception.range_m, rays.reception.phase_m, rays.reception.rate_mps)
 
 
-MAKERS: dict[str, Maker] = {"multipath": _multipath}
-"""Factor -> maker of its effect. Loop noise is not among them: its rows share one draw."""
+def _interchannel(factor: Factor, at: Setting) -> Effect:
+    common_m, glonass_m = biases.receiver_code_m(factor, at.seed, at.key, at.receivers)
+
+    def effect(rays: Rays) -> Disturbance:
+        number = rays.scene.sky.frequency[rays.row] - biases.FREQUENCIES[0]
+        own_m = np.where(rays.system == satellites.GLONASS, glonass_m[rays.receiver, number], 0.0)
+        return Disturbance(range_m=common_m[rays.receiver] + own_m)
+
+    return effect
 
 
-def build_effects(factors: Mapping[str, Factor]) -> tuple[Effect, ...]:
+MAKERS: dict[str, Maker] = {"multipath": _multipath, "interchannel_bias": _interchannel}
+"""Factor of a craft -> maker of its effect. Loop noise is not among them: its rows share one draw."""
+
+
+def build_effects(factors: Mapping[str, Factor], at: Setting) -> tuple[Effect, ...]:
     """Effects of the factors of a craft that are on."""
     loops = (noise.thermal(factors),) if noise.LOOPS.keys() & factors.keys() else ()
-    return loops + tuple(MAKERS[name](row) for name, row in factors.items() if name in MAKERS)
+    return loops + tuple(MAKERS[name](row, at) for name, row in factors.items() if name in MAKERS)
+
+
+def sky_effects(factors: Mapping[str, Factor], seed: int, index: NDArray[np.int64]) -> tuple[Effect, ...]:
+    """Effects of the factors of a sky that are on, satellites (n,), but for the ionosphere's."""
+    if "code_bias" not in factors:
+        return ()
+    code_m = biases.satellite_code_m(factors["code_bias"], seed, index)
+    return (lambda rays: Disturbance(range_m=code_m[rays.row]),)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from dbc.codec import Codec
 from dbc.e2e import Verdict
 from dbc.vehicle import Vehicle
+from emulator.factors.receiver import LossOfLock
 from emulator.hull import Hull
 from emulator.observed.craft import ObservedCraft, ObservedUnit
 from emulator.onboard import attitude_error
@@ -17,6 +18,7 @@ from emulator.onboard.attitude_error import Sensors
 from emulator.onboard.instant import Instant
 from emulator.radio import Radio
 from emulator.receivers import frames, search
+from emulator.receivers.carrier import Carrier
 from emulator.receivers.channels import Channels, Knowledge, Numbers, Pace
 from emulator.scenario import Receivers
 from emulator.signals.clock import Clocks, ClockState
@@ -39,6 +41,10 @@ class CraftWorld:
     effects          error factors at work on what its receivers measure
     draws            whether any of them draws random words
     clocks           its receivers' oscillators
+    carrier          how its carrier phases come about
+    lock             what its loops hold, None: all above the threshold
+    by_frames        whether ephemerides take as long as the frames of their messages
+    holders          1: its receivers share ephemerides; their number: they do not
     sensors          its gyros and star sensor, None where the attitude is known exactly
     instant          when its receivers latch
     epochs_per_pass  epochs in which the almanac is sent once
@@ -57,6 +63,10 @@ class CraftWorld:
     effects: tuple[Effect, ...]
     draws: bool
     clocks: Clocks
+    carrier: Carrier
+    lock: LossOfLock | None
+    by_frames: bool
+    holders: int
     sensors: Sensors | None
     instant: Instant
     epochs_per_pass: int

@@ -10,6 +10,7 @@ from emulator.signals import geometry, view
 from emulator.signals.bands import wavelength_m
 from emulator.signals.clock import ClockState
 from emulator.signals.scene import Scene
+from emulator.signals.slips import holds
 from emulator.world.rotations import dcm_of_quaternion
 from emulator.world.sky import SkyState
 
@@ -28,10 +29,13 @@ def scene_of(
     in_sight = sky.available & view.in_sight(sight, world.ray_height_m)
     signal = in_sight & (sight.angle_rad <= vehicle.mask_rad[:, None])
     signal &= cn0_dbhz >= settings.lock_threshold_dbhz
+    sun_m = world.sun.at(t_ns)
+    if craft.lock is not None:
+        signal &= holds(craft.lock, cn0_dbhz)
     around = None
     if craft.hull is not None:
         since_s = (t_ns - world.start_ns) / NS_PER_S
-        around = hull.around(craft.hull, sight, motion, state, dcm, rate, world.sun.at(t_ns), since_s)
+        around = hull.around(craft.hull, sight, motion, state, dcm, rate, sun_m, since_s)
         system = satellites.system_of(sky.index)
         wave_m = wavelength_m(system, sky.frequency)
         cn0_dbhz, signal = hull.heard(around, cn0_dbhz, signal, settings.lock_threshold_dbhz, system, wave_m)
@@ -39,5 +43,5 @@ def scene_of(
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(
         t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, by_receiver,
-        offset_s, around,
+        offset_s, around, dcm, sun_m,
     )  # fmt: skip

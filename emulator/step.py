@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import e2e, gpstime
+from dbc import e2e, gpstime, satellites
 from dbc.frames import EMPTY, SFF_MASK, FrameBatch
 from emulator.observed import craft as observed
 from emulator.observed.craft import ObservedCraft, ObservedUnit
@@ -100,9 +100,10 @@ def _craft_step(
     renews = search.renews(mark_ns, world.interval_ns)
     target = search.choose(craft.rule, channels, scene.signal & sky.healthy, scene.view, sky.index, renews)
     channels = retarget(channels, channels.commanded, target, t_ns)
-    channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns)
+    system = satellites.system_of(sky.index) if craft.by_frames else None
+    channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns, system)
     words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.draws else None
-    seen, channels = observe(channels, begins, scene, craft.effects, words)
+    seen, channels = observe(channels, begins, scene, craft.effects, words, craft.carrier)
     rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(

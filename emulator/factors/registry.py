@@ -16,8 +16,15 @@ from emulator.factors.ionosphere import Ionosphere
 from emulator.factors.link import Jamming, LinkBudget, ReceivePattern, TransmitPattern
 from emulator.factors.loops import CarrierNoise, CodeNoise, DopplerNoise
 from emulator.factors.onboard import AttitudeError, OnboardClock
-from emulator.factors.receiver import ClockInstability
-from emulator.factors.sky import EphemerisError, SatelliteClockError
+from emulator.factors.receiver import (
+    ClockInstability,
+    CycleSlips,
+    DataCollection,
+    InterchannelBias,
+    LossOfLock,
+    PhaseWindup,
+)
+from emulator.factors.sky import CodeBias, EphemerisError, SatelliteClockError
 from emulator.factors.structure import Multipath, Shadowing
 
 
@@ -49,8 +56,14 @@ FACTORS = table(
         "sky",
     ),
     Row("satellite_clock_error", SatelliteClockError, "the same; Allan deviations by kind of clock", "sky"),
+    Row("code_bias", CodeBias, "differences of P1 and C1 as CODE publishes them", "sky"),
     Row("ionosphere", Ionosphere, "IS-GPS-200, 20.3.3.5.2.5; IONEX 1.0; Chapman layers", "sky"),
     Row("clock_instability", ClockInstability, "two-state clocks by class of oscillator"),
+    Row("interchannel_bias", InterchannelBias, "Harmegnies, Defraigne & Petit (2012), table 7"),
+    Row("cycle_slips", CycleSlips, "Viterbi, Proc. IEEE 51 (1963) 1737"),
+    Row("loss_of_lock", LossOfLock, "Kaplan & Hegarty, 3rd ed., 8.9: rules of thumb of PLL and DLL"),
+    Row("phase_windup", PhaseWindup, "Wu et al., Manuscripta Geodaetica 18 (1993) 91"),
+    Row("data_collection", DataCollection, "IS-GPS-200, 20.3.2; GLONASS ICD 5.1, 4.3"),
     Row("attitude_error", AttitudeError, "Farrenkopf, J. Guidance and Control 1 (1978) 282"),
     Row("onboard_clock", OnboardClock, "offset, drift and random walk"),
     Row("transmit_pattern", TransmitPattern, "published patterns by block; IS-GPS-200, GLONASS ICD 5.1"),

@@ -45,6 +45,7 @@ class Channels:
     slips      times the carrier phase was started, modulo 16
     ambiguity  whole cycles taken off the carrier phase
     ephemeris  of the satellite when the carrier phase was started, `Broadcast.ephemeris`
+    wound_cyc  by how much antennas have wound the carrier phase up [cycles], nan where nothing is counted
     """
 
     commanded: Flags
@@ -54,6 +55,7 @@ class Channels:
     slips: Numbers
     ambiguity: NDArray[np.float64]
     ephemeris: Numbers
+    wound_cyc: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,6 +95,7 @@ def fresh_channels(counts: Numbers) -> Channels:
         np.zeros(shape, np.int64),
         np.zeros(shape),
         np.zeros(shape, np.int64),
+        np.full(shape, np.nan),
     )
 
 

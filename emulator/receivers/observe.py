@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from dbc import satellites
 from emulator import hull
+from emulator.receivers.carrier import PLAIN, Carrier, slip, wind
 from emulator.receivers.channels import FULL, SLIPS, Channels, Flags, Numbers
 from emulator.signals.bands import BY_SYSTEM, wavelength_m
 from emulator.signals.geometry import Array, at_transmission, path
@@ -60,13 +61,15 @@ def observe(
     scene: Scene,
     effects: Sequence[Effect],
     words: NDArray[np.uint64] | None,
+    carrier: Carrier = PLAIN,
 ) -> tuple[Observations, Channels]:
     """Observations of one craft, and its channels with the carrier phases' ambiguities: block 2 of
     RU 2706636 C1 for all its antennas at once.
 
     begins    (m, k) channels whose phase starts now
     effects   error factors at work
-    words     random words of the epoch, `draws.grid`; None if no effect draws any
+    words     random words of the epoch, `draws.grid`; None if nothing draws any
+    carrier   how carrier phases come about
 
     P = c t + c b - clock_truth: path with the receiver's clock and without the satellite's. Its rate and
     the carrier follow the same sum, so nothing but the effects tells them apart.
@@ -82,7 +85,9 @@ def observe(
     exact_mps = (
         signals.rate_mps + LIGHT_MPS * drift[receiver] - sv_drift_mps * (1 - signals.rate_mps / LIGHT_MPS)
     )
-    error = total(effects, rays)
+    wound, channels = wind(carrier, channels, begins, rays)
+    error = total(effects, rays) + wound
+    channels = slip(carrier, channels, begins, rays)
     cycles = (exact_m + error.phase_m) / rays.wave_m
     phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, sky.ephemeris[row])
     pos, vel = reported_at_transmission(sky, row, signals.flight_s)

@@ -23,6 +23,7 @@ class Scene:
 
     in_sight  (n,) available and not behind the Earth
     signal    (m, n) strong enough, inside the antenna's field of view
+    sun_ecef_m   (3,) the Sun
     around    the craft's structure, `emulator.hull.Around`; None without one
     clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock;  by_domain_s (8,) offsets
     """
@@ -41,3 +42,5 @@ class Scene:
     clock_s: tuple[Array, Array]
     by_domain_s: Array
     around: Around | None
+    dcm_body_from_ecef: Array
+    sun_ecef_m: Array

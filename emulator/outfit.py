@@ -1,0 +1,76 @@
+"""What a craft carries, from its factors: oscillators, carrier loops, attitude sensors, the clock of its
+marks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from dbc.vehicle import Vehicle
+from emulator import scenario
+from emulator.factors.base import Factor
+from emulator.onboard import attitude_error, onboard_clock
+from emulator.onboard.instant import Instant, exact
+from emulator.receivers.carrier import Carrier
+from emulator.receivers.channels import Numbers
+from emulator.scenario import ScenarioError
+from emulator.signals import clock, draws, noise, oscillator
+from emulator.signals.windup import antenna_axes
+from emulator.world.earth import LIGHT_MPS
+
+FASTEST_CLOCK_MPS = 3000.0
+"""What a receiver's clock may add to the range rate: the signal on the bus ends at 13.4 km/s."""
+
+
+def draws_words(factors: Mapping[str, Factor]) -> bool:
+    """Whether any factor draws words for each receiver and satellite."""
+    return bool((noise.LOOPS.keys() | {"cycle_slips"}) & factors.keys())
+
+
+def clocks(
+    craft: scenario.Craft, factors: Mapping[str, Factor], given: scenario.Scenario, key: int, vehicle: Vehicle
+) -> clock.Clocks:
+    """Free oscillators, or those that wander within bounds."""
+    if "clock_instability" in factors:
+        return oscillator.running(factors["clock_instability"], given.seed, key, given.time.interval_ns)
+    return clock.wandering(_wander(craft, given.seed, key, vehicle.clock_domain), given.time.interval_ns)
+
+
+def _wander(craft: scenario.Craft, seed: int, key: int, domains: Numbers) -> clock.Wander:
+    """The craft's oscillators, each clock domain with a phase of its own."""
+    phase = 2 * np.pi * draws.uniform(draws.words(seed, key, draws.CLOCKS, 0, clock.DOMAINS))[:, 0]
+    wander = clock.Wander(1e-3 * craft.clock.amplitude_ms, 2 * np.pi / craft.clock.period_s, phase)
+    fastest_mps = LIGHT_MPS * clock.fastest(wander)
+    if fastest_mps > FASTEST_CLOCK_MPS:
+        raise ScenarioError(
+            f"craft.{craft.name}.clock: amplitude_ms = {craft.clock.amplitude_ms:g} with period_s = "
+            f"{craft.clock.period_s:g} drifts by up to {fastest_mps:.0f} m/s; allowed {FASTEST_CLOCK_MPS:.0f}"
+        )
+    return wander
+
+
+def carrier(factors: Mapping[str, Factor], vehicle: Vehicle, time: scenario.Time) -> Carrier:
+    """How carrier phases come about."""
+    axes = antenna_axes(vehicle.boresight_body) if "phase_windup" in factors else None
+    return Carrier(axes, factors.get("cycle_slips"), time.epoch_interval_s)
+
+
+def sensors(factors: Mapping[str, Factor], interval_ns: int) -> attitude_error.Sensors | None:
+    """Gyros and star sensor, None where the attitude is known exactly."""
+    factor = factors.get("attitude_error")
+    return None if factor is None else attitude_error.sensors(factor, interval_ns)
+
+
+def instant(
+    craft: scenario.Craft, factors: Mapping[str, Factor], given: scenario.Scenario, key: int, vehicle: Vehicle
+) -> Instant:
+    """What time marks are read from."""
+    domain = craft.clock.mark_domain
+    if domain is not None and domain not in vehicle.clock_domain:
+        used = ", ".join(map(str, sorted(set(vehicle.clock_domain.tolist()))))
+        raise ScenarioError(f"craft.{craft.name}.clock.mark_domain is {domain}; the vehicle has {used}")
+    computer_s = exact
+    if "onboard_clock" in factors:
+        computer_s = onboard_clock.showing(factors["onboard_clock"], given.seed, key, given.time.interval_ns)
+    return Instant(-1 if domain is None else domain, computer_s)

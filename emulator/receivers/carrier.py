@@ -1,0 +1,76 @@
+"""What carrier loops remember: how far antennas have wound a phase up, and whole or half cycles they slipped.
+
+Both are of a channel, from its phase's start on: wind-up is counted on through whole turns, a slip stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from emulator.factors.receiver import CycleSlips
+from emulator.receivers.channels import SLIPS, Channels, Flags
+from emulator.signals import windup
+from emulator.signals.geometry import Array
+from emulator.signals.rays import NONE, Disturbance, Rays
+from emulator.signals.slips import slips
+
+SLIP_SLOT = 3
+"""Place of the slips' words among those of a receiver and satellite; the loops' noise has the first three."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Carrier:
+    """How a craft's carrier phases come about.
+
+    antenna_axes_body   x and y (m, 3) of its antennas, None where nothing winds up
+    slips               None: never
+    interval_s          between epochs
+    """
+
+    antenna_axes_body: tuple[Array, Array] | None = None
+    slips: CycleSlips | None = None
+    interval_s: float = 1.0
+
+
+PLAIN = Carrier()
+
+
+def wind(carrier: Carrier, channels: Channels, begins: Flags, rays: Rays) -> tuple[Disturbance, Channels]:
+    """The wind-up of the measured signals, and channels that remember it."""
+    if carrier.antenna_axes_body is None or not len(rays):
+        return NONE, channels
+    scene, receiver, channel = rays.scene, rays.receiver, rays.channel
+    axes = tuple((axis @ scene.dcm_body_from_ecef)[receiver] for axis in carrier.antenna_axes_body)
+    cycles, rate = windup.wound_in_motion(
+        scene.motion.pos_m[rays.row],
+        scene.motion.vel_mps[rays.row],
+        scene.sun_ecef_m,
+        scene.antennas.pos_m[receiver],
+        scene.antennas.vel_mps[receiver],
+        axes,
+        scene.rate_body_rps @ scene.dcm_body_from_ecef,
+    )
+    before = np.where(begins, np.nan, channels.wound_cyc)[receiver, channel]
+    now = windup.continued(cycles, before)
+    wound = np.full_like(channels.wound_cyc, np.nan)
+    wound[receiver, channel] = now
+    disturbance = Disturbance(phase_m=now * rays.wave_m, rate_mps=rate * rays.wave_m)
+    return disturbance, replace(channels, wound_cyc=wound)
+
+
+def slip(carrier: Carrier, channels: Channels, begins: Flags, rays: Rays) -> Channels:
+    """Channels whose phases have slipped in this epoch: counted, and off from now on. One that begins has
+    nothing to slip from."""
+    if carrier.slips is None or not len(rays):
+        return channels
+    half_cycles = slips(carrier.slips, rays.words[:, SLIP_SLOT], rays.cn0_dbhz, carrier.interval_s)
+    place = rays.receiver, rays.channel
+    half_cycles = np.where(begins[place], 0, half_cycles)
+    if not half_cycles.any():
+        return channels
+    ambiguity, counted = channels.ambiguity.copy(), channels.slips.copy()
+    ambiguity[place] -= half_cycles / 2
+    counted[place] = (counted[place] + (half_cycles != 0)) % SLIPS
+    return replace(channels, ambiguity=ambiguity, slips=counted)
