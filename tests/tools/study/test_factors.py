@@ -1,0 +1,47 @@
+"""The study in small: what cancels, what does not, and who is told of a mistake."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tools.cli import main
+from tools.study.factors import largest, rms
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
+    out = tmp_path_factory.mktemp("study")
+    wanted = ("ephemeris_error", "code_noise", "ionosphere")
+    factors = [x for name in wanted for x in ("--factor", name)]
+    status = main(["study", "factors", "--duration", "1500", *factors, "--out", str(out), "--quiet"])
+    assert status == 0
+    assert (out / "factors.html").stat().st_size > 1_000_000, "plots and library inside"
+    return {row["factor"]: row for row in json.loads((out / "factors.json").read_text())}
+
+
+def test_without_factors_the_bus_is_all_that_is_left(rows):
+    assert rows["none"]["fix_m"] < 5e-4
+
+
+def test_errors_of_the_sky_cancel_where_both_use_the_same_satellites(rows):
+    assert rows["ephemeris_error"]["fix_m"] > 0.05
+    assert rows["ephemeris_error"]["cancels"] > 100
+    assert rows["ionosphere"]["cancels"] > 20
+    assert rows["ephemeris_error"]["unlike_m"] > 10 * rows["ephemeris_error"]["alike_m"]
+
+
+def test_noise_does_not_cancel(rows):
+    assert rows["code_noise"]["cancels"] < 2
+
+
+def test_figures_of_vectors():
+    vectors = np.array([[3.0, 4.0, 0.0], [np.nan] * 3, [0.0, 0.0, 1.0]])
+    assert rms(vectors) == pytest.approx(13**0.5)
+    assert largest(vectors) == 5.0
+    assert np.isnan(rms(vectors[1:2]))
+
+
+def test_a_scenario_of_one_craft_is_refused(capsys):
+    assert main(["study", "factors", "soyuz"]) == 2
+    assert "soyuz: 1 craft; a study of factors needs two" in capsys.readouterr().err
