@@ -24,6 +24,8 @@ from emulator.signals import draws
 from emulator.signals.ionosphere.effect import ionosphere
 from emulator.signals.ionosphere.prepare import build_field
 from emulator.signals.rays import Effect
+from emulator.world import almanac_orbits
+from emulator.world.almanac_orbits import HeldAlmanac
 from emulator.world.motion import build_motion, build_turning
 from emulator.world.sky import build_sky
 from emulator.world.sun import Sun
@@ -64,6 +66,7 @@ def build_world(
         given.sky.ray_height_km * 1e3,
         sky,
         Sun(gpstime.leap_seconds(time.start_ns)),
+        _almanac(given, resolve_path, sky.index),
         row_of,
         int(satellites.system_of(sky.index).max()) + 1,
         tuple(_craft(given, c, v, everywhere) for c, v in zip(given.craft, vehicles, strict=True)),
@@ -156,6 +159,19 @@ def _everywhere(
     except FileError as error:
         raise ScenarioError(f"sky.factors.ionosphere: {error}") from None
     return (*found, ionosphere(field))
+
+
+def _almanac(
+    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: Numbers
+) -> HeldAlmanac | None:
+    """The almanac that a scenario names, for the satellites (n,) of its sky."""
+    if not given.sky.almanac:
+        return None
+    try:
+        paths = [resolve_path(name) for name in given.sky.almanac]
+        return almanac_orbits.read(paths, index, given.time.start_ns)
+    except FileError as error:
+        raise ScenarioError(f"sky.almanac: {error}") from None
 
 
 def _pace(settings: scenario.Receivers) -> Pace:

@@ -18,6 +18,7 @@ PLACES: tuple[tuple[str, ...], ...] = (
     ("sky", "gps"),
     ("sky", "glonass"),
     ("sky", "orbits"),
+    ("sky", "almanac"),
     ("sky", "factors", "ionosphere", "files"),
     *(("craft", "trajectory", kind) for kind in _KINDS),
     ("craft", "observations", "file"),

@@ -23,6 +23,7 @@ from emulator.receivers.channels import Channels, Knowledge, Numbers, Pace
 from emulator.scenario import Receivers
 from emulator.signals.clock import Clocks, ClockState
 from emulator.signals.rays import Effect
+from emulator.world.almanac_orbits import HeldAlmanac
 from emulator.world.attitude import Attitude
 from emulator.world.attitude_table import TabulatedAttitude
 from emulator.world.motion import Motion
@@ -78,8 +79,9 @@ class CraftWorld:
 class World:
     """What does not change in a run.
 
-    sun     where it is
-    row_of  (SATELLITES,) row of the sky by satellite index, -1 none
+    sun      where it is
+    almanac  what all receivers hold, None: the sky itself
+    row_of   (SATELLITES,) row of the sky by satellite index, -1 none
     """
 
     seed: int
@@ -89,6 +91,7 @@ class World:
     ray_height_m: float
     sky: Sky
     sun: Sun
+    almanac: HeldAlmanac | None
     row_of: Numbers
     systems: int
     craft: tuple[CraftWorld | ObservedCraft, ...]

@@ -86,6 +86,8 @@ class Sky(Strict):
 
     orbits             SP3 files that are flown while satellites report what gps and glonass say; without
                        them what they report is the truth
+    almanac            files (YUMA, SEM, AGL) that receivers know untracked satellites by; without them they
+                       know the sky itself. Weeks of GPS are those nearest to the start of the run
     glonass_offset_ns  what no message tells: positive lengthens GLONASS pseudoranges, that is GLONASS system
                        time behind GPS (a signal sent at GPS time t is stamped earlier than t)
     ray_height_km      a ray that passes the Earth lower than this counts as hidden
@@ -94,6 +96,7 @@ class Sky(Strict):
     gps: str | list[str] = "nominal"
     glonass: str | list[str] = "nominal"
     orbits: tuple[str, ...] = ()
+    almanac: tuple[str, ...] = ()
     glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
     ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
     factors: SkyFactors = SkyFactors()

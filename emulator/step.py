@@ -63,7 +63,7 @@ def _play_observed(
 ) -> tuple[ObservedUnit, FrameBatch, NDArray]:
     """A craft whose receiver is real, and hears nobody."""
     sky, _ = heavens[int(craft.marks_ns[epoch])]
-    unit, block = observed.play(craft, unit, sky, world.row_of, world.session, epoch)
+    unit, block = observed.play(craft, unit, sky, world.almanac, world.row_of, world.session, epoch)
     return unit, block, observed.truth(craft, epoch)
 
 
@@ -104,7 +104,9 @@ def _craft_step(
     channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns, system)
     words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.draws else None
     seen, channels = observe(channels, begins, scene, craft.effects, words, craft.carrier)
-    rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    known = almanac.contents(world.almanac, sky)
+    rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    told = almanac.predictions(world.almanac, sky, rows, mark_ns)
     state = _receiver_state(channels, craft.vehicle.channels, knowledge)
     mark, attitude = frames.head_parts(
         paper, world.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), *_attitude(unit, scene),
@@ -115,9 +117,15 @@ def _craft_step(
         *answers,
         attitude,
         frames.receivers_part(
-            paper, seen, sky, scene.clock_s[0] - ahead_s, craft.vehicle.clock_domain, state
+            paper,
+            seen,
+            sky,
+            scene.clock_s[0] - ahead_s,
+            craft.vehicle.clock_domain,
+            state,
+            np.count_nonzero(known),
         ),
-        frames.almanac_part(paper, rows, sender, sky),
+        frames.almanac_part(paper, sky.index[rows], sender, told),
         paper.heartbeats,
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)

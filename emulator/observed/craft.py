@@ -24,6 +24,7 @@ from emulator.receivers import almanac, frames
 from emulator.receivers.channels import Numbers
 from emulator.receivers.observe import Observations, reported_at_transmission
 from emulator.truth import TRUTH, in_view_bits
+from emulator.world.almanac_orbits import HeldAlmanac
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
 from emulator.world.orbit import CraftState
 from emulator.world.sky import SkyState
@@ -111,12 +112,20 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
 
 
 def play(
-    craft: ObservedCraft, unit: ObservedUnit, sky: SkyState, row_of: Numbers, session: int, epoch: int
+    craft: ObservedCraft,
+    unit: ObservedUnit,
+    sky: SkyState,
+    held: HeldAlmanac | None,
+    row_of: Numbers,
+    session: int,
+    epoch: int,
 ) -> tuple[ObservedUnit, FrameBatch]:
-    """The block of an epoch; sky at the epoch's mark."""
+    """The block of an epoch; sky at the epoch's mark, `held` the almanac instead of it."""
     paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
     seen = observed(craft, sky, row_of, epoch)
-    rows, sender = almanac.portion(sky.available, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    known = almanac.contents(held, sky)
+    rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    told = almanac.predictions(held, sky, rows, mark_ns)
     mark, attitude = frames.head_parts(
         paper, session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
         MARK_OF_DOMAIN_0,
@@ -126,8 +135,10 @@ def play(
     parts = (
         mark,
         attitude,
-        frames.receivers_part(paper, seen, sky, clocks_s, craft.vehicle.clock_domain, state),
-        frames.almanac_part(paper, rows, sender, sky),
+        frames.receivers_part(
+            paper, seen, sky, clocks_s, craft.vehicle.clock_domain, state, np.count_nonzero(known)
+        ),
+        frames.almanac_part(paper, sky.index[rows], sender, told),
         paper.heartbeats,
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)

@@ -4,7 +4,7 @@ Order: time mark, answers to commands, attitude; for each receiver its channels,
 heartbeats. These are arrows 2 -> 3, 2 -> 7 and 4 -> 5 of RU 2706636 C1.
 
 Modelled, so constant on the bus: every node runs since its first start (RUNNING, boot_count 1), no phase
-has a half-cycle doubt (half_cycle 0), and the almanac is never old (age_h 0).
+has a half-cycle doubt (half_cycle 0).
 """
 
 from __future__ import annotations
@@ -23,12 +23,16 @@ from dbc.frames import WIDTH, FrameBatch
 from emulator.receivers.channels import FULL, Numbers
 from emulator.receivers.commands import Commands
 from emulator.receivers.observe import Observations
+from emulator.world.almanac_orbits import Predictions
 from emulator.world.sky import SkyState
 
 RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
 _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")
 
 CN0_TOP_DBHZ = 63.75
+AGE_TOP_H = 255
+"""Where C/N0 and the age of an almanac, ten days, end on the bus: more is told as this."""
+
 COUNTER_HZ = 10e6
 """Counter by which a receiver tags its latch, to 100 ns: diagnostic. Clocks are found from pseudoranges."""
 
@@ -154,7 +158,13 @@ def tag_offset_ns(clock_s: NDArray) -> NDArray:
 
 
 def receivers_part(
-    paper: Stationery, seen: Observations, sky: SkyState, clock_s: NDArray, clock_domain: Numbers, state: int
+    paper: Stationery,
+    seen: Observations,
+    sky: SkyState,
+    clock_s: NDArray,
+    clock_domain: Numbers,
+    state: int,
+    almanac_satellites: int,
 ) -> Part:
     """For each receiver its channels and its closing frames: what block 2 of RU 2706636 C1 puts out.
 
@@ -176,7 +186,7 @@ def receivers_part(
             "frames": k * tracking + 1,
             "channels_tracking": tracking,
             "state": state,
-            "almanac_satellites": np.count_nonzero(sky.available),
+            "almanac_satellites": almanac_satellites,
         },
     )
     place = np.concatenate((np.repeat(2 * receiver, k), np.repeat(2 * np.arange(m) + 1, len(_CLOSING))))
@@ -213,16 +223,16 @@ def _channel_values(seen: Observations, sky: SkyState) -> dict:
     }  # fmt: skip
 
 
-def almanac_part(paper: Stationery, rows: Numbers, receiver: Numbers, sky: SkyState) -> Part:
+def almanac_part(paper: Stationery, sat: Numbers, receiver: Numbers, told: Predictions) -> Part:
     """Predictions of satellites (p,), three frames each, from receivers (p,) (0-based)."""
-    pos, vel = sky.pos_ecef_m[rows].T, sky.vel_ecef_mps[rows].T
+    pos, vel = told.pos_ecef_m.T, told.vel_ecef_mps.T
     values = {
-        "sat_system": satellites.system_of(sky.index[rows]),
-        "sat_number": satellites.number_of(sky.index[rows]),
+        "sat_system": satellites.system_of(sat),
+        "sat_number": satellites.number_of(sat),
         "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
         "vx_mps": vel[0], "vy_mps": vel[1], "vz_mps": vel[2],
-        "health": ~sky.healthy[rows],
-        "age_h": 0,
+        "health": ~told.healthy,
+        "age_h": np.minimum(np.floor(told.age_h), AGE_TOP_H),
     }  # fmt: skip
     return _part(paper.almanac, paper.almanac_id[receiver], values)
 

@@ -27,7 +27,7 @@ def observations(n_channels):
 def part(seen):
     the_world = bench.world()
     paper, sky = the_world.craft[0].stationery, the_world.sky.at(the_world.start_ns)
-    return frames.receivers_part(paper, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int))
+    return frames.receivers_part(paper, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int), 48)
 
 
 @pytest.mark.parametrize(
