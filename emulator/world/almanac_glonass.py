@@ -49,8 +49,10 @@ def orbit(elements: dict[str, Array], since_node_s: Array) -> tuple[Array, Array
     at_node = 2 * np.arctan(-np.tan(omega / 2) * np.sqrt((1 - e) / (1 + e)))
     start = at_node - e * np.sin(at_node) + omega
     mean = np.stack((axis_m, e * np.sin(omega), e * np.cos(omega), node, inclination, start + motion * tau_s))
-    waves = periodic(mean, motion * tau_s) - periodic(np.stack((*mean[:5], start)), np.zeros_like(tau_s))
-    return _cartesian(mean + waves)
+    since_node = motion * tau_s
+    at_once = np.stack((np.stack((*mean[:5], start)), mean), axis=1)
+    waves = periodic(at_once, np.stack((np.zeros_like(since_node), since_node)))
+    return _cartesian(mean + waves[:, 1] - waves[:, 0])
 
 
 def semi_major_axis_m(period_s: Array, inclination: Array, e: Array, omega: Array) -> Array:
@@ -69,9 +71,9 @@ def semi_major_axis_m(period_s: Array, inclination: Array, e: Array, omega: Arra
 def periodic(mean: Array, passed: Array) -> Array:
     """What J2 adds to mean elements within a revolution.
 
-    mean     (6, n) axis a [m], h = e sin w, l = e cos w, node, inclination, argument of latitude L [rad]
-    passed   (n,) mean angle since the node [rad]: h, l, node, and L drift with it
-    returns  (6, n)
+    mean     (6, ...) axis a [m], h = e sin w, l = e cos w, node, inclination, argument of latitude L [rad]
+    passed   (...,) mean angle since the node [rad]: h, l, node, and L drift with it
+    returns  (6, ...)
     Source: GLONASS ICD 5.1, A.3.2.2
     """
     a, h, l, _, i, u = mean  # noqa: E741 - the document's letter
