@@ -127,29 +127,19 @@ def receive(
     )  # fmt: skip
 
 
-def heard(
-    at: Around,
-    cn0_dbhz: Array,
-    candidate: NDArray[np.bool_],
-    threshold_dbhz: float,
-    system: Numbers,
-    wave_m: Array,
-) -> tuple[Array, NDArray[np.bool_]]:
-    """C/N0 (m, n) and which satellites are heard (m, n), where the hull is in the way.
+def heard(at: Around, cn0_dbhz: Array, candidate: NDArray[np.bool_], system: Numbers, wave_m: Array) -> Array:
+    """C/N0 (m, n) with the hull in the way.
 
     candidate   (m, n) would be heard without it;  system, wave_m (n,) of the satellites
-    A hidden satellite may be heard by its reflection, if receivers hold such a lock.
+    A hidden satellite may be heard by its reflection, if receivers hold such a lock; else not at all.
     """
     hidden = candidate & at.hidden
     if not hidden.any():
-        return cn0_dbhz, candidate
-    cn0, signal = cn0_dbhz.copy(), candidate & ~at.hidden
-    antenna, satellite = np.nonzero(hidden)
-    cn0[antenna, satellite] = -np.inf
+        return cn0_dbhz
+    cn0 = np.where(hidden, -np.inf, cn0_dbhz)
     multipath = at.hull.multipath
     if multipath is not None and multipath.hold_reflections:
+        antenna, satellite = np.nonzero(hidden)
         reception = receive(at, antenna, satellite, system[satellite], wave_m[satellite])
-        level = cn0_dbhz[antenna, satellite] + reception.level_db
-        cn0[antenna, satellite] = level
-        signal[antenna, satellite] = level >= threshold_dbhz
-    return cn0, signal
+        cn0[antenna, satellite] = cn0_dbhz[antenna, satellite] + reception.level_db
+    return cn0

@@ -24,9 +24,13 @@ PLACES: tuple[tuple[str, ...], ...] = (
     ("craft", "observations", "file"),
     *(("craft", "observations", "reference", kind) for kind in _KINDS),
     ("craft", "attitude", "file"),
-    ("craft", "factors", "receive_pattern", "file"),
+    ("craft", "factors", "receive_pattern", "pattern"),
+    ("craft", "structure"),
 )
 """Where a scenario names files; `craft` is every craft."""
+
+MAY_SHIP = {"pattern", "structure"}
+"""Keys whose values may be names of what ships with the bench."""
 
 _NO_FILES = ("nominal", "none")
 
@@ -34,24 +38,27 @@ _NO_FILES = ("nominal", "none")
 def anchor(document: dict[str, Any], folder: Path) -> None:
     """Make the names of files in a scenario's document absolute, in place.
 
-    A name is looked for in `folder`, then in the folder of real data; one that is in neither is left where it
-    would be in `folder`, and whoever reads it says that it is not there.
+    A name is looked for in `folder`, then in the folder of real data. One that is in neither may be that of
+    something that ships; else it is left where it would be in `folder`, and whoever reads it says that it is
+    not there.
     """
     data = os.environ.get(DATA)
     folders = [folder, *([Path(data)] if data else [])]
 
-    def absolute(name: Any) -> Any:
+    def absolute(name: Any, may_ship: bool) -> Any:
         if isinstance(name, list):
-            return [absolute(item) for item in name]
+            return [absolute(item, may_ship) for item in name]
         if not isinstance(name, str) or name in _NO_FILES:
             return name
-        found = (place / name for place in folders if (place / name).exists())
-        return str(next(found, folder / name).resolve())
+        found = next((place / name for place in folders if (place / name).is_file()), None)
+        if found is None and may_ship:
+            return name
+        return str((found or folder / name).resolve())
 
     for keys in PLACES:
         for owner in _owners(document, keys[:-1]):
             if keys[-1] in owner:
-                owner[keys[-1]] = absolute(owner[keys[-1]])
+                owner[keys[-1]] = absolute(owner[keys[-1]], keys[-1] in MAY_SHIP)
 
 
 def _owners(table: Any, keys: tuple[str, ...]) -> Iterator[dict[str, Any]]:

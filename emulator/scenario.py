@@ -111,8 +111,8 @@ class Orbit(Strict):
                     of 2 for low inclinations to 6 for polar orbits
     radiation_*     of a ball; the coefficient is 1 where light is absorbed, 2 where it is mirrored
 
-    Navigation satellites radiate equally in all directions (`emulator.signals.link`): what is seen and
-    measured is right in low orbits; high ones fly, but see too many satellites too well.
+    Without the factor `transmit_pattern` navigation satellites radiate equally in all directions: what is
+    seen and measured is right in low orbits; high ones fly, but see too many satellites too well.
     """
 
     semi_major_axis_km: Annotated[float, Field(ge=6500, le=100_000)] | None = None

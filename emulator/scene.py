@@ -27,21 +27,22 @@ def scene_of(
     sight = view.look(motion, state.pos_ecef_m, antennas)
     cn0_dbhz = radio.cn0_dbhz(craft.radio, settings, sky, sight, antennas, state.pos_ecef_m, dcm)
     in_sight = sky.available & view.in_sight(sight, world.ray_height_m)
-    signal = in_sight & (sight.angle_rad <= vehicle.mask_rad[:, None])
-    signal &= cn0_dbhz >= settings.lock_threshold_dbhz
+    in_field = in_sight & (sight.angle_rad <= vehicle.mask_rad[:, None])
     sun_m = world.sun.at(t_ns)
-    if craft.lock is not None:
-        signal &= holds(craft.lock, cn0_dbhz)
     around = None
     if craft.hull is not None:
         since_s = (t_ns - world.start_ns) / NS_PER_S
         around = hull.around(craft.hull, sight, motion, state, dcm, rate, sun_m, since_s)
         system = satellites.system_of(sky.index)
         wave_m = wavelength_m(system, sky.frequency)
-        cn0_dbhz, signal = hull.heard(around, cn0_dbhz, signal, settings.lock_threshold_dbhz, system, wave_m)
+        candidate = in_field & (cn0_dbhz >= settings.lock_threshold_dbhz)
+        cn0_dbhz = hull.heard(around, cn0_dbhz, candidate, system, wave_m)
+    signal = in_field & (cn0_dbhz >= settings.lock_threshold_dbhz)
+    held = signal if craft.lock is None else in_field & holds(craft.lock, cn0_dbhz)
     offset_s, drift = clocks
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(
-        t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, by_receiver,
+        t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, held,
+        by_receiver,
         offset_s, around, dcm, sun_m,
     )  # fmt: skip

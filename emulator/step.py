@@ -17,7 +17,7 @@ from emulator.observed import craft as observed
 from emulator.observed.craft import ObservedCraft, ObservedUnit
 from emulator.onboard import attitude_error
 from emulator.receivers import almanac, commands, frames, search
-from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, retarget
+from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, receivable, retarget
 from emulator.receivers.observe import observe
 from emulator.records import CraftWorld, EmulatorState, UnitState, World
 from emulator.scene import scene_of
@@ -101,7 +101,8 @@ def _craft_step(
     target = search.choose(craft.rule, channels, scene.signal & sky.healthy, scene.view, sky.index, renews)
     channels = retarget(channels, channels.commanded, target, t_ns)
     system = satellites.system_of(sky.index) if craft.by_frames else None
-    channels, knowledge, begins = advance(channels, unit.knowledge, scene.signal, craft.pace, t_ns, system)
+    signal = receivable(channels, scene.signal, scene.held)
+    channels, knowledge, begins = advance(channels, unit.knowledge, signal, craft.pace, t_ns, system)
     words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.draws else None
     seen, channels = observe(channels, begins, scene, craft.effects, words, craft.carrier)
     known = almanac.contents(world.almanac, sky)

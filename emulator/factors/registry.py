@@ -59,7 +59,11 @@ FACTORS = table(
     Row("code_bias", CodeBias, "differences of P1 and C1 as CODE publishes them", "sky"),
     Row("ionosphere", Ionosphere, "IS-GPS-200, 20.3.3.5.2.5; IONEX 1.0; Chapman layers", "sky"),
     Row("clock_instability", ClockInstability, "two-state clocks by class of oscillator"),
-    Row("interchannel_bias", InterchannelBias, "Harmegnies, Defraigne & Petit (2012), table 7"),
+    Row(
+        "interchannel_bias",
+        InterchannelBias,
+        "Jiang & Lewandowski, Int. J. Navigation Observ. (2012) 353961, table 7",
+    ),
     Row("cycle_slips", CycleSlips, "Viterbi, Proc. IEEE 51 (1963) 1737"),
     Row("loss_of_lock", LossOfLock, "Kaplan & Hegarty, 3rd ed., 8.9: rules of thumb of PLL and DLL"),
     Row("phase_windup", PhaseWindup, "Wu et al., Manuscripta Geodaetica 18 (1993) 91"),

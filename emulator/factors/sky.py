@@ -65,13 +65,13 @@ class SatelliteClockError(Factor):
 class CodeBias(Factor):
     """Satellites' delays of the C/A code against the P code that their broadcast clocks belong to.
 
-    sigma_ns    1 sigma over satellites, GPS: that of the values for 28 satellites, December 1999 to March
-    2000, in
-                IGS's cc2noncc (J. Ray), 0.28 m
+    sigma_ns    1 sigma over satellites, GPS: that of the values for 28 satellites, December 1999 to
+                March 2000, in IGS's cc2noncc (J. Ray), 0.28 m
     p1_c1_ns    satellite name ("G05") -> P1 - C1 [ns] as monthly files have it, instead of a draw
     """
 
     sigma_ns: Annotated[float, Field(ge=0, le=1000)] = 0.94
-    p1_c1_ns: dict[Annotated[str, Field(pattern=r"^G\d\d$")], Annotated[float, Field(ge=-1000, le=1000)]] = (
-        Field(default_factory=dict)
-    )
+    p1_c1_ns: dict[
+        Annotated[str, Field(pattern=r"^G(0[1-9]|[1-5]\d|6[0-3])$")],
+        Annotated[float, Field(ge=-1000, le=1000)],
+    ] = Field(default_factory=dict)

@@ -117,6 +117,17 @@ def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -
     return replace(channels, commanded=commanded, target=target, lock=lock, since_ns=since_ns)
 
 
+def receivable(channels: Channels, signal: Flags, held: Flags) -> Flags:
+    """(m, n) signals at antennas: strong enough to be found, or, where a channel has it, to be held."""
+    if held is signal:
+        return signal
+    receiver, channel = np.nonzero(channels.lock >= BIT_SYNC)
+    row = channels.target[receiver, channel]
+    out = signal.copy()
+    out[receiver, row] = held[receiver, row]
+    return out
+
+
 def advance(
     channels: Channels,
     knowledge: Knowledge,

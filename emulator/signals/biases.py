@@ -17,10 +17,10 @@ from emulator.world.earth import LIGHT_MPS
 
 Array = NDArray[np.float64]
 
-FREQUENCIES = np.arange(-7, 7)
+FREQUENCIES = np.arange(-7, 14)
 """GLONASS frequency numbers. GLONASS ICD 5.1 (2008), 3.3.1.1, table 3.1."""
 
-_PER_RECEIVER = 16  # one delay, one slope, a number for each frequency
+_PER_RECEIVER = 24  # one delay, one slope, a number for each frequency, one spare
 
 
 def satellite_code_m(parameters: CodeBias, seed: int, index: NDArray[np.int64]) -> Array:
@@ -36,11 +36,11 @@ def satellite_code_m(parameters: CodeBias, seed: int, index: NDArray[np.int64]) 
 def receiver_code_m(
     parameters: InterchannelBias, seed: int, craft_key: int, receivers: int
 ) -> tuple[Array, Array]:
-    """What to add to pseudoranges [m]: (m,) all of a receiver's, and (m, 14) those of GLONASS by frequency
+    """What to add to pseudoranges [m]: (m,) all of a receiver's, and (m, 21) those of GLONASS by frequency
     number, FREQUENCIES."""
     raw = draws.words(seed, craft_key, draws.BIASES, 0, MAX_RECEIVERS * _PER_RECEIVER // draws.SLOTS)
     standard = draws.normal(raw).reshape(MAX_RECEIVERS, _PER_RECEIVER)[:receivers]
     slope = parameters.slope_m_per_channel * standard[:, 1:2]
     return parameters.hardware_m * standard[:, 0], slope * FREQUENCIES + parameters.scatter_m * standard[
-        :, 2:
+        :, 2 : 2 + len(FREQUENCIES)
     ]

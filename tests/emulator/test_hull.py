@@ -23,6 +23,7 @@ def test_the_structure_hides_satellites_and_adds_none():
     assert shaded.signal.sum() < free.signal.sum()
     hidden = shaded.around.hidden
     assert np.array_equal(shaded.signal, free.signal & ~hidden)
+    assert not shaded.held[hidden].any()
 
 
 def test_a_reflection_of_a_hidden_satellite_may_be_heard():

@@ -53,7 +53,7 @@ def test_receivers_differ_by_frequency_as_they_were_told():
         np.concatenate(parts)
         for parts in zip(*(receiver_code_m(InterchannelBias(), 1, key, 4) for key in range(500)), strict=True)
     )
-    assert by_frequency.shape == (2000, len(FREQUENCIES)) == (2000, 14)
+    assert by_frequency.shape == (2000, len(FREQUENCIES)) == (2000, 21)
     assert common.std() == pytest.approx(3.0, rel=0.06)
     expected = np.sqrt((0.05 * FREQUENCIES) ** 2 + 0.23**2)
     assert by_frequency.std(axis=0) == pytest.approx(expected, rel=0.08)
