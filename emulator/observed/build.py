@@ -11,6 +11,7 @@ from dbc import codec, gpstime
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import scenario
+from emulator.factors.registry import FACTORS
 from emulator.files import rinex_obs
 from emulator.files.text import FileError
 from emulator.observed.craft import ObservedCraft
@@ -50,6 +51,16 @@ def span_of(path: str, craft: str) -> dict[str, object]:
     }
 
 
+def _refuse(craft: scenario.Craft) -> None:
+    """ScenarioError if the scenario asks something of a real receiver that only an emulated one can do."""
+    added = [name for name in craft.factors.on() if not FACTORS[name].default]
+    if added or craft.structure:
+        key = f"factors.{added[0]}" if added else "structure"
+        raise ScenarioError(
+            f"craft.{craft.name}.{key}: acts on emulated receivers; this one is real and played"
+        )
+
+
 def build_observed(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> ObservedCraft:
     """The craft of a scenario whose observations are played; ScenarioError if they cannot be."""
     time, settings = given.time, craft.observations
@@ -59,6 +70,13 @@ def build_observed(given: scenario.Scenario, craft: scenario.Craft, vehicle: Veh
             f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
         )
     nominal_ns = time.start_ns + np.arange(time.epochs) * time.interval_ns
+    _refuse(craft)
+    step_ns = np.diff(file.t_ns).min(initial=time.interval_ns)
+    if abs(time.interval_ns / step_ns - 1) > NEAR:
+        raise ScenarioError(
+            f"craft.{craft.name}.observations: {settings.file} has an epoch every {step_ns / NS_PER_S:g} s; "
+            f"epoch_interval_s is {time.epoch_interval_s:g}"
+        )
     number = np.rint((file.t_ns - time.start_ns) / time.interval_ns).astype(np.int64)
     inside = (number >= 0) & (number < time.epochs)
     late_ns = np.abs(file.t_ns - time.start_ns - number * time.interval_ns)
@@ -68,7 +86,7 @@ def build_observed(given: scenario.Scenario, craft: scenario.Craft, vehicle: Veh
     marks_ns = nominal_ns.copy()
     marks_ns[number[number >= 0]] = file.t_ns[number >= 0]
     signals = [SIGNALS[name] for name in settings.signals]
-    played = tracks(file, signals, number, time.epoch_interval_s, int(vehicle.channels[0]))
+    played = tracks(file, signals, number, int(vehicle.channels[0]))
     reference = None
     if settings.reference is not None:
         key = f"craft.{craft.name}.observations.reference"

@@ -23,6 +23,15 @@ class File:
     obs: dict
     lli: dict = field(default_factory=dict)
     origin: str = "test.10o"
+    frequencies: dict = field(default_factory=dict)
+
+    @property
+    def t_ns(self):
+        return (INTERVAL_S * 1e9 * np.arange(self.epoch.max() + 1)).astype(np.int64)
+
+    @property
+    def header(self):
+        return self
 
 
 def gps(number):
@@ -48,7 +57,7 @@ def one_satellite(epochs, **more):
 
 def played(file, signals=("L1CA",), channels=12):
     epochs = np.arange(file.epoch.max() + 1)
-    return tracks(file, [SIGNALS[name] for name in signals], epochs, INTERVAL_S, channels)
+    return tracks(file, [SIGNALS[name] for name in signals], epochs, channels)
 
 
 def test_rates_come_from_the_phase_to_a_millimetre_a_second():
@@ -63,6 +72,27 @@ def test_short_arcs_have_the_rate_their_length_allows():
     for length, limit in ((2, 45.0), (3, 1.0), (4, 0.02)):
         rows = played(one_satellite(np.arange(length)))
         assert np.abs(rows.rate_mps - low_orbit_rate_mps(INTERVAL_S * rows.epoch)).max() < limit
+
+
+def test_after_a_slip_the_code_tells_the_rate_until_the_phase_can():
+    file = one_satellite(np.arange(8))
+    file.lli["L1"] = np.array([0, 0, 0, 0, 0, 0, 1, 0])
+    rows = played(file)
+    assert np.abs(rows.rate_mps - low_orbit_rate_mps(INTERVAL_S * rows.epoch)).max() < 0.05
+
+
+def test_glonass_waves_have_their_own_lengths():
+    number = 3
+    wave_m = 299_792_458.0 / (1_602.0e6 - 7 * 562.5e3)
+    epochs = np.arange(20)
+    range_m = low_orbit_range_m(INTERVAL_S * epochs)
+    sat = np.full(20, int(satellites.index(satellites.GLONASS, number)))
+    file = File(epochs, sat, {"C1": range_m, "L1": range_m / wave_m}, frequencies={number: -7})
+    rows = played(file, ("L1OF",))
+    assert np.abs(rows.rate_mps - low_orbit_rate_mps(INTERVAL_S * rows.epoch)).max() < 1e-3
+    file.frequencies.clear()
+    with pytest.raises(ScenarioError, match=r"test\.10o: GLONASS SLOT / FRQ # has no frequency of R03"):
+        played(file, ("L1OF",))
 
 
 def test_a_lone_observation_has_no_rate_and_is_dropped_and_counted():
