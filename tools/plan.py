@@ -20,6 +20,7 @@ from emulator.files.text import FileError
 from emulator.named_files import anchor
 from emulator.scenario import Scenario, ScenarioError
 from emulator.step import World
+from flightsw.assign import POLICIES
 from flightsw.step import FlightConfig, configure
 from tools import replays
 from tools.budget import Budget, budget
@@ -87,6 +88,7 @@ def make(
     loaded = tuple(vehicles.load(file) for file in files)
     texts = tuple(Path(file).read_text("utf-8") for file in files)
     flights = tuple(map(_flight, scenario.craft, loaded))
+    _check_obedience(scenario, flights)
     _check_expectations(scenario, flights, str(path))
     session = session_of(scenario.seed)
     world = build_world(scenario, loaded, session)
@@ -169,6 +171,17 @@ def _flight(craft: scenarios.Craft, vehicle: Vehicle) -> FlightConfig:
         return configure(vehicle, craft.flight.policy, craft.flight.options)
     except ValueError as error:
         raise Mistake("\n".join(f"craft {craft.name}: {line}" for line in str(error).splitlines())) from None
+
+
+def _check_obedience(scenario: Scenario, flights: Sequence[FlightConfig]) -> None:
+    """A real receiver that is played obeys nobody: a policy that commands it would do so in vain."""
+    for craft, flight in zip(scenario.craft, flights, strict=True):
+        if craft.observations is not None and flight.policy.assign is not None:
+            free = ", ".join(name for name, row in POLICIES.items() if row.assign is None)
+            raise Mistake(
+                f"craft {craft.name}: policy '{craft.flight.policy}' commands receivers; this one is "
+                f"played; use {free}"
+            )
 
 
 def _check_expectations(scenario: Scenario, flights: Sequence[FlightConfig], origin: str) -> None:

@@ -32,6 +32,8 @@ def change(document: dict[str, Any], a: Namespace) -> None:
             document.setdefault("sky", {})["orbits"] = [str(path.resolve()) for path in a.sp3]
         return
     sky = document.setdefault("sky", {})
+    if a.sp3 and a.nav:
+        raise Mistake("--nav with --sp3 in a replay: satellites are where one of them says; give one")
     if a.sp3:
         sky.update(_reported(a.sp3))
     for craft in played:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dbc import codec, gpstime
+from dbc import codec, gpstime, satellites
 from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import scenario
@@ -91,11 +91,15 @@ def build_observed(given: scenario.Scenario, craft: scenario.Craft, vehicle: Veh
     if settings.reference is not None:
         key = f"craft.{craft.name}.observations.reference"
         reference = read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), key)
+    frequency = np.zeros(satellites.SATELLITES, np.int64)
+    for number, k in file.header.frequencies.items():
+        frequency[satellites.index(satellites.GLONASS, number)] = k
     contract = codec.codec(vehicle.antennas)
     return ObservedCraft(
         craft.name,
         vehicle,
         reference,
+        frequency,
         played,
         np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
         marks_ns,

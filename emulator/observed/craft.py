@@ -9,7 +9,7 @@ arms. The receiver obeys nobody.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -54,11 +54,13 @@ class ObservedCraft:
     tracks   rows of all epochs;  bounds (epochs + 1,) where each epoch's begin
     marks_ns (epochs,) tags, those that the file would have where it has none
     orbit    the reference, None without one
+    frequency   (SATELLITES,) GLONASS frequency numbers by the file, 0 elsewhere
     """
 
     name: str
     vehicle: Vehicle
     orbit: Trajectory | None
+    frequency: Numbers
     tracks: Tracks
     bounds: Numbers
     marks_ns: Numbers
@@ -122,6 +124,9 @@ def play(
 ) -> tuple[ObservedUnit, FrameBatch]:
     """The block of an epoch; sky at the epoch's mark, `held` the almanac instead of it."""
     paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
+    # Precise orbits tell no frequencies; what the receiver tuned to counts.
+    told = craft.frequency[sky.index]
+    sky = replace(sky, frequency=np.where(told != 0, told, sky.frequency))
     seen = observed(craft, sky, row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)

@@ -51,6 +51,7 @@ def run(arguments: Namespace) -> int:
     from tools.folder import RunFolder, default_path, naming
 
     plan = plans.make(arguments)
+    _tell_dropped(plan)
     if arguments.bus not in ("inline", "embedded"):
         if len(plan.names) > 1:
             raise Mistake(
@@ -76,6 +77,18 @@ def run(arguments: Namespace) -> int:
         folder.discard()
         return INTERRUPTED
     return _finish(plan, arguments, folder, outcome, digests)
+
+
+def _tell_dropped(plan) -> None:
+    """Observations of a played receiver that cannot be used."""
+    for craft in plan.world.craft:
+        tracks = getattr(craft, "tracks", None)
+        if tracks is not None and tracks.dropped:
+            print(
+                f"{PROGRAM}: {craft.name}: {tracks.dropped} of {tracks.dropped + len(tracks)} observations "
+                "are left out: alone in time, hence without a range rate, or without a channel",
+                file=sys.stderr,
+            )
 
 
 def check_combination(arguments: Namespace) -> None:

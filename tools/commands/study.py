@@ -49,7 +49,12 @@ def run(arguments: Namespace) -> int:
         for name in names
         for turned in (False, True)
     ]
-    jobs[0].plan()  # every mistake before the first run
+    for job in jobs[::2]:  # every mistake before the first run
+        job.plan()
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Mistake(f"--out {arguments.out}: {error.strerror}") from None
     try:
         found = play_all(jobs, arguments.jobs, None if arguments.quiet else sys.stderr)
     except KeyboardInterrupt:
@@ -58,7 +63,6 @@ def run(arguments: Namespace) -> int:
     effects = [Effect(name, *found[2 * k : 2 * k + 2]) for k, name in enumerate(names)]
     rows = figures(effects)
     print(page.text(rows))
-    arguments.out.mkdir(parents=True, exist_ok=True)
     target = arguments.out / "factors.html"
     page.write(effects, rows, jobs[0].about(), target)
     (arguments.out / "factors.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
