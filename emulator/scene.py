@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from dbc import satellites
 from dbc.gpstime import NS_PER_S
 from emulator import hull, radio
@@ -38,7 +40,8 @@ def scene_of(
         candidate = in_field & (cn0_dbhz >= settings.lock_threshold_dbhz)
         cn0_dbhz = hull.heard(around, cn0_dbhz, candidate, system, wave_m)
     signal = in_field & (cn0_dbhz >= settings.lock_threshold_dbhz)
-    held = signal if craft.lock is None else in_field & holds(craft.lock, cn0_dbhz)
+    # What is hidden has no level at all; the loops' formulas begin at 0 dBHz, which no loop holds.
+    held = signal if craft.lock is None else in_field & holds(craft.lock, np.maximum(cn0_dbhz, 0.0))
     offset_s, drift = clocks
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(
