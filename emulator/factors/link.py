@@ -34,8 +34,7 @@ class ReceivePattern(Factor):
     column                     gain column of a file that has several
     antennas                   antenna name -> pattern, where it differs
     floor_dbi                  gain at 180 deg of a table that ends before
-    axial_ratio_db             at boresight; with the next, how weakly left-handed waves are received (3 dB is
-    axial_ratio_at_90deg_db    what makers usually promise at zenith, the horizon's is modelled)
+    How weakly left-handed waves are received belongs to reflections: `Multipath.cross_polar_db`.
     """
 
     pattern: str = "law"
@@ -44,8 +43,6 @@ class ReceivePattern(Factor):
     gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
     antennas: dict[str, str] = Field(default_factory=dict)
     floor_dbi: Annotated[float, Field(ge=-120, le=30)] = -20.0
-    axial_ratio_db: Annotated[float, Field(ge=0, le=40)] = 3.0
-    axial_ratio_at_90deg_db: Annotated[float, Field(ge=0, le=40)] = 10.0
 
 
 class LinkBudget(Factor):

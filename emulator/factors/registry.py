@@ -71,7 +71,7 @@ FACTORS = table(
     Row("attitude_error", AttitudeError, "Farrenkopf, J. Guidance and Control 1 (1978) 282"),
     Row("onboard_clock", OnboardClock, "offset, drift and random walk"),
     Row("transmit_pattern", TransmitPattern, "published patterns by block; IS-GPS-200, GLONASS ICD 5.1"),
-    Row("receive_pattern", ReceivePattern, "tables by angle; Balanis, Antenna Theory, 4th ed., 2.12"),
+    Row("receive_pattern", ReceivePattern, "tables by angle, shipped or of a file"),
     Row("link_budget", LinkBudget, "Friis, Proc. IRE 32 (1944) 419"),
     Row("jamming", Jamming, "Betz, ION NTM 2000; Kaplan & Hegarty, 3rd ed., 9.2"),
     Row("shadowing", Shadowing, "Kay & Kajiya, Computer Graphics 20 (1986) 269"),

@@ -25,8 +25,7 @@ def antennas_of(factor: ReceivePattern, names: tuple[str, ...]) -> patterns.Rece
     wanted = [factor.antennas.get(name, factor.pattern) for name in names]
     law_dbi = factor.gain_dbi, factor.gain_at_90deg_dbi
     found = {name: budget.pattern_of(name, factor.column, law_dbi) for name in wanted}
-    axial_ratio_db = factor.axial_ratio_db, factor.axial_ratio_at_90deg_db
-    return patterns.receive(tuple(found[name] for name in wanted), factor.floor_dbi, axial_ratio_db)
+    return patterns.receive(tuple(found[name] for name in wanted), factor.floor_dbi)
 
 
 def budget_of(transmitters: budget.Transmit, antennas: patterns.Receive, factor: LinkBudget) -> Budget:

@@ -60,46 +60,26 @@ def look_up(tables: Array, row: ArrayLike, angle_rad: Array) -> Array:
     return low + share * (flat.take(left + 1) - low)
 
 
-def cross_polar_db(axial_ratio_db: ArrayLike) -> NDArray[np.float64]:
-    """How much weaker [dB] an antenna of this axial ratio receives the wave of the wrong hand.
-
-    Source: Balanis, Antenna Theory, 4th ed., 2.12: (AR + 1) / (AR - 1) for the amplitudes. A ratio of 0 dB
-    receives none: 60 dB is taken as its limit
-    """
-    ratio = 10 ** (np.maximum(axial_ratio_db, 0.0174) / 20)
-    return 20 * np.log10((ratio + 1) / (ratio - 1))
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Receive:
     """Receiving antennas of a craft.
 
-    right_dbi, left_dbi   (r, 721) gain of the pattern for right- and left-handed waves
-    row                   (m,) pattern of each antenna
+    right_dbi   (r, 721) gain of the pattern for right-handed waves
+    row         (m,) pattern of each antenna
     """
 
     right_dbi: Array
-    left_dbi: Array
     row: NDArray[np.intp]
 
 
-def receive(patterns: tuple[Pattern, ...], floor_dbi: float, axial_ratio_db: tuple[float, float]) -> Receive:
-    """Receiving antennas from one pattern for each.
-
-    axial_ratio_db   at boresight and from 90 deg on; linear in the angle between (modelled)
-    """
+def receive(patterns: tuple[Pattern, ...], floor_dbi: float) -> Receive:
+    """Receiving antennas from one pattern for each; floor_dbi at 180 deg where one ends before."""
     distinct = list(dict.fromkeys(patterns))
     right = np.array([on_grid(pattern, floor_dbi) for pattern in distinct])
-    rejection_db = cross_polar_db(np.interp(GRID_DEG, (0.0, 90.0), axial_ratio_db))
     row = np.array([distinct.index(pattern) for pattern in patterns])
-    return Receive(right, right - rejection_db, row)
+    return Receive(right, row)
 
 
 def gain_dbi(antennas: Receive, angle_rad: Array) -> Array:
     """Gain (m, n) [dBi] for right-handed waves at angles (m, n) off each antenna's boresight [rad]."""
     return look_up(antennas.right_dbi, antennas.row[:, None], angle_rad)
-
-
-def left_gain_dbi(antennas: Receive, angle_rad: Array) -> Array:
-    """Gain (m, n) [dBi] for left-handed waves, as reflections are."""
-    return look_up(antennas.left_dbi, antennas.row[:, None], angle_rad)

@@ -11,7 +11,7 @@ from emulator.signals import blocks, budget, frontend, patterns
 from emulator.signals.bands import band_of
 
 EARTH_M, GEO_M = 6_378_137.0, 42_164_000.0
-ISOTROPIC = patterns.receive((budget.shipped("isotropic"),), 0.0, (3.0, 3.0))
+ISOTROPIC = patterns.receive((budget.shipped("isotropic"),), 0.0)
 
 
 def received_dbw(block, radius_m, craft_m, off_nadir_deg=None, elevation_deg=None, level="typical"):
@@ -114,7 +114,7 @@ def test_cn0_is_power_gain_noise_and_loss():
 
 def test_noise_of_every_antenna_and_jamming_add_as_powers():
     row = blocks.block_rows(date(2021, 1, 15), "by-date", {})
-    both = patterns.receive((budget.shipped("isotropic"),) * 2, 0.0, (3.0, 3.0))
+    both = patterns.receive((budget.shipped("isotropic"),) * 2, 0.0)
     noise = frontend.density_wphz(np.array([290.0, 580.0]))
     table = budget.Budget(budget.transmit(row, "typical"), both, noise, 0.0)
     index, angle = np.array([1, 2, 65]), np.zeros((2, 3))

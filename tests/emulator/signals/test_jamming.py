@@ -9,7 +9,7 @@ from emulator.signals import budget, jamming, patterns
 from emulator.signals.jamming import Jammers
 
 CHIP_HZ = 1.023e6
-ISOTROPIC = patterns.receive((budget.shipped("isotropic"),), 0.0, (3.0, 3.0))
+ISOTROPIC = patterns.receive((budget.shipped("isotropic"),), 0.0)
 
 
 def overlap(kind, offset_hz=0.0, bandwidth_hz=2 * CHIP_HZ):
@@ -93,7 +93,7 @@ def test_the_documents_jammer_is_41_decibel_above_the_noise():
 
 def test_the_receive_pattern_stands_between():
     """A null of 80 dB towards the Earth takes 80 dB off a jammer there, for every satellite alike."""
-    cone = patterns.receive((budget.shipped("cone-20deg"), budget.shipped("isotropic")), 0.0, (3.0, 3.0))
+    cone = patterns.receive((budget.shipped("cone-20deg"), budget.shipped("isotropic")), 0.0)
     craft = np.array([42_164_000.0, 0, 0])
     jam = jammers(place=(jamming.place_ecef_m(0.5, 0.2, 0.0),), eirp=(50.0,))
     overlaps = jamming.overlaps_perhz(jam, np.array([0, 0]), np.zeros(2, int))
