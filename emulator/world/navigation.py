@@ -60,7 +60,7 @@ def precise_orbits(key: str, paths: Sequence[Path], time: Time) -> PreciseOrbits
 
 def _is_sp3(path: Path, key: str) -> bool:
     try:
-        return read_text(path).startswith("#")
+        return read_text(Path(path)).startswith("#")
     except FileError as error:
         raise ScenarioError(f"{key}: {error}") from None
 
