@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from dbc import vehicle
 from emulator.scenario import shipped
 from tools.cli import main
 
@@ -109,3 +110,8 @@ def test_single_antenna_is_off_by_its_lever_arm_and_jumps_where_the_lead_changes
     jump = np.linalg.norm(off[:, switched + 1] - off[:, switched], axis=0)
     # 3 m between the antennas; the body turns by 0.65 deg of orbit in ten seconds, 0.06 m of the lever arm.
     assert jump == pytest.approx(np.full(len(switched), 3.0), abs=0.15)
+
+
+def test_a_scenario_and_a_vehicle_never_have_one_name():
+    """A vehicle is looked for beside its scenario first, and would be found to be one."""
+    assert not shipped().keys() & vehicle.shipped().keys()
