@@ -69,7 +69,16 @@ def build_hull(
         require_outside(shape, dict(zip(vehicle.names, vehicle.lever_arm_body_m, strict=True)))
     except file.StructureError as error:
         raise ScenarioError(f"craft.{craft}.structure: {error}") from None
-    return Hull(shape, "shadowing" in factors, factors.get("multipath"), vehicle, antennas)
+    return Hull(shape, "shadowing" in factors, _multipath(factors), vehicle, antennas)
+
+
+def _multipath(factors: Mapping[str, Factor]) -> Multipath | None:
+    """Reflections through the receiver's correlators: those of its code noise, unless others are named."""
+    factor = factors.get("multipath")
+    if factor is None or "correlator_spacing_chips" in factor.model_fields_set or "code_noise" not in factors:
+        return factor
+    spacing = factors["code_noise"].correlator_spacing_chips
+    return factor.model_copy(update={"correlator_spacing_chips": spacing})
 
 
 def around(

@@ -138,7 +138,8 @@ def _switch(owner: Any, scope: str, a: Namespace) -> None:
     factors = owner.setdefault("factors", {})
     rows = of_scope(scope)
     for names, enabled in ((a.on, True), (a.off, False)):
-        for name in rows if "all" in names else [name for name in names if name in rows]:
+        every = [name for name, row in rows.items() if row.ready or name in factors or not enabled]
+        for name in every if "all" in names else [name for name in names if name in rows]:
             given = factors.get(name)
             factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
 

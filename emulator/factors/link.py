@@ -96,7 +96,13 @@ class BodyJammer(_Spectrum):
 
 
 class Jamming(Factor):
-    """Jammers."""
+    """Jammers, one at least."""
 
     earth: tuple[EarthJammer, ...] = ()
     body: tuple[BodyJammer, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_some(self):
+        if self.enabled and not (self.earth or self.body):
+            raise ValueError("no jammer: name one in earth or in body")
+        return self

@@ -34,6 +34,7 @@ class Row:
 
     scope    "sky": one for all craft, in [sky.factors]; "craft": each craft's own, in [craft.factors]
     default  on where a scenario does not name it
+    ready    works with its defaults; one that does not is no part of "all"
     """
 
     name: str
@@ -41,6 +42,7 @@ class Row:
     source: str
     scope: Literal["sky", "craft"] = "craft"
     default: bool = False
+    ready: bool = True
 
 
 _LOOPS = "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9"
@@ -73,7 +75,7 @@ FACTORS = table(
     Row("transmit_pattern", TransmitPattern, "published patterns by block; IS-GPS-200, GLONASS ICD 5.1"),
     Row("receive_pattern", ReceivePattern, "tables by angle, shipped or of a file"),
     Row("link_budget", LinkBudget, "Friis, Proc. IRE 32 (1944) 419"),
-    Row("jamming", Jamming, "Betz, ION NTM 2000; Kaplan & Hegarty, 3rd ed., 9.2"),
+    Row("jamming", Jamming, "Betz, ION NTM 2000; Kaplan & Hegarty, 3rd ed., 9.2", ready=False),
     Row("shadowing", Shadowing, "Kay & Kajiya, Computer Graphics 20 (1986) 269"),
     Row("multipath", Multipath, "van Nee, IEEE Trans. AES 29 (1993) 1359; Kaplan & Hegarty, 3rd ed., 9.5"),
 )

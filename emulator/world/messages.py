@@ -37,7 +37,7 @@ def records(constellation: Constellation, stretch: Stretch, wgs84: bool = True) 
     system = int(satellites.system_of(constellation.index[0]))
     maker = _MAKERS.get((type(constellation), system))
     if maker is None:
-        raise TypeError(f"no navigation records of a {type(constellation).__name__}")
+        raise TypeError("no navigation records: the sky is of precise orbits, which have none")
     return maker(constellation, stretch, wgs84)
 
 
