@@ -172,12 +172,16 @@ def contradicted(c: Commander, m: Measurements, boots: NDArray[np.int64]) -> Com
 
 
 def usable(c: Commander, m: Measurements) -> NDArray[np.bool_]:
-    """(n,) measurements that may enter the fix."""
+    """(n,) measurements that may enter the fix: of satellites that channels were told to track and said they
+    do, and of channels that have been told something for the first time and have not answered yet. After a
+    restart the receivers refuse the first commands of streams whose counters happen to repeat."""
     inside = (m.receiver < c.real.shape[0]) & (m.channel < c.real.shape[1])
     if not taken_over(c):
         return inside
     at = np.where(inside, m.receiver, 0), np.where(inside, m.channel, 0)
-    return inside & (c.held[at] == m.sat) & (c.target[at] == m.sat)
+    told = (c.held[at] == m.sat) & (c.target[at] == m.sat)
+    waiting = (c.held[at] == AUTO) & (c.transaction[at] >= 0)
+    return inside & (told | waiting)
 
 
 def planned(c: Commander, permitted: NDArray[np.int64], m: Measurements) -> Commander:

@@ -71,14 +71,18 @@ def test_takeover_keeps_satellites_on_their_channels_and_releases_the_rest():
     assert commands.transaction.tolist() == [0, 1, 2, 3]
 
 
-def test_before_the_first_acknowledgement_everything_is_usable_then_only_the_acknowledged():
+def test_a_channel_is_usable_until_it_answers_then_only_as_it_was_told():
+    """Receivers may refuse a restarted flight software's first commands, all but a few: their channels go on
+    measuring what they found, and leave nobody without a fix."""
     seen = measured((0, 0, G3), (0, 1, G1), (1, 0, G1), (1, 1, G2))
     c = k.planned(k.fresh(np.array([2, 2]), 8), permit(G1=0, G2=1), seen)
     c, commands = k.due(c, 0, OPTIONS)
     assert not k.taken_over(c) and k.usable(c, seen).all()
     c = k.acknowledged(c, answers(commands, rows=slice(2, 3)), 1, OPTIONS)
     assert k.taken_over(c)
-    assert k.usable(c, seen).tolist() == [False, True, False, False]
+    assert k.usable(c, seen).tolist() == [True, True, True, True]
+    c = k.acknowledged(c, answers(commands), 2, OPTIONS)
+    assert k.usable(c, seen).tolist() == [False, True, False, True]
 
 
 def test_unanswered_commands_repeat_under_their_number_by_epochs():
