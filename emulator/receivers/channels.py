@@ -44,7 +44,7 @@ class Channels:
     since_ns   GPS time since when the channel searches with a signal, or holds it
     slips      times the carrier phase was started, modulo 16
     ambiguity  whole cycles taken off the carrier phase
-    ephemeris  of the satellite when the carrier phase was started, `Broadcast.ephemeris`
+    way        along which the carrier phase has been counted from its start, `observe.ways`
     wound_cyc  by how much antennas have wound the carrier phase up [cycles], nan where nothing is counted
     """
 
@@ -54,7 +54,7 @@ class Channels:
     since_ns: Numbers
     slips: Numbers
     ambiguity: NDArray[np.float64]
-    ephemeris: Numbers
+    way: Numbers
     wound_cyc: NDArray[np.float64]
 
 

@@ -89,7 +89,7 @@ def observe(
     error = total(effects, rays) + wound
     channels = slip(carrier, channels, begins, rays)
     cycles = (exact_m + error.phase_m) / rays.wave_m
-    phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, sky.ephemeris[row])
+    phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, ways(rays))
     pos, vel = reported_at_transmission(sky, row, signals.flight_s)
     return Observations(
         receiver,
@@ -150,24 +150,35 @@ def reported_at_transmission(sky: SkyState, row: Numbers, flight_s: Array) -> tu
     return pos + sky.off_ecef_m[row] - flight_s[:, None] * rate, vel + rate
 
 
+def ways(rays: Rays) -> Numbers:
+    """(p,) numbers of the ways along which carrier phases are counted: a phase is continuous along one alone.
+
+    Where a satellite changes its ephemeris the truth jumps, see `emulator.world.sky`; where the direct ray is
+    hidden or comes back, its loop goes over to another ray, metres longer or shorter.
+    """
+    around = rays.scene.around
+    hidden = 0 if around is None else around.hidden[rays.receiver, rays.row]
+    return 2 * rays.scene.sky.ephemeris[rays.row] + hidden
+
+
 def _start_phases(
-    channels: Channels, begins: Flags, receiver: Numbers, channel: Numbers, cycles: Array, ephemeris: Numbers
+    channels: Channels, begins: Flags, receiver: Numbers, channel: Numbers, cycles: Array, way: Numbers
 ) -> tuple[Array, Channels]:
     """Carrier phases (p,) [cycles] less their ambiguities, which are set where a phase starts.
 
-    A phase about to leave its signal's range starts anew, which is a slip. So does one whose satellite has
-    changed its ephemeris (p,), because there the truth jumps: see `emulator.world.sky`.
+    A phase about to leave its signal's range starts anew, which is a slip; so does one whose way (p,) is
+    another.
     """
     ambiguity = channels.ambiguity[receiver, channel]
     breaks = np.abs(cycles - ambiguity) > PHASE_LIMIT_CYC
-    breaks |= ephemeris != channels.ephemeris[receiver, channel]
+    breaks |= way != channels.way[receiver, channel]
     starts = begins[receiver, channel]
     if not (starts.any() or breaks.any()):
         return cycles - ambiguity, channels
     starts, slipped = starts | breaks, breaks & ~starts
     ambiguity = np.where(starts, np.floor(cycles), ambiguity)
-    table, slips, counted = channels.ambiguity.copy(), channels.slips.copy(), channels.ephemeris.copy()
+    table, slips, counted = channels.ambiguity.copy(), channels.slips.copy(), channels.way.copy()
     table[receiver, channel] = ambiguity
     slips[receiver, channel] = (slips[receiver, channel] + slipped) % SLIPS
-    counted[receiver, channel] = ephemeris
-    return cycles - ambiguity, replace(channels, ambiguity=table, slips=slips, ephemeris=counted)
+    counted[receiver, channel] = way
+    return cycles - ambiguity, replace(channels, ambiguity=table, slips=slips, way=counted)

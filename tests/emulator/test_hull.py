@@ -5,6 +5,7 @@ import pytest
 
 from dbc import vehicle
 from emulator import build, scenario
+from emulator.receivers.channels import FULL, SLIPS
 from emulator.scenario import ScenarioError
 from tests.emulator import bench
 
@@ -26,23 +27,57 @@ def test_the_structure_hides_satellites_and_adds_none():
     assert not shaded.held[hidden].any()
 
 
+def station(factors, **tables):
+    """The world of the station with its own four antennas."""
+    antennas = vehicle.load(vehicle.find("iss-asn-m"))
+    given = scenario.parse(
+        bench.document(soyuz(factors, "iss") | {"vehicle": "iss-asn-m.toml"}, **tables), "test"
+    )
+    return build.build_world(given, [antennas], 7)
+
+
 def test_a_reflection_of_a_hidden_satellite_may_be_heard():
-    held = seen({"shadowing": True, "multipath": True})
-    dropped = seen({"shadowing": True, "multipath": {"hold_reflections": False}})
-    assert (dropped.signal <= held.signal).all()
-    late = held.signal & held.around.hidden
-    assert (held.cn0_dbhz[late] < dropped.view.distance_m.max()).all()
-    assert np.isneginf(dropped.cn0_dbhz[dropped.around.hidden & (dropped.cn0_dbhz < 0)]).all()
+    epochs = range(200, 600, 20)
+
+    def cn0(**factors):
+        given = station({"link_budget": True, **factors}, interval_s=10.0)
+        scenes = [bench.scene_at(given, epoch) for epoch in epochs]
+        return scenes, np.array([scene.cn0_dbhz for scene in scenes])
+
+    scenes, free = cn0()
+    shaded, held = cn0(shadowing=True, multipath=True)
+    dropped = cn0(shadowing=True, multipath={"hold_reflections": False})[1]
+    hidden = [bare.signal & scene.around.hidden for bare, scene in zip(scenes, shaded, strict=True)]
+    hidden = np.array(hidden)
+    heard = hidden & np.isfinite(held)
+    assert heard.any()
+    assert (held[heard] < free[heard]).all()
+    assert np.isneginf(dropped[hidden]).all()
+
+
+def test_a_loop_that_goes_over_to_a_reflection_tells_a_slip():
+    """And when the direct ray comes back. Two reflected paths cannot be one count of cycles."""
+    given = station({"shadowing": True, "multipath": True}, interval_s=10.0)
+    units = [state.units[0] for state in bench.run(given, 500)[0]]
+    gone_over = 0
+    for epoch in range(1, len(units)):
+        before, after = units[epoch - 1].channels, units[epoch].channels
+        hidden = [
+            bench.scene_at(given, e).around.hidden[np.arange(4)[:, None], after.target]
+            for e in (epoch - 1, epoch)
+        ]
+        stays = (before.lock == FULL) & (after.lock == FULL) & (before.target == after.target)
+        moved = stays & (hidden[0] != hidden[1])
+        assert (((after.slips - before.slips) % SLIPS)[moved] == 1).all()
+        gone_over += np.count_nonzero(moved)
+    assert gone_over >= 3
 
 
 def test_reflections_reach_the_pseudoranges():
     """On the station; the Soyuz's antennas look past its structure."""
-    station = vehicle.load(vehicle.find("iss-asn-m"))
 
     def ranges(**factors):
-        craft = soyuz(factors, "iss") | {"vehicle": "iss-asn-m.toml"}
-        given = scenario.parse(bench.document(craft), "test")
-        block = bench.run(build.build_world(given, [station], 7), 1)[1][0]
+        block = bench.run(station(factors), 1)[1][0]
         return bench.decode(block, "RANGE")["pseudorange_m"]
 
     off = np.abs(ranges() - ranges(multipath=True))
