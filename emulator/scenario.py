@@ -86,6 +86,8 @@ class Sky(Strict):
 
     orbits             SP3 files that are flown while satellites report what gps and glonass say; without
                        them what they report is the truth
+    reports            "broadcast": satellites are, for receivers, where gps and glonass say; "orbits": where
+                       `orbits` do, and gps and glonass tell issue, health and group delay alone
     almanac            files (YUMA, SEM, AGL) that receivers know untracked satellites by; without them they
                        know the sky itself. Weeks of GPS are those nearest to the start of the run
     glonass_offset_ns  what no message tells: positive lengthens GLONASS pseudoranges, that is GLONASS system
@@ -96,10 +98,17 @@ class Sky(Strict):
     gps: str | list[str] = "nominal"
     glonass: str | list[str] = "nominal"
     orbits: tuple[str, ...] = ()
+    reports: Literal["broadcast", "orbits"] = "broadcast"
     almanac: tuple[str, ...] = ()
     glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
     ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
     factors: SkyFactors = SkyFactors()
+
+    @model_validator(mode="after")
+    def _orbits_to_report(self):
+        if self.reports == "orbits" and not self.orbits:
+            raise ValueError('reports is "orbits", and orbits names no file')
+        return self
 
 
 class Orbit(Strict):

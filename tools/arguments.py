@@ -76,7 +76,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     add(
         "--sp3", action="append", type=Path, metavar="FILE",
         help="precise orbits and clocks, repeatable: flown while the satellites report what --nav or the "
-        "scenario says; in a replay, what they report",
+        "scenario says; in a replay what they report, with --nav's group delays",
     )  # fmt: skip
     add(
         "--obs", type=Path, metavar="FILE",

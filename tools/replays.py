@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +30,13 @@ def change(document: dict[str, Any], a: Namespace) -> None:
     if not played:
         _refuse(a)
         if a.sp3:
-            document.setdefault("sky", {})["orbits"] = [str(path.resolve()) for path in a.sp3]
+            document.setdefault("sky", {})["orbits"] = _paths(a.sp3)
         return
     sky = document.setdefault("sky", {})
     if a.sp3 and a.nav:
-        raise Mistake("--nav with --sp3 in a replay: satellites are where one of them says; give one")
-    if a.sp3:
+        # Messages have what precise orbits lack: group delays, health, GLONASS frequencies.
+        sky |= {"orbits": _paths(a.sp3), "reports": "orbits"}
+    elif a.sp3:
         sky.update(_reported(a.sp3))
     for craft in played:
         _craft(craft, sky, a)
@@ -60,9 +62,13 @@ def _reported(paths) -> dict[str, Any]:
     except FileError as error:
         raise ScenarioError(f"--sp3: {error}") from None
     return {
-        name: [str(path.resolve()) for path in paths if system in held[path]] or "none"
+        name: _paths(path for path in paths if system in held[path]) or "none"
         for name, system in _SYSTEMS.items()
     }
+
+
+def _paths(paths: Iterable[Path]) -> list[str]:
+    return [str(path.resolve()) for path in paths]
 
 
 def _craft(craft: dict[str, Any], sky: dict[str, Any], a: Namespace) -> None:

@@ -83,8 +83,8 @@ class PreciseOrbits:
         returns     (s, k, n, 3) antenna phase centres [m], ECEF axes of each node's instant;
                     (s, k, n) clocks [m], to be added to an ionosphere-free pseudorange: c times the clock
                     plus its periodic relativity, -2 r.v / c^2;
-                    (s, n) whether both are told around a middle. Where they are not, numbers are finite and
-                    without meaning.
+                    (s, n) whether both are told around a middle, or as far as half a segment beyond the last
+                    instant. Where they are not, numbers are finite and without meaning.
         Source of the relativity: IS-GPS-200, 20.3.3.3.3.1
         """
         before = np.clip((middles_ns - self.start_ns) // self.step_ns, 0, len(self.pos_ecef_m) - 2)
@@ -95,8 +95,8 @@ class PreciseOrbits:
         window = np.where(held, window, 0)
         pos_m, vel_mps = self._interpolated(middles_ns, nodes_s, window, held)
         clock_s = self._clocks(middles_ns, nodes_s, before)
-        first_ns, last_ns = self.span_ns
-        inside = (middles_ns >= first_ns) & (middles_ns <= last_ns)
+        (first_ns, last_ns), half_ns = self.span_ns, round(nodes_s[-1] * gpstime.NS_PER_S)
+        inside = (middles_ns + half_ns >= first_ns) & (middles_ns - half_ns <= last_ns)
         available = held & np.isfinite(clock_s).all(axis=1) & inside[:, None]
         relativity_s = -2 / LIGHT_MPS**2 * np.einsum("sknj,sknj->skn", pos_m, vel_mps)
         clocks_m = LIGHT_MPS * (np.nan_to_num(clock_s) + relativity_s)

@@ -100,6 +100,7 @@ class Sky:
     offset_m    (n,) residual offset of each satellite's system against GPS [m]: it lengthens the
                 pseudoranges of the system's satellites and appears in no broadcast clock
     truth       orbits that are flown instead of those broadcast; satellites they lack are not there
+    candid      satellites report the truth, errors of the report apart, instead of what they broadcast
     misreports  errors of the report
     """
 
@@ -109,6 +110,7 @@ class Sky:
         offset_m: Sequence[float],
         truth: TrueOrbits | None = None,
         misreports: Sequence[Misreport] = (),
+        candid: bool = False,
     ):
         self._constellations = tuple(constellations)
         self.index = np.concatenate([c.index for c in constellations])
@@ -117,6 +119,7 @@ class Sky:
         )
         self._truth = truth
         self._misreports = tuple(misreports)
+        self._candid = candid
         self._chunks = Chunks(self._build)
 
     def at(self, t_ns: int) -> SkyState:
@@ -166,7 +169,7 @@ class Sky:
         return _Chunk(GRID.fit(columns), broadcast)
 
     def _flown(self, middles_ns, nodes_s, positions, clocks, broadcast) -> tuple[Broadcast, Array]:
-        """Broadcast and columns of a sky that flies `truth` and reports what it broadcasts.
+        """Broadcast and columns of a sky that flies `truth` and reports that or what it broadcasts.
 
         A truth without jumps needs no number of its ephemeris: one for all.
         """
@@ -179,8 +182,10 @@ class Sky:
         on_l1_m = flown_clock_m[:, :, column] - broadcast.group_delay_m[:, None]
         true_clock_m = np.where(there[:, None], on_l1_m, clocks)
         broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
-        off = _columns(positions - true_m, clocks - true_clock_m)
-        return broadcast, np.concatenate((_columns(true_m, true_clock_m), off), axis=2)
+        true = _columns(true_m, true_clock_m)
+        if self._candid:
+            return broadcast, true
+        return broadcast, np.concatenate((true, _columns(positions, clocks) - true), axis=2)
 
     def _misreported(self, middles_ns, nodes_s, columns: Array) -> Array:
         """Columns with the errors of the report added to what it is off."""
@@ -250,4 +255,5 @@ def build_sky(
     constellations = list(parts.values())
     index = np.concatenate([part.index for part in constellations])
     errors = misreports(sky.factors.on(), seed, index)
-    return Sky(constellations, [offset_m[system] for system in parts], truth, errors)
+    offsets_m = [offset_m[system] for system in parts]
+    return Sky(constellations, offsets_m, truth, errors, sky.reports == "orbits")

@@ -25,7 +25,9 @@ Times = NDArray[np.int64]
 POINTS = 10
 """Of a low orbit at 4 min between points: some millimetres; at 1 min: nothing."""
 
-_GRID = Grid(origin_ns=0, segment_ns=60 * NS_PER_S, margin_ns=0, degree=12, per_chunk=30)
+SEGMENT_NS = 60 * NS_PER_S
+"""About as long is a segment of the table of polynomials: a table of states is cut into equal ones, because
+one that reached beyond it would have nothing to be fitted to there."""
 
 
 class TrajectoryError(ValueError):
@@ -63,17 +65,22 @@ class Trajectory:
         self.span_ns = int(t_ns[0]), int(t_ns[-1])
         self._t_s = (t_ns - t_ns[0]) / NS_PER_S
         self._pos_ecef_m = pos_ecef_m
-        self._table = Table(_GRID, self._sample)
+        span_ns = self.span_ns[1] - self.span_ns[0]
+        segments = max(1, round(span_ns / SEGMENT_NS))
+        segment_ns = span_ns // segments + 1
+        self._end_s = segments * segment_ns / NS_PER_S  # some nanoseconds beyond the last state
+        self._grid = Grid(self.span_ns[0], segment_ns, margin_ns=0, degree=12, per_chunk=30)
+        self._table = Table(self._grid, self._sample)
 
     def at(self, t_ns: int) -> CraftState:
         """State at GPS time t_ns."""
         return CraftState(*self._table.at(t_ns))
 
     def _sample(self, chunk: int) -> Array:
-        middles_ns = _GRID.middles_ns(chunk)
-        at_s = ((middles_ns - self.span_ns[0]) / NS_PER_S)[:, None] + _GRID.nodes_s
-        # Segments at the ends of the table reach beyond it; nobody reads them there.
-        inside = np.clip(at_s, 0.0, self._t_s[-1])
+        middles_ns = self._grid.middles_ns(chunk)
+        at_s = ((middles_ns - self.span_ns[0]) / NS_PER_S)[:, None] + self._grid.nodes_s
+        # The last chunk has segments beyond the table; nobody reads them.
+        inside = np.clip(at_s, 0.0, self._end_s)
         return lagrange(self._t_s, self._pos_ecef_m, inside.ravel()).reshape(*at_s.shape, 3)
 
     def check(self, begin_ns: int, end_ns: int, origin: str) -> None:

@@ -135,6 +135,17 @@ def test_nobody_is_there_outside_the_product():
     assert there.all(axis=1).tolist() == [False, True, True, False]
 
 
+def test_a_segment_that_the_product_only_touches_counts():
+    """The last instant is in a segment whose middle lies behind it."""
+    orbits, nodes_s = precise.from_sp3(product()), np.array((-30.0, 0.0, 30.0))
+    ends_ns = np.array(orbits.span_ns)
+    pos, _, there = orbits.sample(ends_ns + 30 * gpstime.NS_PER_S * np.array((-1, 1)), nodes_s)
+    assert there.all()
+    assert np.abs(pos[1, 0, 0] - kepler(np.array([86_400.0]))[0]).max() < 1.0
+    _, _, there = orbits.sample(ends_ns + 31 * gpstime.NS_PER_S * np.array((-1, 1)), nodes_s)
+    assert not there.any()
+
+
 def test_satellites_without_a_phase_centre_are_left_out():
     offset_m = np.full((satellites.SATELLITES, 3), np.nan)
     offset_m[satellites.parse("R11")] = 0, 0, 2.3

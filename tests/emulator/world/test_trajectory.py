@@ -45,6 +45,18 @@ def test_position_velocity_and_acceleration_of_a_low_orbit(step_s, limit_m):
         assert np.abs(state.acc_ecef_mps2 - acceleration).max() < limit_m / 10
 
 
+@pytest.mark.parametrize("rows", [10, 121, 126])
+def test_a_table_is_as_good_at_its_ends(rows):
+    """Also one that begins and ends in the middle of a minute: its last states are not bent to its end."""
+    t_s = 42.0 + 10.0 * np.arange(rows)
+    orbit = Trajectory(START_NS + (t_s * 1e9).astype(int), circle(t_s)[0])
+    for at_s in (42.0, 43.5, t_s[-1] - 8.1, t_s[-1]):
+        state = orbit.at(START_NS + round(at_s * 1e9))
+        place, rate, _ = circle(at_s)
+        assert np.abs(state.pos_ecef_m - place).max() < 1e-5
+        assert np.abs(state.vel_ecef_mps - rate).max() < 1e-5
+
+
 def test_teme_to_earth_fixed_is_vallados_example():
     """Vallado et al., Revisiting Spacetrack Report #3, AIAA 2006-6753, appendix C: TEME and PEF of
     2004-04-06 07:51:28.386009 UTC, UT1 - UTC = -0.4399619 s. UT1 is UTC here: the instant is that of UT1.
