@@ -118,7 +118,7 @@ def _emulated(
     factors = craft.factors.on()
     collection = factors.get("data_collection")
     radio = build_radio(factors, vehicle, settings, time.start_ns, craft.name)
-    antennas = radio.antennas if radio is not None else plain_antennas(settings, vehicle)
+    antennas = radio.budget.antennas if radio is not None else plain_antennas(settings, vehicle)
     return CraftWorld(
         craft.name,
         key,

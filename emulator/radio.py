@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from dbc import gpstime, satellites
 from dbc.vehicle import Vehicle
 from emulator.factors.base import Factor
@@ -19,7 +17,7 @@ from emulator.factors.link import ReceivePattern
 from emulator.files.text import FileError
 from emulator.scenario import Receivers, ScenarioError
 from emulator.signals import budget, equipment, frontend, jamming, link, patterns
-from emulator.signals.bands import BY_SYSTEM
+from emulator.signals.budget import Budget
 from emulator.signals.geometry import Antennas, Array
 from emulator.signals.jamming import Jammers
 from emulator.signals.view import View
@@ -31,16 +29,9 @@ NAMES = ("transmit_pattern", "receive_pattern", "link_budget", "jamming")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Radio:
-    """What does not change of a craft's reception.
+    """What does not change of a craft's reception."""
 
-    transmitters   None: isotropic ones
-    noise_wphz     density at the antennas' terminals;  loss_db of the digital part
-    """
-
-    transmitters: budget.Transmit | None
-    antennas: patterns.Receive
-    noise_wphz: float
-    loss_db: float
+    budget: Budget
     jammers: Jammers | None
 
 
@@ -56,26 +47,29 @@ def build_radio(
     """The budget of a craft, None if none of its factors is on; ScenarioError if one cannot be used."""
     if not set(NAMES) & factors.keys():
         return None
-    day = gpstime.to_calendar(start_ns).date()
     try:
-        transmitters = (
-            equipment.transmitters_of(factors["transmit_pattern"], day)
-            if "transmit_pattern" in factors
-            else None
-        )
-        antennas = (
-            equipment.antennas_of(factors["receive_pattern"], vehicle.names)
-            if "receive_pattern" in factors
-            else plain_antennas(settings, vehicle)
-        )
+        parts = _transmitters(factors, start_ns), _antennas(factors, vehicle, settings)
     except (ValueError, FileError) as error:
         raise ScenarioError(f"craft.{craft}.factors: {error}") from None
-    noise, loss_db = frontend.density_wphz(settings.noise_temperature_k), 0.0
-    if "link_budget" in factors:
-        front = equipment.budget_of(transmitters, antennas, factors["link_budget"])
-        noise, loss_db = front.noise_wphz, front.loss_db
+    front = (
+        equipment.front_end_of(factors["link_budget"])
+        if "link_budget" in factors
+        else (frontend.density_wphz(settings.noise_temperature_k), 0.0)
+    )
     jammers = equipment.jammers_of(factors["jamming"]) if "jamming" in factors else None
-    return Radio(transmitters, antennas, float(noise), loss_db, jammers)
+    return Radio(Budget(*parts, *front), jammers)
+
+
+def _transmitters(factors: Mapping[str, Factor], start_ns: int) -> budget.Transmit:
+    if "transmit_pattern" not in factors:
+        return budget.isotropic()
+    return equipment.transmitters_of(factors["transmit_pattern"], gpstime.to_calendar(start_ns).date())
+
+
+def _antennas(factors: Mapping[str, Factor], vehicle: Vehicle, settings: Receivers) -> patterns.Receive:
+    if "receive_pattern" not in factors:
+        return plain_antennas(settings, vehicle)
+    return equipment.antennas_of(factors["receive_pattern"], vehicle.names)
 
 
 def cn0_dbhz(
@@ -94,18 +88,10 @@ def cn0_dbhz(
             system, view.distance_m, view.angle_rad,
             settings.gain_dbi, settings.gain_at_90deg_dbi, settings.noise_temperature_k,
         )  # fmt: skip
-    carrier_dbw = _arriving_dbw(radio, sky, view, pos_ecef_m, system)
-    noise_wphz: Array | float = radio.noise_wphz
+    jamming_wphz: Array | float = 0.0
     if radio.jammers is not None:
         arrival = jamming.arrivals(radio.jammers, pos_ecef_m, dcm_body_from_ecef)
         overlaps = jamming.overlaps_perhz(radio.jammers, system, sky.frequency)
-        noise_wphz += jamming.density_wphz(arrival, radio.antennas, antennas.boresight, overlaps)
-    gain_dbi = patterns.gain_dbi(radio.antennas, view.angle_rad)
-    return carrier_dbw + gain_dbi - 10 * np.log10(noise_wphz) - radio.loss_db
-
-
-def _arriving_dbw(radio: Radio, sky: SkyState, view: View, pos_ecef_m: Array, system: Array) -> Array:
-    if radio.transmitters is None:
-        return BY_SYSTEM.power_dbwm2[system] - 20 * np.log10(view.distance_m)
+        jamming_wphz = jamming.density_wphz(arrival, radio.budget.antennas, antennas.boresight, overlaps)
     off_nadir = budget.off_nadir_rad(sky.pos_ecef_m, pos_ecef_m)
-    return budget.arriving_dbw(radio.transmitters, sky.index, off_nadir, view.distance_m)
+    return budget.cn0_dbhz(radio.budget, sky.index, off_nadir, view.distance_m, view.angle_rad, jamming_wphz)

@@ -117,9 +117,10 @@ def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -
     return replace(channels, commanded=commanded, target=target, lock=lock, since_ns=since_ns)
 
 
-def receivable(channels: Channels, signal: Flags, held: Flags) -> Flags:
-    """(m, n) signals at antennas: strong enough to be found, or, where a channel has it, to be held."""
-    if held is signal:
+def receivable(channels: Channels, signal: Flags, held: Flags | None) -> Flags:
+    """(m, n) signals at antennas: strong enough to be found, or, where a channel has it, to be held
+    (None: what is found is held)."""
+    if held is None:
         return signal
     receiver, channel = np.nonzero(channels.lock >= BIT_SYNC)
     row = channels.target[receiver, channel]

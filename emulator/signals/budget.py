@@ -16,9 +16,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dbc import satellites
 from emulator.files import antenna_table
 from emulator.signals import patterns
-from emulator.signals.bands import band_of, edge_off_nadir_rad, slant_range_m
+from emulator.signals.bands import BY_SYSTEM, band_of, edge_off_nadir_rad, slant_range_m
 from emulator.signals.blocks import BLOCKS, Block
 from emulator.signals.geometry import Array, norm
 from emulator.signals.patterns import Pattern, Receive
@@ -65,7 +66,7 @@ class Transmit:
     """Transmitters.
 
     level_dbwm2   (b, 721) power an isotropic antenna receives, times distance squared, by angle off nadir;
-                  the last row, NO_BLOCK, is nan
+                  nan in the row of satellites of which nothing is known
     row           (512,) row of each satellite index
     """
 
@@ -80,6 +81,12 @@ def transmit(row: NDArray[np.intp], level: Literal["typical", "minimum"]) -> Tra
     """
     known = [_level_dbwm2(block, level) for block in BLOCKS.values()]
     return Transmit(np.array([*known, np.full(patterns.NODES, np.nan)]), row)
+
+
+def isotropic() -> Transmit:
+    """Transmitters that radiate the promised power in all directions; one row a system."""
+    system = satellites.system_of(np.arange(satellites.SATELLITES))
+    return Transmit(np.repeat(BY_SYSTEM.power_dbwm2[:, None], patterns.NODES, axis=1), system)
 
 
 def _level_dbwm2(block: Block, level: str) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 
 from emulator.factors.link import Jamming, LinkBudget, ReceivePattern, TransmitPattern
 from emulator.signals import blocks, budget, frontend, jamming, patterns
-from emulator.signals.budget import Budget
 from emulator.signals.jamming import Jammers
 
 
@@ -28,12 +27,12 @@ def antennas_of(factor: ReceivePattern, names: tuple[str, ...]) -> patterns.Rece
     return patterns.receive(tuple(found[name] for name in wanted), factor.floor_dbi)
 
 
-def budget_of(transmitters: budget.Transmit, antennas: patterns.Receive, factor: LinkBudget) -> Budget:
-    """The budget of one craft."""
+def front_end_of(factor: LinkBudget) -> tuple[float, float]:
+    """Noise density at the antennas' terminals [W/Hz], and loss of the digital part [dB]."""
     system_k = frontend.system_temperature_k(
         factor.antenna_temperature_k, factor.line_loss_db, factor.line_temperature_k, factor.noise_figure_db
     )
-    return Budget(transmitters, antennas, frontend.density_wphz(system_k), factor.implementation_loss_db)
+    return float(frontend.density_wphz(system_k)), factor.implementation_loss_db
 
 
 def jammers_of(factor: Jamming) -> Jammers:

@@ -25,6 +25,9 @@ from emulator.signals.patterns import Receive
 from emulator.signals.view import EQUATORIAL_RADIUS_M, POLAR_RADIUS_M, angles_rad, ray_height_m
 from emulator.world.earth import LIGHT_MPS
 
+SMALL = 1e-2
+"""Below it two terms of a series are good to 1e-11."""
+
 Kind = Literal["noise", "tone", "matched"]
 
 
@@ -85,9 +88,11 @@ def overlap_perhz(kind: Kind, offset_hz: Array, bandwidth_hz: float, chip_hz: Ar
         half = bandwidth_hz / 2 / chip_hz
         return (_antiderivative(x + half) - _antiderivative(x - half)) / bandwidth_hz
     # Two equal spectra apart by x chipping rates: the transform of the squared triangle.
-    w = 2 * np.pi * np.where(x == 0, 1.0, x)
-    apart = 4 * (1 - np.sin(w) / w) / w**2
-    return np.where(x == 0, 2 / 3, apart) / chip_hz
+    w = 2 * np.pi * x
+    small = np.abs(w) < SMALL
+    far = np.where(small, 1.0, w)
+    # Where the quotient would cancel, the beginning of its series.
+    return np.where(small, 2 / 3 - w**2 / 30, 4 * (1 - np.sin(far) / far) / far**2) / chip_hz
 
 
 def overlaps_perhz(jammers: Jammers, system: NDArray[np.int64], frequency: NDArray[np.int64]) -> Array:

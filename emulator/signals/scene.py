@@ -23,7 +23,7 @@ class Scene:
 
     in_sight  (n,) available and not behind the Earth
     signal    (m, n) strong enough to be found, inside the antenna's field of view
-    held      (m, n) strong enough to be held once it is tracked
+    held      (m, n) strong enough to be held once it is tracked; None: who has been found is held
     sun_ecef_m   (3,) the Sun
     around    the craft's structure, `emulator.hull.Around`; None without one
     clock_s   offset (m,) [s] and rate (m,) [s/s] of each receiver's clock;  by_domain_s (8,) offsets
@@ -40,7 +40,7 @@ class Scene:
     cn0_dbhz: Array
     in_sight: NDArray[np.bool_]
     signal: NDArray[np.bool_]
-    held: NDArray[np.bool_]
+    held: NDArray[np.bool_] | None
     clock_s: tuple[Array, Array]
     by_domain_s: Array
     around: Around | None

@@ -24,7 +24,8 @@ def test_the_structure_hides_satellites_and_adds_none():
     assert shaded.signal.sum() < free.signal.sum()
     hidden = shaded.around.hidden
     assert np.array_equal(shaded.signal, free.signal & ~hidden)
-    assert not shaded.held[hidden].any()
+    lossy = seen({"shadowing": True, "loss_of_lock": True})
+    assert not lossy.held[lossy.around.hidden].any()
 
 
 def station(factors, **tables):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dbc import satellites
 from emulator.scenario import ScenarioError
 from tests.emulator import bench
 
@@ -14,6 +15,18 @@ def scene(factors):
 def test_the_rich_budget_with_plain_parts_is_the_plain_one():
     plain, rich = scene({}), scene({"receive_pattern": True})
     assert np.allclose(rich.cn0_dbhz, plain.cn0_dbhz, atol=0.01)  # the table of the law has steps of 0.25 deg
+
+
+def test_the_level_in_a_run_is_that_of_a_hand():
+    """IS-GPS-200 promises -158.5 dBW 5 deg above the horizon, 25,235.6 km away; the loss is a loss."""
+    link = {"antenna_temperature_k": 100.0, "line_loss_db": 0.0, "noise_figure_db": 0.0}
+    lossy = scene({
+        "receive_pattern": {"pattern": "isotropic"}, "link_budget": {**link, "implementation_loss_db": 2.5},
+    })  # fmt: skip
+    gps = satellites.system_of(lossy.sky.index) == satellites.GPS
+    received_dbw = -158.5 + 20 * np.log10(25_235_600 / lossy.view.distance_m[gps])
+    by_hand = received_dbw - 10 * np.log10(1.380649e-23 * 100.0) - 2.5
+    assert lossy.cn0_dbhz[:, gps] == pytest.approx(np.tile(by_hand, (4, 1)), abs=0.01)
 
 
 def test_typical_transmitters_are_stronger_than_promised_ones():

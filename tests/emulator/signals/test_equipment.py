@@ -20,7 +20,7 @@ from emulator.signals import blocks, budget, equipment, jamming, patterns
 
 def budget_of(transmit, receive, noise, names):
     transmitters = equipment.transmitters_of(transmit, date(2012, 10, 31))
-    return equipment.budget_of(transmitters, equipment.antennas_of(receive, names), noise)
+    return budget.Budget(transmitters, equipment.antennas_of(receive, names), *equipment.front_end_of(noise))
 
 
 def test_defaults_give_what_receivers_in_low_orbit_report():

@@ -44,6 +44,12 @@ def test_matched_overlap_by_quadrature(offset):
     assert overlap("matched", offset * CHIP_HZ) * CHIP_HZ == pytest.approx(expected, rel=1e-4, abs=2e-6)
 
 
+@pytest.mark.parametrize("offset_hz", [0.0, 1e-7, 1e-3, 1.0, 1.6e3, 1.7e3])
+def test_matched_overlap_close_to_the_carrier(offset_hz):
+    """2/3 on it (Kaplan & Hegarty: Q = 1.5), and all but that a thousandth of a chipping rate off."""
+    assert overlap("matched", offset_hz) * CHIP_HZ == pytest.approx(2 / 3, abs=4e-6)
+
+
 def test_overlap_is_what_simulated_correlators_keep():
     """Noise of one chipping rate's width, half a rate off, and random codes: variance of the correlations."""
     rng = np.random.default_rng(5)
