@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dbc import satellites
 from dbc.registry import table
+from emulator.world.vehicles import gps_types, gps_vehicles
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,55 +44,21 @@ NAMES = tuple(BLOCKS)
 NO_BLOCK = len(NAMES)
 """Row of satellites of which nothing is known."""
 
-_GPS_SINCE = """
-    iir              1997-07-23  13
-    iir              1999-10-07  11
-    iir              2000-05-11  20
-    iir              2000-07-16  28
-    iir              2000-11-10  14
-    iir              2001-01-30  18
-    iir              2003-01-29  16
-    iir              2003-03-31  21
-    iir-improved     2003-12-21  22
-    iir-improved     2004-03-20  19
-    iir-improved     2004-06-23  23
-    iir-improved     2004-11-06  2
-    iir-improved     2005-09-26  17
-    iir-improved     2006-09-25  31
-    iir-improved     2006-11-17  12
-    iir-improved     2007-10-17  15
-    iir-improved     2007-12-20  29
-    iir-improved     2008-03-15  7
-    iir-improved     2009-08-17  5
-    iif              2010-05-28  25
-    iif              2011-07-16  1
-    iif              2012-10-04  24
-    iif              2013-05-15  27
-    iif              2014-02-21  30
-    iif              2014-05-17  6
-    iif              2014-08-02  9
-    iif              2014-10-29  3
-    iif              2015-03-25  26
-    iif              2015-07-15  8
-    iif              2015-10-31  10
-    iif              2016-02-05  32
-    iii              2018-12-23  4
-    iii              2019-08-22  18
-    iii              2020-06-30  23
-    iii              2020-11-05  14
-    iii              2021-06-17  11
-    iii              2023-01-18  28
+PANELS = {
+    "iia": "gps-iia", "iir": "gps-iir", "iirm": "gps-iir-improved", "iif": "gps-iif", "iii": "gps-iii",
+}  # fmt: skip
+"""Type of a space vehicle -> block."""
+
+IMPROVED = ("47", "59", "60", "61")
+"""IIR vehicles with the improved panel. W. Marquis, The GPS Block IIR/IIR-M Antenna Panel Pattern, 2014.
 """
-"""Block, first day, number. Launch dates, typed from memory; the state of January 2021 agrees with the table
-of numbers and blocks in Stanford's LuPNT."""
 
 
 def gps_blocks(day: date) -> dict[int, str]:
-    """PRN -> block of the satellite that had it on that day; without a row, II or IIA."""
-    found = dict.fromkeys(range(1, satellites.NUMBERS), "gps-iia")
-    for block, since, number in (line.split() for line in _GPS_SINCE.strip().splitlines()):
-        if date.fromisoformat(since) <= day:
-            found[int(number)] = f"gps-{block}"
+    """PRN -> block of the satellite that had it on that day; without one, II or IIA."""
+    found, types = dict.fromkeys(range(1, satellites.NUMBERS), "gps-iia"), gps_types()
+    for number, vehicle in gps_vehicles(day).items():
+        found[number] = "gps-iir-improved" if vehicle in IMPROVED else PANELS[types[vehicle][0]]
     return found
 
 

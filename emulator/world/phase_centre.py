@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from dbc import satellites
 from emulator.world import antenna_offsets as tables
+from emulator.world.vehicles import gps_types, gps_vehicles
 
 Array = NDArray[np.float64]
 
@@ -47,10 +48,12 @@ def offsets_m(day: date) -> Array:
     Sources: `antenna_offsets`
     """
     offsets = np.full((satellites.SATELLITES, 3), np.nan)
-    of_vehicle = _gps_offsets(day)
-    for vehicle, since, number in _triples(tables.GPS_NUMBERS):
-        if date.fromisoformat(since) <= day:
-            offsets[satellites.index(satellites.GPS, int(number))] = of_vehicle[vehicle]
+    types = gps_types()
+    for number, vehicle in gps_vehicles(day).items():
+        _, x_m, z_m = types[vehicle]
+        if vehicle == "62" and day >= date.fromisoformat(tables.G062_Z_M[0][0]):
+            z_m = _in_force(tables.G062_Z_M, day)
+        offsets[satellites.index(satellites.GPS, number)] = x_m, 0.0, z_m
     first = int(satellites.index(satellites.GLONASS, 1))
     z_m = _in_force(tables.GLONASS_M_Z_M, day)
     offsets[first : first + satellites.NUMBERS - 1] = tables.GLONASS_M_X_M, 0.0, z_m
@@ -58,26 +61,6 @@ def offsets_m(day: date) -> Array:
         if day < date.fromisoformat(until):
             offsets[satellites.index(satellites.GLONASS, slot)] = 0.0, 0.0, z_m
     return offsets
-
-
-def _gps_offsets(day: date) -> dict[str, tuple[float, float, float]]:
-    """Space vehicle -> phase centre."""
-    found = {}
-    words = tables.GPS_OFFSETS.split()
-    x_m = 0.0
-    for left, right in zip(words[::2], words[1::2], strict=True):
-        if left.isdecimal():
-            found[left] = x_m, 0.0, float(right)
-        else:
-            x_m = float(right)
-    if day >= date.fromisoformat(tables.G062_Z_M[0][0]):
-        found["62"] = found["62"][0], 0.0, _in_force(tables.G062_Z_M, day)
-    return found
-
-
-def _triples(text: str) -> list[tuple[str, str, str]]:
-    words = text.split()
-    return list(zip(words[::3], words[1::3], words[2::3], strict=True))
 
 
 def _in_force(rows: Sequence[tuple[str, float]], day: date) -> float:

@@ -24,10 +24,21 @@ def test_january_2021_against_a_published_table():
     assert {number: found[number] for number in JANUARY_2021} == JANUARY_2021
 
 
-def test_2012_flies_ten_old_satellites_and_three_new():
-    """31 October 2012: IIF SVN 62, 63 and 65, the last launched on 4 October; no III before December 2018."""
+def test_2012_flies_nine_old_satellites_and_three_new():
+    """31 October 2012: IIF SVN 62, 63 and 65, the last launched on 4 October; SVN 49, a IIR-M, as PRN 27."""
     found = [blocks.gps_blocks(date(2012, 10, 31))[number] for number in range(1, 33)]
-    assert [found.count(name) for name in ("gps-iia", IIF, III)] == [10, 3, 0]
+    assert [found.count(name) for name in ("gps-iia", IIF, III)] == [9, 3, 0]
+
+
+@pytest.mark.parametrize(("day", "number", "block"), [
+    (date(2009, 6, 1), 1, IIR_M),  # SVN 49, tested as PRN 1
+    (date(2017, 6, 1), 4, "gps-iia"),  # SVN 38, taken out of storage
+    (date(2018, 10, 1), 18, "gps-iia"),  # SVN 34, after SVN 54 and before the first III
+    (date(2019, 8, 23), 18, III),
+])  # fmt: skip
+def test_a_number_is_its_last_holders(day, number, block):
+    """Notices of the US Coast Guard's navigation centre on which satellite transmits as which PRN."""
+    assert blocks.gps_blocks(day)[number] == block
 
 
 def test_rows_follow_what_is_chosen():
