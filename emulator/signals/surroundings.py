@@ -1,6 +1,6 @@
 """What a craft's structure does to the signals of its channels: rays gathered, loops settled, errors told.
 
-Two instants, a tenth of a second apart, give the range rate: the carrier's error turns as the geometry does.
+Two instants, some milliseconds apart, give the range rate: the carrier's error turns as the geometry does.
 Nothing is drawn at random: a still structure gives a constant error, a turning one an error that beats.
 """
 
@@ -18,8 +18,9 @@ from emulator.signals.reflections import Gain
 from emulator.structure.bodies import Array, Bodies, Numbers, Structure, bodies_at, faces_at
 from emulator.world.earth import LIGHT_MPS
 
-LATER_S = 0.1
-"""From one instant to the other: short against any beat (phases turn by less than half a cycle a second)."""
+LATER_S = 0.002
+"""From one instant to the other: short against any beat. While a craft slews as fast as it may, a reflection
+that is tracked alone changes by 6 m/s, a sixteenth of a cycle."""
 
 _NOMINAL_WAVE_M = 0.19
 """For roughness, which a per cent of wavelength does not change."""
