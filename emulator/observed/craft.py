@@ -106,6 +106,7 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
         np.nan_to_num(seen.phase_cyc),
         np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
         seen.slips,
+        seen.half_cycle,
         pos,
         vel,
         clock_m - drift_mps * back_s,

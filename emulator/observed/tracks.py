@@ -36,6 +36,9 @@ ENOUGH = 4
 LOST_LOCK = 1
 """Bit 0 of a loss of lock indicator. RINEX 2.11, table A2."""
 
+HALF_CYCLE = 2
+"""Bit 1: half a cycle is in doubt. RINEX 3.05, 5.4; version 2 says so by the other wavelength factor."""
+
 LOUDEST_DBHZ = 64.0
 """No receiver of navigation signals sees more: strengths beyond it are ratios of voltages, not dBHz."""
 
@@ -50,6 +53,7 @@ class Tracks:
     carrier_hz   (p,) of the signal, GLONASS frequency inside
     range_m   (p,) pseudorange;  rate_mps (p,) its rate;  phase_cyc (p,) less an arc's first, nan where none
     slips     (p,) arcs of phase the channel has begun, modulo 16
+    half_cycle   (p,) whether half a cycle of the phase is in doubt
     cn0_dbhz  (p,) nan where the file tells no strength
     dropped   rows left out: no range rate could be had, or no channel was free
     """
@@ -63,6 +67,7 @@ class Tracks:
     rate_mps: Array
     phase_cyc: Array
     slips: Numbers
+    half_cycle: NDArray[np.bool_]
     cn0_dbhz: Array
     dropped: int
 
@@ -85,6 +90,7 @@ class _Raw:
     range_m: Array
     rate_mps: Array
     phase_cyc: Array
+    half_cycle: NDArray[np.bool_]
     strength: Array
 
 
@@ -113,6 +119,7 @@ def tracks(file: Observations, signals: Sequence[Signal], epoch_of: Numbers, cha
         raw.rate_mps[order],
         raw.phase_cyc[order],
         slips[order],
+        raw.half_cycle[order],
         decibels(raw.strength)[order],
         int(np.count_nonzero(~keep)),
     )
@@ -139,7 +146,8 @@ def _raw(file: Observations, signal: Signal, epoch_of: Numbers) -> _Raw:
     found_mps = np.where(np.isfinite(doppler), -doppler * wave_m, by_spline)
     first = _first_of_each(arc, phase)
     strength = _column(file, codes.strength, rows)
-    return _Raw(epoch, sat, arc, carrier_hz, range_m[rows], found_mps, phase - first, strength)
+    half = (lli & HALF_CYCLE) > 0
+    return _Raw(epoch, sat, arc, carrier_hz, range_m[rows], found_mps, phase - first, half, strength)
 
 
 def _best_rates(

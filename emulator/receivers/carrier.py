@@ -9,8 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dbc.gpstime import NS_PER_S
 from emulator.factors.receiver import CycleSlips
 from emulator.receivers.channels import SLIPS, Channels, Flags
+from emulator.receivers.collection import units_begun
 from emulator.signals import windup
 from emulator.signals.geometry import Array
 from emulator.signals.rays import NONE, Disturbance, Rays
@@ -62,15 +64,33 @@ def wind(carrier: Carrier, channels: Channels, begins: Flags, rays: Rays) -> tup
 
 def slip(carrier: Carrier, channels: Channels, begins: Flags, rays: Rays) -> Channels:
     """Channels whose phases have slipped in this epoch: counted, and off from now on. One that begins has
-    nothing to slip from."""
+    nothing to slip from.
+
+    After half a cycle the data are upside down, which the next subframe or string tells by its preamble: the
+    receiver then turns its phase by the other half, and counts that too.
+    """
     if carrier.slips is None or not len(rays):
         return channels
     half_cycles = slips(carrier.slips, rays.words[:, SLIP_SLOT], rays.cn0_dbhz, carrier.interval_s)
     place = rays.receiver, rays.channel
-    half_cycles = np.where(begins[place], 0, half_cycles)
-    if not half_cycles.any():
+    goes_on, before = ~begins[place], channels.ambiguity[place]
+    now = np.where(_upright(rays, carrier.interval_s), np.floor(before), before) - half_cycles / 2
+    moved = goes_on & (now != before)
+    if not moved.any():
         return channels
     ambiguity, counted = channels.ambiguity.copy(), channels.slips.copy()
-    ambiguity[place] -= half_cycles / 2
-    counted[place] = (counted[place] + (half_cycles != 0)) % SLIPS
+    ambiguity[place] = np.where(moved, now, before)
+    counted[place] = (counted[place] + moved) % SLIPS
     return replace(channels, ambiguity=ambiguity, slips=counted)
+
+
+def _upright(rays: Rays, interval_s: float) -> Flags:
+    """(p,) whether satellites have begun a subframe or string since the last epoch."""
+    t_ns = rays.scene.t_ns
+    before_ns = t_ns - round(interval_s * NS_PER_S)
+    return units_begun(rays.system, t_ns) != units_begun(rays.system, before_ns)
+
+
+def doubtful(channels: Channels) -> Flags:
+    """(m, k) phases that are off by half a cycle: whether by half of one nobody knows yet."""
+    return channels.ambiguity % 1 != 0

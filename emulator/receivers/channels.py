@@ -7,8 +7,8 @@ Without a signal it goes back to search and waits there for as long as it is set
 The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
 unless each keeps its own. Modelled: times of acquisition are what the scenario says (an ephemeris may take as
 long as the frames of its message do, `emulator.receivers.collection`), a signal strong enough is found and
-never lost while it stays so, phase locks without half-cycle doubts, and a receiver runs from before the run
-to its end.
+never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
+run to its end.
 
 Step 2 and block 1 of RU 2706636 C1: an antenna's channels track satellites inside its field of view.
 """

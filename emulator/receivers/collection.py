@@ -54,3 +54,10 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
     )  # units that have begun: all that are over, and the one that is cut
     ends = np.where(under_way == 0, needed, units + np.minimum(under_way, needed))
     return ends * unit_ns - of_frame_ns
+
+
+def units_begun(system: Numbers, t_ns: int) -> Numbers:
+    """How many units (subframes, strings) satellites of these systems (...,) have begun until t_ns, GPS time,
+    counted from anywhere."""
+    leap_ns = np.where(np.equal(system, satellites.GLONASS), gpstime.leap_seconds(t_ns) * NS_PER_S, 0)
+    return (t_ns - leap_ns) // _UNIT_NS[system]

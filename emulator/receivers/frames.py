@@ -3,8 +3,7 @@
 Order: time mark, answers to commands, attitude; for each receiver its channels, tag and status; almanac;
 heartbeats. These are arrows 2 -> 3, 2 -> 7 and 4 -> 5 of RU 2706636 C1.
 
-Modelled, so constant on the bus: every node runs since its first start (RUNNING, boot_count 1), no phase
-has a half-cycle doubt (half_cycle 0).
+Modelled, so constant on the bus: every node runs since its first start (RUNNING, boot_count 1).
 """
 
 from __future__ import annotations
@@ -209,7 +208,7 @@ def _channel_values(seen: Observations, sky: SkyState) -> dict:
         "lock": FULL,
         "phase_cyc": seen.phase_cyc,
         "slips": seen.slips,
-        "half_cycle": 0,
+        "half_cycle": seen.half_cycle,
         "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
         "frequency": sky.frequency[row],
         "health": ~sky.healthy[row],

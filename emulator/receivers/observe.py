@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dbc import satellites
 from emulator import hull
-from emulator.receivers.carrier import PLAIN, Carrier, slip, wind
+from emulator.receivers.carrier import PLAIN, Carrier, doubtful, slip, wind
 from emulator.receivers.channels import FULL, SLIPS, Channels, Flags, Numbers
 from emulator.signals.bands import BY_SYSTEM, wavelength_m
 from emulator.signals.geometry import Array, at_transmission, path
@@ -34,7 +34,7 @@ class Observations:
     receiver        (p,) 0-based;  channel (p,);  row (p,) of the sky;  sat (p,) satellite index
     signal          (p,) value of the contract's table "Signal"
     pseudorange_m, range_rate_mps, phase_cyc, cn0_dbhz   (p,)
-    slips           (p,)
+    slips           (p,);  half_cycle (p,) whether half a cycle is in doubt
     pos_ecef_m, vel_ecef_mps   (p, 3) satellite at transmission, axes of that instant
     clock_m, clock_drift_mps   (p,) as broadcast, at transmission
     """
@@ -49,6 +49,7 @@ class Observations:
     phase_cyc: Array
     cn0_dbhz: Array
     slips: Numbers
+    half_cycle: Flags
     pos_ecef_m: Array
     vel_ecef_mps: Array
     clock_m: Array
@@ -102,6 +103,7 @@ def observe(
         phase_cyc,
         rays.cn0_dbhz,
         channels.slips[receiver, channel],
+        doubtful(channels)[receiver, channel],
         pos,
         vel,
         sky.clock_m[row] - sky.clock_drift_mps[row] * signals.flight_s,

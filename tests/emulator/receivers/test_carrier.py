@@ -6,27 +6,38 @@ from tests.emulator import bench
 
 
 def phases(factors, epochs=12):
-    """Phases and ranges of all epochs, by receiver and channel; slips of the last."""
+    """Phases, slips and half-cycle doubts (epochs, channels) by receiver and channel; ranges."""
     craft = bench.craft(receivers=bench.QUICK, factors={**bench.QUIET, **factors})
     _, blocks, _ = bench.run(bench.world(craft), epochs)
-    kinds = [[bench.decode(block, kind) for block in blocks] for kind in ("PHASE", "RANGE", "RATE")]
-    phase = np.array([b["phase_cyc"] for b in kinds[0]])
-    return phase, np.array([b["pseudorange_m"] for b in kinds[1]]), kinds[0][-1]["slips"], kinds[2]
+    seen = [bench.decode(block, "PHASE") for block in blocks]
+    told = [np.array([b[name] for b in seen]) for name in ("phase_cyc", "slips", "half_cycle")]
+    return *told, np.array([bench.decode(block, "RANGE")["pseudorange_m"] for block in blocks])
 
 
 def test_windup_changes_phases_by_little_and_smoothly_and_ranges_not_at_all():
     plain, wound = phases({}), phases({"phase_windup": True})
-    assert np.array_equal(plain[1], wound[1])
+    assert np.array_equal(plain[3], wound[3])
     off = wound[0] - plain[0]
     assert np.abs(off - np.rint(off)).max() > 0.001
     assert np.abs(np.diff(off, axis=0)).max() < 0.05, "cycles in a second: an orbit turns once in 93 minutes"
 
 
-def test_slips_move_phases_by_half_cycles_for_good():
-    plain, slipped = phases({}), phases({"cycle_slips": {"per_hour": 600.0}})
+def test_slips_are_counted_and_half_ones_stay_in_doubt_until_a_preamble():
+    """A subframe of GPS begins every 6 s, a string of GLONASS every 2 s; then a phase is whole again."""
+    plain, slipped = (phases(f, 30) for f in ({}, {"cycle_slips": {"per_hour": 600.0}}))
     off = slipped[0] - plain[0]
-    assert np.abs(2 * off - np.rint(2 * off)).max() < 0.01
-    assert np.abs(off).max() >= 0.5
-    stepped = np.abs(np.diff(off, axis=0)) > 0.25
-    counted = (slipped[2] - plain[2]) % 16
-    assert np.array_equal(stepped.sum(axis=0), counted)
+    halves = np.rint(2 * off).astype(int)
+    assert np.abs(2 * off - halves).max() < 0.01
+    assert halves.any()
+    moved = np.diff(halves, axis=0) != 0
+    counted = np.diff(slipped[1].astype(int), axis=0) % 16 - np.diff(plain[1].astype(int), axis=0) % 16
+    assert np.array_equal(moved, counted != 0)
+    assert np.array_equal(halves % 2 == 1, slipped[2] == 1)
+    assert slipped[2].any() and not plain[2].any()
+    for epoch in range(6, len(halves)):
+        old = slipped[2][epoch - 6 : epoch + 1].all(axis=0)
+        assert moved[epoch - 6 : epoch][:, old].any(axis=0).all(), "six seconds without a preamble"
+
+
+def test_whole_slips_leave_no_doubt():
+    assert not phases({"cycle_slips": {"per_hour": 3600.0, "costas": False}})[2].any()
