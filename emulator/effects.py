@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 
 from dbc import satellites
 from emulator.factors.base import Factor
+from emulator.factors.loops import Loops
 from emulator.signals import biases, noise
 from emulator.signals.rays import Disturbance, Effect, Rays
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Of one craft: seed of the run, key of its draws, number of its receivers."""
+    """Of one craft: seed of the run, key of its draws, number of its receivers, their loops."""
 
     seed: int
     key: int
     receivers: int
+    loops: Loops
 
 
 Maker = Callable[[Factor, Setting], Effect]
@@ -48,7 +50,8 @@ MAKERS: dict[str, Maker] = {"multipath": _multipath, "interchannel_bias": _inter
 
 def build_effects(factors: Mapping[str, Factor], at: Setting) -> tuple[Effect, ...]:
     """Effects of the factors of a craft that are on."""
-    loops = (noise.thermal(factors),) if noise.LOOPS.keys() & factors.keys() else ()
+    noisy = [name for name in noise.THERMAL if name in factors]
+    loops = (noise.thermal(noisy, at.loops),) if noisy else ()
     return loops + tuple(MAKERS[name](row, at) for name, row in factors.items() if name in MAKERS)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc.vehicle import Vehicle
+from emulator import scenario
 from emulator.factors.base import Factor
 from emulator.factors.structure import Multipath
 from emulator.scenario import ScenarioError
@@ -32,13 +33,16 @@ Numbers = NDArray[np.int64]
 class Hull:
     """What does not change of a craft's surroundings.
 
-    multipath   None: nothing is reflected;  shadows   whether anything is hidden
-    gain        right-handed gain of its antennas
+    shadows         whether anything is hidden
+    multipath       None: nothing is reflected
+    spacing_chips   of the correlators, early to late
+    antennas        their right-handed gain
     """
 
     shape: Structure
     shadows: bool
     multipath: Multipath | None
+    spacing_chips: float
     vehicle: Vehicle
     antennas: patterns.Receive
 
@@ -53,32 +57,24 @@ class Around:
 
 
 def build_hull(
-    name: str | None, factors: Mapping[str, Factor], vehicle: Vehicle, antennas: patterns.Receive, craft: str
+    craft: scenario.Craft, factors: Mapping[str, Factor], vehicle: Vehicle, antennas: patterns.Receive
 ) -> Hull | None:
     """The surroundings of a craft, None if no factor asks for them; ScenarioError if they cannot be had."""
     wanted = [factor for factor in NAMES if factor in factors]
     if not wanted:
         return None
-    if name is None:
+    if craft.structure is None:
         raise ScenarioError(
-            f"craft.{craft}.factors.{wanted[0]}: needs the craft's structure; name it: structure = "
+            f"craft.{craft.name}.factors.{wanted[0]}: needs the craft's structure; name it: structure = "
             f'"FILE", shipped are {", ".join(file.shipped())}'
         )
     try:
-        shape = structure(file.load(file.find(name)))
+        shape = structure(file.load(file.find(craft.structure)))
         require_outside(shape, dict(zip(vehicle.names, vehicle.lever_arm_body_m, strict=True)))
     except file.StructureError as error:
-        raise ScenarioError(f"craft.{craft}.structure: {error}") from None
-    return Hull(shape, "shadowing" in factors, _multipath(factors), vehicle, antennas)
-
-
-def _multipath(factors: Mapping[str, Factor]) -> Multipath | None:
-    """Reflections through the receiver's correlators: those of its code noise, unless others are named."""
-    factor = factors.get("multipath")
-    if factor is None or "correlator_spacing_chips" in factor.model_fields_set or "code_noise" not in factors:
-        return factor
-    spacing = factors["code_noise"].correlator_spacing_chips
-    return factor.model_copy(update={"correlator_spacing_chips": spacing})
+        raise ScenarioError(f"craft.{craft.name}.structure: {error}") from None
+    spacing_chips = craft.receivers.loops.correlator_spacing_chips
+    return Hull(shape, "shadowing" in factors, factors.get("multipath"), spacing_chips, vehicle, antennas)
 
 
 def around(
@@ -131,8 +127,8 @@ def receive(
     chip_m = BY_SYSTEM.chip_m[system]
     direct = (~at.hidden[antenna, satellite]).astype(float)
     return surroundings.receive(
-        hull.shape, hull.multipath, at.pose, hull.vehicle.lever_arm_body_m, antenna, satellite, direct,
-        wave_m, chip_m, gain_dbi,
+        hull.shape, hull.multipath, hull.spacing_chips, at.pose, hull.vehicle.lever_arm_body_m, antenna,
+        satellite, direct, wave_m, chip_m, gain_dbi,
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ FASTEST_CLOCK_MPS = 3000.0
 
 def draws_words(factors: Mapping[str, Factor]) -> bool:
     """Whether any factor draws words for each receiver and satellite."""
-    return bool((noise.LOOPS.keys() | {"cycle_slips"}) & factors.keys())
+    return bool((noise.THERMAL.keys() | {"cycle_slips"}) & factors.keys())
 
 
 def clocks(
@@ -50,10 +50,12 @@ def _wander(craft: scenario.Craft, seed: int, key: int, domains: Numbers) -> clo
     return wander
 
 
-def carrier(factors: Mapping[str, Factor], vehicle: Vehicle, time: scenario.Time) -> Carrier:
+def carrier(
+    craft: scenario.Craft, factors: Mapping[str, Factor], vehicle: Vehicle, time: scenario.Time
+) -> Carrier:
     """How carrier phases come about."""
     axes = antenna_axes(vehicle.boresight_body) if "phase_windup" in factors else None
-    return Carrier(axes, factors.get("cycle_slips"), time.epoch_interval_s)
+    return Carrier(axes, factors.get("cycle_slips"), craft.receivers.loops, time.epoch_interval_s)
 
 
 def sensors(factors: Mapping[str, Factor], interval_ns: int) -> attitude_error.Sensors | None:

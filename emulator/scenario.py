@@ -18,6 +18,7 @@ from pydantic import Field, ValidationError, create_model, model_validator
 from dbc import gpstime, vehicle
 from dbc.vehicle import Strict, faults
 from emulator.factors.base import Factor
+from emulator.factors.loops import Loops
 from emulator.factors.registry import of_scope
 from emulator.observed.signals import SIGNALS
 from emulator.receivers.search import RULES
@@ -206,6 +207,7 @@ class Receivers(Strict):
     gain_dbi: Annotated[float, Field(ge=-20, le=30)] = 4.0
     gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
     noise_temperature_k: Annotated[float, Field(gt=0, le=5000)] = 400.0
+    loops: Loops = Loops()
 
 
 class Clock(Strict):

@@ -41,7 +41,11 @@ def scene_of(
         cn0_dbhz = hull.heard(around, cn0_dbhz, candidate, system, wave_m)
     signal = in_field & (cn0_dbhz >= settings.lock_threshold_dbhz)
     # What is hidden has no level at all; the loops' formulas begin at 0 dBHz, which no loop holds.
-    held = None if craft.lock is None else in_field & holds(craft.lock, np.maximum(cn0_dbhz, 0.0))
+    held = (
+        None
+        if craft.lock is None
+        else in_field & holds(craft.lock, settings.loops, np.maximum(cn0_dbhz, 0.0))
+    )
     offset_s, drift = clocks
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(

@@ -1,4 +1,8 @@
-"""Parameters of the tracking loops' thermal noise; the formulas stand in `emulator.signals.noise`."""
+"""The receivers' tracking loops, and the factors that are their thermal noise.
+
+All that loops do, noise, slips, loss of lock and what reflections do to them, is of the same loops. Formulas
+stand in `emulator.signals.noise`, `.slips` and `.multipath`.
+"""
 
 from __future__ import annotations
 
@@ -6,26 +10,35 @@ from typing import Annotated
 
 from pydantic import Field
 
+from dbc.vehicle import Strict
 from emulator.factors.base import Factor
 
 
-class CodeNoise(Factor):
-    """Thermal noise of a non-coherent early-minus-late delay lock loop."""
+class Loops(Strict):
+    """Of every channel: a delay lock loop, early minus late; a phase lock loop; a frequency lock loop.
 
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
-    correlator_spacing_chips: Annotated[float, Field(gt=0, le=1)] = 0.5
+    ..._bandwidth_hz          one-sided noise bandwidths
+    correlator_spacing_chips  early to late
+    integration_s             before the discriminators
+    other_jitter_deg          1 sigma of what shakes the phase lock beside noise: vibration, oscillator. It
+                              counts for slips and loss of lock (modelled)
+    """
+
+    code_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
+    carrier_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
+    frequency_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 2.0
+    correlator_spacing_chips: Annotated[float, Field(ge=0.05, le=1)] = 0.5
     integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    other_jitter_deg: Annotated[float, Field(ge=0, le=45)] = 2.0
+
+
+class CodeNoise(Factor):
+    """Thermal noise of the delay lock loop, non-coherent; no parameters but the loop's."""
 
 
 class CarrierNoise(Factor):
-    """Thermal noise of a Costas phase lock loop."""
-
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    """Thermal noise of the phase lock loop, a Costas loop; no parameters but the loop's."""
 
 
 class DopplerNoise(Factor):
-    """Thermal noise of a frequency lock loop."""
-
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 2.0
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    """Thermal noise of the frequency lock loop; no parameters but the loop's."""

@@ -31,31 +31,20 @@ class ClockInstability(Factor):
 class CycleSlips(Factor):
     """Slips of the carrier loops.
 
-    costas            loops that ignore the data's sign, whose slips are half cycles; else whole ones
-    other_jitter_deg  1 sigma of what shakes a loop beside noise: vibration, oscillator
-    per_hour          slips of every channel that nothing here causes (modelled)
+    costas     loops that ignore the data's sign, whose slips are half cycles; else whole ones
+    per_hour   slips of every channel that nothing here causes (modelled)
     """
 
-    loop_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
     costas: bool = True
-    other_jitter_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     per_hour: Annotated[float, Field(ge=0, le=3600)] = 0.0
 
 
 class LossOfLock(Factor):
     """Signals too weak for the loops, by the rules of thumb of Kaplan & Hegarty, 3rd ed., 8.9.
 
-    carrier_..., code_..., spacing, integration   as the loops' noise has them
-    other_jitter_deg   1 sigma of vibration and oscillator (modelled)
     stress_deg, stress_chips   steady errors of the loops under the craft's motion
     """
 
-    carrier_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
-    code_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
-    correlator_spacing_chips: Annotated[float, Field(gt=0, le=1)] = 0.5
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
-    other_jitter_deg: Annotated[float, Field(ge=0, le=15)] = 2.0
     stress_deg: Annotated[float, Field(ge=0, le=45)] = 0.0
     stress_chips: Annotated[float, Field(ge=0, le=0.5)] = 0.0
 

@@ -20,7 +20,6 @@ class Multipath(Factor):
     """Single reflections from the structure's faces through the correlators.
 
     discriminator             "power": |E|^2 - |L|^2, as `code_noise`; "coherent": dot product, coherent loop
-    correlator_spacing_chips  early to late; that of `code_noise` unless the receiver is another
     bandwidth_mhz             two-sided, of the front end; none: infinitely wide
     reflections               how many of each signal's strongest count
     least_amplitude           weaker ones do not, relative to the direct ray
@@ -31,7 +30,6 @@ class Multipath(Factor):
     """
 
     discriminator: Literal["coherent", "power"] = "power"
-    correlator_spacing_chips: Annotated[float, Field(ge=0.05, le=1)] = 0.5
     bandwidth_mhz: Annotated[float, Field(ge=1, le=100)] | None = None
     reflections: Annotated[int, Field(ge=1, le=16)] = 4
     least_amplitude: Annotated[float, Field(ge=0, lt=1)] = 0.01

@@ -5,11 +5,12 @@ Both are of a channel, from its phase's start on: wind-up is counted on through 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dbc.gpstime import NS_PER_S
+from emulator.factors.loops import Loops
 from emulator.factors.receiver import CycleSlips
 from emulator.receivers.channels import SLIPS, Channels, Flags
 from emulator.receivers.collection import units_begun
@@ -28,11 +29,13 @@ class Carrier:
 
     antenna_axes_body   x and y (m, 3) of its antennas, None where nothing winds up
     slips               None: never
+    loops               what noise makes slip
     interval_s          between epochs
     """
 
     antenna_axes_body: tuple[Array, Array] | None = None
     slips: CycleSlips | None = None
+    loops: Loops = field(default_factory=Loops)
     interval_s: float = 1.0
 
 
@@ -71,7 +74,9 @@ def slip(carrier: Carrier, channels: Channels, begins: Flags, rays: Rays) -> Cha
     """
     if carrier.slips is None or not len(rays):
         return channels
-    half_cycles = slips(carrier.slips, rays.words[:, SLIP_SLOT], rays.cn0_dbhz, carrier.interval_s)
+    half_cycles = slips(
+        carrier.slips, carrier.loops, rays.words[:, SLIP_SLOT], rays.cn0_dbhz, carrier.interval_s
+    )
     place = rays.receiver, rays.channel
     goes_on, before = ~begins[place], channels.ambiguity[place]
     whole = np.where(_upright(rays, carrier.interval_s), np.floor(before), before)

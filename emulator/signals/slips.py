@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e
 
-from emulator.factors.loops import CarrierNoise, CodeNoise
+from emulator.factors.loops import Loops
 from emulator.factors.receiver import CycleSlips, LossOfLock
 from emulator.signals import draws
 from emulator.signals.noise import carrier_sigma_rad, code_sigma_chips
@@ -37,41 +37,34 @@ def slip_rate_hz(snr: Array, bandwidth_hz: float) -> Array:
     return 2 * bandwidth_hz / (np.pi**2 * snr) * np.exp(-2 * snr) / i0e(snr) ** 2
 
 
-def slips(parameters: CycleSlips, raw: NDArray[np.uint64], cn0_dbhz: Array, dt_s: float) -> NDArray[np.int64]:
+def slips(
+    parameters: CycleSlips, loops: Loops, raw: NDArray[np.uint64], cn0_dbhz: Array, dt_s: float
+) -> NDArray[np.int64]:
     """Half cycles (p,) by which carrier phases slip in an epoch: 0, or 1 (Costas) or 2 to either side.
 
     raw  (p,) random words;  cn0_dbhz (p,);  dt_s length of the epoch
     """
-    loop = CarrierNoise(
-        loop_bandwidth_hz=parameters.loop_bandwidth_hz, integration_s=parameters.integration_s
-    )
-    variance = (
-        carrier_sigma_rad(10 ** (cn0_dbhz / 10), loop) ** 2 + np.deg2rad(parameters.other_jitter_deg) ** 2
-    )
     order = 2 if parameters.costas else 1
-    rate_hz = slip_rate_hz(1 / (order**2 * variance), loop.loop_bandwidth_hz) + parameters.per_hour / 3600
+    snr = 1 / (order * _jitter_rad(loops, 10 ** (cn0_dbhz / 10))) ** 2
+    rate_hz = slip_rate_hz(snr, loops.carrier_bandwidth_hz) + parameters.per_hour / 3600
     slipped = draws.uniform(raw) < -np.expm1(-rate_hz * dt_s)
     # `uniform` leaves out the lowest bits: the last one tells the side.
     side = 1 - 2 * (raw & np.uint64(1)).astype(np.int64)
     return np.where(slipped, side * (2 // order), 0)
 
 
-def holds(parameters: LossOfLock, cn0_dbhz: Array) -> Flags:
+def holds(parameters: LossOfLock, loops: Loops, cn0_dbhz: Array) -> Flags:
     """Whether both loops hold signals of this C/N0, any shape.
 
     Carrier: 3 sigma of all jitter and the steady error stay within 45 deg. Code: 3 sigma and the steady error
     stay within half the spacing of the correlators.
     """
     cn0_hz = 10 ** (cn0_dbhz / 10)
-    carrier = CarrierNoise(
-        loop_bandwidth_hz=parameters.carrier_bandwidth_hz, integration_s=parameters.integration_s
-    )
-    code = CodeNoise(
-        loop_bandwidth_hz=parameters.code_bandwidth_hz,
-        correlator_spacing_chips=parameters.correlator_spacing_chips,
-        integration_s=parameters.integration_s,
-    )
-    jitter_rad = np.hypot(carrier_sigma_rad(cn0_hz, carrier), np.deg2rad(parameters.other_jitter_deg))
-    phase = 3 * jitter_rad + np.deg2rad(parameters.stress_deg) <= MOST_JITTER_RAD
-    chips = 3 * code_sigma_chips(cn0_hz, code) + parameters.stress_chips
-    return phase & (chips <= parameters.correlator_spacing_chips / 2)
+    phase = 3 * _jitter_rad(loops, cn0_hz) + np.deg2rad(parameters.stress_deg) <= MOST_JITTER_RAD
+    chips = 3 * code_sigma_chips(cn0_hz, loops) + parameters.stress_chips
+    return phase & (chips <= loops.correlator_spacing_chips / 2)
+
+
+def _jitter_rad(loops: Loops, cn0_hz: Array) -> Array:
+    """1 sigma of a carrier loop, noise and all else."""
+    return np.hypot(carrier_sigma_rad(cn0_hz, loops), np.deg2rad(loops.other_jitter_deg))

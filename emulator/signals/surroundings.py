@@ -110,7 +110,13 @@ def _rays(
 
 
 def _locks(
-    settings: Multipath, delay_m: Array, direct: Array, strength: Complex, wave_m: Array, chip_m: Array
+    settings: Multipath,
+    spacing_chips: float,
+    delay_m: Array,
+    direct: Array,
+    strength: Complex,
+    wave_m: Array,
+    chip_m: Array,
 ) -> Array:
     """Code errors, phases and levels (3, q) as in `multipath.Lock`, each code by its own correlation."""
     if not strength.any():
@@ -121,7 +127,7 @@ def _locks(
         rows = slice(None) if length_m is None else chip_m == length_m
         found = multipath.lock(
             settings.discriminator, direct[rows], delay_m[rows], strength[rows], wave_m[rows], chip_m[rows],
-            settings.correlator_spacing_chips, correlation_of(settings, chip_m[rows][0]),
+            spacing_chips, correlation_of(settings, chip_m[rows][0]),
         )  # fmt: skip
         out[:, rows] = found.code_chips, found.lag_rad, found.level
     return out
@@ -130,6 +136,7 @@ def _locks(
 def receive(
     craft: Structure,
     settings: Multipath,
+    spacing_chips: float,
     at: Pose,
     antenna_body_m: Array,
     antenna: Numbers,
@@ -141,6 +148,7 @@ def receive(
 ) -> Reception:
     """What p channels receive.
 
+    spacing_chips        of the correlators, early to late
     antenna_body_m       (m, 3) places of the antennas, body axes
     antenna, satellite   (p,) rows of antennas and of the sky
     direct               (p,) amplitude of the direct ray, 1 free, 0 hidden
@@ -150,7 +158,7 @@ def receive(
         return Reception(*np.zeros((4, 0)))
     now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, antenna, satellite, gain_dbi)
     twice = [np.concatenate((column, column)) for column in (direct, strength, wave_m, chip_m)]
-    code_chips, lag_rad, level = _locks(settings, np.concatenate((now_m, later_m)), *twice)
+    code_chips, lag_rad, level = _locks(settings, spacing_chips, np.concatenate((now_m, later_m)), *twice)
     lag, later = lag_rad.reshape(2, -1)
     turned = np.remainder(later - lag + np.pi, 2 * np.pi) - np.pi
     count = len(antenna)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from emulator.factors.loops import CarrierNoise, CodeNoise, DopplerNoise
-from emulator.factors.registry import FACTORS
+from emulator.factors.loops import Loops
 from emulator.signals import draws, noise
 
 RNG = np.random.Generator(np.random.PCG64(20121031))
@@ -22,24 +21,24 @@ def correlators(cn0_hz, integration_s, count, correlation):
 @pytest.mark.parametrize(("cn0_dbhz", "spacing"), [(45, 0.5), (35, 0.5), (30, 1.0), (35, 0.1)])
 def test_code_noise_is_that_of_the_power_discriminator(cn0_dbhz, spacing):
     """|E|^2 - |L|^2 over its slope, made a loop of noise bandwidth B by the factor 2 B T."""
-    loop = CodeNoise(loop_bandwidth_hz=0.5, correlator_spacing_chips=spacing, integration_s=0.02)
+    loop = Loops(code_bandwidth_hz=0.5, correlator_spacing_chips=spacing, integration_s=0.02)
     cn0_hz = 10 ** (cn0_dbhz / 10)
     amplitude, early, late = correlators(cn0_hz, loop.integration_s, 400_000, 1 - spacing)
     peak = amplitude * (1 - spacing / 2)
     output = np.abs(peak + early) ** 2 - np.abs(peak + late) ** 2
     slope = 4 * amplitude * peak  # |E|^2 falls by 2 A peak a chip, |L|^2 rises by as much
-    simulated = output.std() / slope * np.sqrt(2 * loop.loop_bandwidth_hz * loop.integration_s)
+    simulated = output.std() / slope * np.sqrt(2 * loop.code_bandwidth_hz * loop.integration_s)
     assert noise.code_sigma_chips(cn0_hz, loop) == pytest.approx(simulated, rel=0.01)
 
 
 @pytest.mark.parametrize("cn0_dbhz", [45, 35, 28])
 def test_carrier_noise_is_that_of_the_costas_discriminator(cn0_dbhz):
     """I Q over its slope, made a loop of noise bandwidth B by the factor 2 B T."""
-    loop = CarrierNoise(loop_bandwidth_hz=15.0, integration_s=0.02)
+    loop = Loops(carrier_bandwidth_hz=15.0, integration_s=0.02)
     cn0_hz = 10 ** (cn0_dbhz / 10)
     amplitude, prompt, _ = correlators(cn0_hz, loop.integration_s, 400_000, 0.0)
     output = (amplitude + prompt.real) * prompt.imag
-    simulated = output.std() / amplitude**2 * np.sqrt(2 * loop.loop_bandwidth_hz * loop.integration_s)
+    simulated = output.std() / amplitude**2 * np.sqrt(2 * loop.carrier_bandwidth_hz * loop.integration_s)
     assert noise.carrier_sigma_rad(cn0_hz, loop) == pytest.approx(simulated, rel=0.01)
 
 
@@ -47,23 +46,22 @@ def test_numbers_by_hand():
     """C/N0 = 40 dBHz, T = 20 ms: code B = 0.5, D = 0.5: sqrt(1.25e-5 (1 + 2/300)) chips; carrier B = 15:
     sqrt(1.5e-3 (1 + 1/400)) rad; frequency B = 2: sqrt(8e-4 (1 + 1/200)) / (0.04 pi) Hz."""
     cn0_hz = 1e4
-    assert noise.code_sigma_chips(cn0_hz, CodeNoise()) == pytest.approx(3.5473e-3, rel=1e-4)
-    assert np.rad2deg(noise.carrier_sigma_rad(cn0_hz, CarrierNoise())) == pytest.approx(2.2218, rel=1e-4)
-    assert noise.doppler_sigma_hz(cn0_hz, DopplerNoise()) == pytest.approx(0.22564, rel=1e-4)
+    assert noise.code_sigma_chips(cn0_hz, Loops()) == pytest.approx(3.5473e-3, rel=1e-4)
+    assert np.rad2deg(noise.carrier_sigma_rad(cn0_hz, Loops())) == pytest.approx(2.2218, rel=1e-4)
+    assert noise.doppler_sigma_hz(cn0_hz, Loops()) == pytest.approx(0.22564, rel=1e-4)
 
 
-def test_every_factor_reaches_one_observable():
-    seen = {name: (loop.observable, loop.slot) for name, loop in noise.LOOPS.items()}
-    assert seen.keys() == noise.LOOPS.keys()
-    assert len(set(seen.values())) == len(seen)
+def test_every_factor_has_an_observable_and_a_draw_of_its_own():
+    seen = [(noise_of.observable, noise_of.slot) for noise_of in noise.THERMAL.values()]
+    assert {observable for observable, _ in seen} == {"range_m", "phase_m", "rate_mps"}
+    assert len({slot for _, slot in seen}) == 3
 
 
 def test_a_factor_does_not_change_what_others_draw():
     raw = draws.grid(3, 4, 5, 1)[0, 0, :20]
     cn0, chip, wave = np.full(20, 42.0), np.full(20, 293.05), np.full(20, 0.19)
-    every = {name: row.model() for name, row in FACTORS.items() if name in noise.LOOPS}
-    together = noise.errors(every, raw, cn0, chip, wave)
-    alone = noise.errors({"doppler_noise": every["doppler_noise"]}, raw, cn0, chip, wave)
+    together = noise.errors(noise.THERMAL, Loops(), raw, cn0, chip, wave)
+    alone = noise.errors(["doppler_noise"], Loops(), raw, cn0, chip, wave)
     assert (alone.rate_mps == together.rate_mps).all()
     assert not alone.range_m.any()
     assert not alone.phase_m.any()
@@ -73,9 +71,7 @@ def test_errors_have_the_sigma_of_their_loop():
     raw = np.concatenate([draws.grid(3, 4, epoch, 1)[0].reshape(-1, 4) for epoch in range(40)])
     n = len(raw)
     cn0, chip, wave = np.full(n, 40.0), np.full(n, 293.05), np.full(n, 0.1903)
-    found = noise.errors(
-        {name: row.model() for name, row in FACTORS.items() if name in noise.LOOPS}, raw, cn0, chip, wave
-    )
+    found = noise.errors(noise.THERMAL, Loops(), raw, cn0, chip, wave)
     sigma = (293.05 * 3.5473e-3, 0.1903 / 2 / np.pi * 0.038778, 0.1903 * 0.22564)
     for errors, expected in zip((found.range_m, found.phase_m, found.rate_mps), sigma, strict=True):
         assert errors.std() == pytest.approx(expected, rel=4 / np.sqrt(2 * n))

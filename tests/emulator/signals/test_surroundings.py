@@ -53,8 +53,8 @@ def received(ship, antennas_m, t_s, chip_m=293.05, rate=RATE, **settings):
     direct = (~blocked(pose.bodies, antennas_m, pose.los_body)).astype(float).ravel()
     count = len(antenna)
     return direct, surroundings.receive(
-        ship, Multipath(**settings), pose, antennas_m, antenna, satellite, direct, np.full(count, 0.1903),
-        np.zeros(count) + chip_m, flat_gain,
+        ship, Multipath(**settings), 0.5, pose, antennas_m, antenna, satellite, direct,
+        np.full(count, 0.1903), np.zeros(count) + chip_m, flat_gain,
     )  # fmt: skip
 
 
@@ -107,8 +107,8 @@ def test_no_channel():
     shape, antennas_m = craft("iss", "iss-asn-m")
     none = np.zeros(0, np.int64)
     found = surroundings.receive(
-        shape, Multipath(), at(shape, 0.0), antennas_m, none, none, np.zeros(0), np.zeros(0), np.zeros(0),
-        flat_gain,
+        shape, Multipath(), 0.5, at(shape, 0.0), antennas_m, none, none, np.zeros(0), np.zeros(0),
+        np.zeros(0), flat_gain,
     )  # fmt: skip
     assert len(found.range_m) == 0
 
