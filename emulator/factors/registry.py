@@ -2,7 +2,9 @@
 
 A row has a name, a parameter model, the source of its formulas, where it belongs, and whether it is on if a
 scenario says nothing of it. From the table come the scenario's validation, the command line's choices and
-the documentation. Which pure functions apply a row's parameters stands in `emulator.effects`.
+the documentation. A row is applied by whom it concerns: what disturbs measured signals by `emulator.effects`,
+what satellites report by `emulator.world.sky`, C/N0 by `emulator.radio`, structures by `emulator.hull`,
+clocks, loops and sensors by `emulator.outfit`, and how receivers work by `emulator.build`.
 """
 
 from __future__ import annotations
@@ -58,9 +60,13 @@ FACTORS = table(
         "sky",
     ),
     Row("satellite_clock_error", SatelliteClockError, "the same; Allan deviations by kind of clock", "sky"),
-    Row("code_bias", CodeBias, "differences of P1 and C1 as CODE publishes them", "sky"),
+    Row("code_bias", CodeBias, "differences of P1 and C1 in IGS's cc2noncc (J. Ray)", "sky"),
     Row("ionosphere", Ionosphere, "IS-GPS-200, 20.3.3.5.2.5; IONEX 1.0; Chapman layers", "sky"),
-    Row("clock_instability", ClockInstability, "two-state clocks by class of oscillator"),
+    Row(
+        "clock_instability",
+        ClockInstability,
+        "van Dierendonck, McGraw & Brown, 16th PTTI (1984) 273",
+    ),
     Row(
         "interchannel_bias",
         InterchannelBias,
@@ -71,7 +77,7 @@ FACTORS = table(
     Row("phase_windup", PhaseWindup, "Wu et al., Manuscripta Geodaetica 18 (1993) 91"),
     Row("data_collection", DataCollection, "IS-GPS-200, 20.3.2; GLONASS ICD 5.1, 4.3"),
     Row("attitude_error", AttitudeError, "Farrenkopf, J. Guidance and Control 1 (1978) 282"),
-    Row("onboard_clock", OnboardClock, "offset, drift and random walk"),
+    Row("onboard_clock", OnboardClock, "IEEE Std 1139-2008, annex B: walk of white frequency noise"),
     Row("transmit_pattern", TransmitPattern, "published patterns by block; IS-GPS-200, GLONASS ICD 5.1"),
     Row("receive_pattern", ReceivePattern, "tables by angle, shipped or of a file"),
     Row("link_budget", LinkBudget, "Friis, Proc. IRE 32 (1944) 419"),

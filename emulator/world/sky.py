@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from emulator import scenario
 from emulator.factors.base import Factor
+from emulator.factors.sky import EphemerisError, SatelliteClockError
 from emulator.world import ephemeris_errors, satellite_clocks
 from emulator.world.constellation import Array, Broadcast, Constellation
 from emulator.world.earth import LIGHT_MPS
@@ -211,24 +212,27 @@ NOMINAL: dict[str, Callable[[int], Constellation]] = {"gps": nominal_gps, "glona
 """System -> maker of its nominal constellation from the start of the run [ns]."""
 
 
+def _orbits(parameters: EphemerisError, seed: int, index: NDArray[np.int64]) -> Misreport:
+    return lambda middles_ns, nodes_s, pos_m, vel_mps: (
+        ephemeris_errors.errors(parameters, seed, index, middles_ns, nodes_s, pos_m, vel_mps), 0.0,
+    )  # fmt: skip
+
+
+def _clocks(parameters: SatelliteClockError, seed: int, index: NDArray[np.int64]) -> Misreport:
+    return lambda middles_ns, nodes_s, pos_m, vel_mps: (
+        0.0, satellite_clocks.errors(parameters, seed, index, middles_ns, nodes_s),
+    )  # fmt: skip
+
+
+MISREPORTS: dict[str, Callable[..., Misreport]] = {
+    "ephemeris_error": _orbits, "satellite_clock_error": _clocks,
+}  # fmt: skip
+"""Factor of a sky -> maker of the error of what its satellites (n,) report: parameters, seed, index."""
+
+
 def misreports(factors: Mapping[str, Factor], seed: int, index: NDArray[np.int64]) -> tuple[Misreport, ...]:
     """What the factors of a sky that are on make its satellites (n,) report."""
-    found: list[Misreport] = []
-    if "ephemeris_error" in factors:
-        orbits = factors["ephemeris_error"]
-        found.append(
-            lambda middles_ns, nodes_s, pos, vel: (
-                ephemeris_errors.errors(orbits, seed, index, middles_ns, nodes_s, pos, vel), 0.0,
-            )
-        )  # fmt: skip
-    if "satellite_clock_error" in factors:
-        clocks = factors["satellite_clock_error"]
-        found.append(
-            lambda middles_ns, nodes_s, pos, vel: (
-                0.0, satellite_clocks.errors(clocks, seed, index, middles_ns, nodes_s),
-            )
-        )  # fmt: skip
-    return tuple(found)
+    return tuple(make(factors[name], seed, index) for name, make in MISREPORTS.items() if name in factors)
 
 
 def build_sky(
