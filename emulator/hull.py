@@ -136,7 +136,8 @@ def heard(at: Around, cn0_dbhz: Array, candidate: NDArray[np.bool_], system: Num
     """C/N0 (m, n) with the hull in the way.
 
     candidate   (m, n) would be heard without it;  system, wave_m (n,) of the satellites
-    A hidden satellite may be heard by its reflection, if receivers hold such a lock; else not at all.
+    A hidden satellite may be heard by its reflection, if receivers hold such a lock; else not at all. What
+    reflections take from or give to a direct ray changes the C/N0 told, but not who is held (modelled).
     """
     hidden = candidate & at.hidden
     if not hidden.any():
