@@ -21,6 +21,7 @@ from emulator.factors.base import Factor
 from emulator.factors.registry import of_scope
 from emulator.observed.signals import SIGNALS
 from emulator.receivers.search import RULES
+from emulator.world.gravity import HIGHEST_DEGREE
 
 Positive = Annotated[float, Field(gt=0)]
 Angle = Annotated[float, Field(ge=-360, le=360)]
@@ -139,7 +140,7 @@ class Orbit(Strict):
     arg_perigee_deg: Angle = 0.0
     true_anomaly_deg: Angle = 0.0
     forces: tuple[Force, ...] = ("j2", "j3", "j4")
-    degree: Annotated[int, Field(ge=2, le=50)] = 20
+    degree: Annotated[int, Field(ge=2, le=HIGHEST_DEGREE)] = 20
     mass_kg: Positive = 1000.0
     drag_area_m2: Positive = 10.0
     drag_coefficient: Annotated[float, Field(gt=0, le=10)] = 2.2
