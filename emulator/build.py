@@ -13,6 +13,7 @@ from dbc.gpstime import NS_PER_S
 from dbc.vehicle import Vehicle
 from emulator import hull, outfit, scenario
 from emulator.effects import Setting, build_effects, sky_effects
+from emulator.files import finals
 from emulator.files.text import FileError
 from emulator.observed.craft import ObservedCraft, fresh_unit
 from emulator.radio import build_radio, plain_antennas
@@ -56,6 +57,7 @@ def build_world(
     time = given.time
     sky = build_sky(given.sky, time, resolve_path, given.seed)
     everywhere = _everywhere(given, resolve_path, sky.index)
+    measured = _orientation(time, resolve_path)
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
     return World(
@@ -69,7 +71,7 @@ def build_world(
         _almanac(given, resolve_path, sky.index),
         row_of,
         int(satellites.system_of(sky.index).max()) + 1,
-        tuple(_craft(given, c, v, everywhere) for c, v in zip(given.craft, vehicles, strict=True)),
+        tuple(_craft(given, c, v, everywhere, measured) for c, v in zip(given.craft, vehicles, strict=True)),
     )
 
 
@@ -97,21 +99,29 @@ def _cold(craft: CraftWorld, satellites_of_sky: int) -> UnitState:
 
 
 def _craft(
-    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, everywhere: tuple[Effect, ...]
+    given: scenario.Scenario,
+    craft: scenario.Craft,
+    vehicle: Vehicle,
+    everywhere: tuple[Effect, ...],
+    measured: finals.Orientation | None,
 ) -> CraftWorld | ObservedCraft:
     if craft.observations is not None:
         # Reading observations is for those who play them.
         from emulator.observed.build import build_observed
 
-        return build_observed(given, craft, vehicle)
-    return _emulated(given, craft, vehicle, everywhere)
+        return build_observed(given, craft, vehicle, measured)
+    return _emulated(given, craft, vehicle, everywhere, measured)
 
 
 def _emulated(
-    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, everywhere: tuple[Effect, ...]
+    given: scenario.Scenario,
+    craft: scenario.Craft,
+    vehicle: Vehicle,
+    everywhere: tuple[Effect, ...],
+    measured: finals.Orientation | None,
 ) -> CraftWorld:
     time, settings = given.time, craft.receivers
-    orbit = build_motion(craft, time)
+    orbit = build_motion(craft, time, measured)
     _check_turns(craft)
     key = draws.key_of(craft.name)
     contract = codec.codec(vehicle.antennas)
@@ -124,7 +134,7 @@ def _emulated(
         key,
         vehicle,
         orbit,
-        build_turning(craft, time, orbit),
+        build_turning(craft, time, orbit, measured),
         settings,
         _pace(settings),
         search.RULES[settings.autonomous],
@@ -143,6 +153,18 @@ def _emulated(
         contract,
         frames.stationery(contract, vehicle.antennas),
     )
+
+
+def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> finals.Orientation | None:
+    """The Earth's measured orientation over a run, if its scenario names a file."""
+    if time.orientation is None:
+        return None
+    try:
+        found = finals.read(resolve_path(time.orientation))
+        found.check(*time.span_ns)
+    except FileError as error:
+        raise ScenarioError(f"time.orientation: {error}") from None
+    return found
 
 
 def _everywhere(

@@ -15,6 +15,7 @@ DATA = "GNSS_HIL_DATA"
 _KINDS = ("oem", "tle", "csv")
 
 PLACES: tuple[tuple[str, ...], ...] = (
+    ("time", "orientation"),
     ("sky", "gps"),
     ("sky", "glonass"),
     ("sky", "orbits"),

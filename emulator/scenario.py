@@ -22,6 +22,7 @@ from emulator.factors.loops import Loops
 from emulator.factors.registry import of_scope
 from emulator.observed.signals import SIGNALS
 from emulator.receivers.search import RULES
+from emulator.world.gravity import HIGHEST_DEGREE
 
 Positive = Annotated[float, Field(gt=0)]
 Angle = Annotated[float, Field(ge=-360, le=360)]
@@ -58,11 +59,18 @@ SkyFactors, CraftFactors = _factors("sky"), _factors("craft")
 
 class Time(Strict):
     """Start on the GPS scale, length and step. Noise is drawn anew in each epoch, white from one to the next,
-    which holds for intervals of 1 s and more; shorter ones are for dynamics, not for statistics of noise."""
+    which holds for intervals of 1 s and more; shorter ones are for dynamics, not for statistics of noise.
+
+    orientation  file finals2000A of the IERS: UT1 and the pole, by which trajectories and attitudes told in
+                 celestial axes come to the Earth's. Without it UT1 is UTC and the pole stands still, which
+                 puts such a craft up to 450 m away in low orbit. Computed orbits and the Sun do without it:
+                 an `orbit` is counted from the Earth as it stands at UT1 = UTC, and the Sun is 14 arcsec off
+    """
 
     start_gps: datetime
     duration_s: Annotated[float, Field(gt=0, le=31 * 86400)] = 600
     epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
+    orientation: str | None = None
 
     @property
     def start_ns(self) -> int:
@@ -133,7 +141,7 @@ class Orbit(Strict):
     arg_perigee_deg: Angle = 0.0
     true_anomaly_deg: Angle = 0.0
     forces: tuple[Force, ...] = ("j2", "j3", "j4")
-    degree: Annotated[int, Field(ge=2, le=50)] = 20
+    degree: Annotated[int, Field(ge=2, le=HIGHEST_DEGREE)] = 20
     mass_kg: Positive = 1000.0
     drag_area_m2: Positive = 10.0
     drag_coefficient: Annotated[float, Field(gt=0, le=10)] = 2.2

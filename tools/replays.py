@@ -94,5 +94,9 @@ def _time(document: dict[str, Any], craft: dict[str, Any], a: Namespace) -> None
     from emulator.observed.build import span_of
 
     found = span_of(craft["observations"]["file"], craft.get("name", ""))
-    said = {"duration_s": a.duration, "epoch_interval_s": a.interval}
+    said = {
+        "duration_s": a.duration,
+        "epoch_interval_s": a.interval,
+        "orientation": document.get("time", {}).get("orientation"),
+    }
     document["time"] = found | {name: value for name, value in said.items() if value is not None}

@@ -13,6 +13,7 @@ from dbc.vehicle import Vehicle
 from emulator import scenario
 from emulator.factors.registry import FACTORS
 from emulator.files import rinex_obs
+from emulator.files.finals import Orientation
 from emulator.files.text import FileError
 from emulator.observed.craft import ObservedCraft
 from emulator.observed.signals import SIGNALS
@@ -61,8 +62,13 @@ def _refuse(craft: scenario.Craft) -> None:
         )
 
 
-def build_observed(given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle) -> ObservedCraft:
-    """The craft of a scenario whose observations are played; ScenarioError if they cannot be."""
+def build_observed(
+    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, measured: Orientation | None
+) -> ObservedCraft:
+    """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
+
+    measured  the Earth's orientation for its reference, None without a file of it
+    """
     time, settings = given.time, craft.observations
     file = observations(settings.file, craft.name)
     if vehicle.antennas != 1:
@@ -90,7 +96,8 @@ def build_observed(given: scenario.Scenario, craft: scenario.Craft, vehicle: Veh
     reference = None
     if settings.reference is not None:
         key = f"craft.{craft.name}.observations.reference"
-        reference = read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), key)
+        span_ns = int(marks_ns[0]), int(marks_ns[-1])
+        reference = read_trajectory(settings.reference, span_ns, measured, key)
     frequency = np.zeros(satellites.SATELLITES, np.int64)
     for number, k in file.header.frequencies.items():
         frequency[satellites.index(satellites.GLONASS, number)] = k

@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LOWEST_M = 100e3
-"""Where the table begins; lower down a craft does not stay in orbit."""
-
 # Altitude [km], density [g/km^3] at the antapex and the apex of the bulge.
 _TABLE = np.array((
     (100, 497400.0, 497400.0), (120, 24900.0, 24900.0), (130, 8377.0, 8710.0), (140, 3899.0, 4059.0),

@@ -1,4 +1,4 @@
-"""Attitude as flown: a table of quaternions relative to the celestial axes.
+"""Attitude as flown: a table of quaternions relative to the axes of J2000.
 
 Between two rows the body turns at one rate about one axis. The rates reported are those of the attitude that
 is flown so, not the table's own.
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from dbc import gpstime
 from emulator.files.csv_table import Table
+from emulator.files.finals import Orientation
 from emulator.world import frames
 from emulator.world.orbit import CraftState
 from emulator.world.rotations import dcm_of_quaternion, quaternion_of_dcm
@@ -20,7 +21,7 @@ from emulator.world.rotations import dcm_of_quaternion, quaternion_of_dcm
 Array = NDArray[np.float64]
 
 COLUMNS = tuple(f"quaternion_{part}" for part in "cxyz")
-"""Names of the columns read: scalar first, Hamilton, passive, body from celestial axes."""
+"""Names of the columns read: scalar first, Hamilton, passive, body from EME2000."""
 
 
 class AttitudeTableError(ValueError):
@@ -51,15 +52,19 @@ def rotation_vectors(quaternion: Array) -> Array:
 
 
 class TabulatedAttitude:
-    """Attitude of a table (n rows); the craft's state has no part in it."""
+    """Attitude of a table (n rows); the craft's state has no part in it.
 
-    def __init__(self, table: Table, origin: str):
+    measured  the Earth's orientation, the same that the craft's trajectory has
+    """
+
+    def __init__(self, table: Table, origin: str, measured: Orientation | None = None):
         norms = np.linalg.norm(table.columns, axis=1)
         odd = np.flatnonzero(np.abs(norms - 1) > 1e-3)
         if len(odd):
             raise AttitudeTableError(
                 f"{origin}: row {odd[0] + 1}: quaternion has length {norms[odd[0]]:.4g}; an attitude has 1"
             )
+        self._measured = measured
         self._t_ns = table.t_ns.tolist()
         self._quaternion = table.columns / norms[:, None]
         # Passive: the step from one row's body axes to the next's stands on the right.
@@ -82,6 +87,6 @@ class TabulatedAttitude:
         half = 0.5e-9 * (t_ns - self._t_ns[row]) * rate
         angle = np.sqrt(half @ half)
         turned = np.append(np.cos(angle), half * np.sinc(angle / np.pi))
-        body_from_gcrs = dcm_of_quaternion(product(self._quaternion[row], turned))
-        ecef_from_gcrs = frames.ecef_from_gcrs(np.array([t_ns]))[0]
-        return quaternion_of_dcm(body_from_gcrs @ ecef_from_gcrs.T), rate
+        body_from_eme2000 = dcm_of_quaternion(product(self._quaternion[row], turned))
+        ecef_from_eme2000 = frames.ecef_from_eme2000(t_ns, self._measured)
+        return quaternion_of_dcm(body_from_eme2000 @ ecef_from_eme2000.T), rate

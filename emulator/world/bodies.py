@@ -40,23 +40,14 @@ def moon_gcrs_m(t_ns: Times) -> Array:
     return AU_M * erfa.moon98(*tt_jd(t_ns))["p"]
 
 
-def _in_ecef(pos_gcrs_m: Array, t_ns: Times, leap_s: int) -> Array:
-    of_date = np.einsum("nij,nj->ni", cirs_from_gcrs(t_ns), pos_gcrs_m)
-    return eci_to_ecef(of_date, rotation_angle_rad(t_ns, leap_s))
-
-
 def sun_ecef_m(t_ns: Times, leap_s: int) -> Array:
     """The Sun (n, 3) [m], ecef of that instant.
 
     t_ns    (n,) GPS time [ns]
     leap_s  GPS - UTC [s] of the run's start
     """
-    return _in_ecef(sun_gcrs_m(t_ns), t_ns, leap_s)
-
-
-def moon_ecef_m(t_ns: Times, leap_s: int) -> Array:
-    """The Moon (n, 3) [m], ecef of that instant; arguments as `sun_ecef_m`."""
-    return _in_ecef(moon_gcrs_m(t_ns), t_ns, leap_s)
+    of_date = np.einsum("nij,nj->ni", cirs_from_gcrs(t_ns), sun_gcrs_m(t_ns))
+    return eci_to_ecef(of_date, rotation_angle_rad(t_ns, leap_s))
 
 
 class InertialBodies:

@@ -1,10 +1,15 @@
-"""Celestial and terrestrial frames: matrices and states, vectorised over time.
+"""Celestial and terrestrial frames: matrices, vectorised over time.
 
-gcrs   geocentric celestial reference system; EME2000 differs from it by a fixed 23 mas
-cirs   celestial intermediate frame of date: z is the pole, x the intermediate origin (IAU 2006/2000B)
-teme   true equator of date, mean equinox: what two-line elements propagate in
-eci    of a run: the cirs of its start, held fixed; what the craft's motion is computed in
-ecef   WGS-84 = ITRS. Without measured orientation the pole is the intermediate pole and UT1 is UTC
+gcrs     geocentric celestial reference system
+eme2000  mean equator and equinox of J2000: off the gcrs by a fixed 23 mas
+cirs     celestial intermediate frame of date: z is the pole, x the intermediate origin (IAU 2006/2000A)
+teme     true equator of date, mean equinox: what two-line elements propagate in
+eci      of a run: the cirs of its start, held fixed; what the craft's motion is computed in
+ecef     WGS-84 = ITRS
+
+Without measured orientation UT1 is UTC and the pole is the intermediate one. In low orbit that costs up to
+450 m (UT1 - UTC reaches 0.9 s) and 20 m (the pole 0.6 arcsec), and at a leap second the Earth jumps. With it
+some centimetres are left: tides within a day, and 0.3 mas of the pole of date that no theory tells.
 
 Source: IERS Conventions (2010), chapter 5; the series are those of ERFA (SOFA).
 """
@@ -17,7 +22,6 @@ from numpy.typing import NDArray
 
 from dbc import gpstime
 from emulator.files.finals import Orientation
-from emulator.world.earth import ROTATION_RPS
 
 Array = NDArray[np.float64]
 Times = NDArray[np.int64]
@@ -27,6 +31,9 @@ _GPS_EPOCH_JD = 2_444_244.5
 _TT_MINUS_GPS_DAYS = 51.184 / 86400
 """TT - TAI = 32.184 s, TAI - GPS = 19 s."""
 
+_GCRS_FROM_EME2000 = erfa.bp06(erfa.DJ00, 0.0)[0].T
+"""The frame bias, (3, 3): 0.8 m in low orbit. Source: erfa.bp06 (IERS Conventions 2010, 5.32 and 5.33)"""
+
 
 def tt_jd(t_ns: int | Times) -> tuple[Array, Array]:
     """Julian date (TT) of GPS time t_ns (...,) [ns], in two parts: whole days, and the rest."""
@@ -35,17 +42,20 @@ def tt_jd(t_ns: int | Times) -> tuple[Array, Array]:
 
 
 def cirs_from_gcrs(t_ns: int | Times) -> Array:
-    """Rotations (..., 3, 3) to the celestial intermediate frame of date, to 1 mas (IAU 2000B nutation)."""
-    return erfa.c2i00b(*tt_jd(t_ns))
+    """Rotations (..., 3, 3) to the celestial intermediate frame of date.
+
+    Source: IAU 2006 precession, 2000A nutation (erfa.c2i06a)
+    """
+    return erfa.c2i06a(*tt_jd(t_ns))
 
 
 def eci_from_gcrs(start_ns: int) -> Array:
     """Rotation (3, 3) to a run's inertial frame: the celestial intermediate frame of its start, held fixed.
 
     The pole of date leaves it by some 0.1 arcsec a day, 3 m at the Earth's surface; a run's Earth keeps the
-    pole of its start. Source: IAU 2006 precession, 2000A nutation (erfa.c2i06a)
+    pole of its start.
     """
-    return erfa.c2i06a(*tt_jd(start_ns))
+    return cirs_from_gcrs(start_ns)
 
 
 def utc_jd(t_ns: int | Times) -> tuple[Array, Array]:
@@ -85,31 +95,14 @@ def ecef_from_gcrs(t_ns: int | Times, measured: Orientation | None = None) -> Ar
     return _ecef_from_tirs(t_ns, measured) @ turned
 
 
+def ecef_from_eme2000(t_ns: int | Times, measured: Orientation | None = None) -> Array:
+    """Rotations (..., 3, 3) from the mean equator and equinox of J2000 to terrestrial axes."""
+    return ecef_from_gcrs(t_ns, measured) @ _GCRS_FROM_EME2000
+
+
 def ecef_from_teme(t_ns: int | Times, measured: Orientation | None = None) -> Array:
     """Rotations (..., 3, 3) from true equator, mean equinox of date to terrestrial axes.
 
     Source: Vallado et al., Revisiting Spacetrack Report #3, AIAA 2006-6753, appendix C: by GMST of 1982
     """
     return _ecef_from_tirs(t_ns, measured) @ _about_z(erfa.gmst82(*_ut1_jd(t_ns, measured)))
-
-
-def velocity_in_ecef(
-    ecef_from_x: Array,
-    vel_x_mps: Array,
-    pos_ecef_m: Array,
-    t_ns: int | Times,
-    measured: Orientation | None = None,
-) -> Array:
-    """Velocities (..., 3) relative to the turning Earth [m/s].
-
-    ecef_from_x  (..., 3, 3) from axes that do not turn with it, gcrs or teme, in which
-    vel_x_mps    (..., 3) are told
-    pos_ecef_m   (..., 3) the positions, already in ecef
-    """
-    spin_rps = ROTATION_RPS * _ecef_from_tirs(t_ns, measured)[..., 2]
-    return np.einsum("...ij,...j->...i", ecef_from_x, vel_x_mps) - np.cross(spin_rps, pos_ecef_m)
-
-
-def gcrs_from_eme2000() -> Array:
-    """Rotation (3, 3) from the mean equator and equinox of J2000: the frame bias. Source: erfa.bp06"""
-    return erfa.bp06(erfa.DJ00, 0.0)[0].T

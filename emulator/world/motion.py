@@ -8,6 +8,7 @@ from typing import Protocol
 
 from emulator import scenario
 from emulator.files import csv_table, oem, tle
+from emulator.files.finals import Orientation
 from emulator.files.text import FileError
 from emulator.scenario import ScenarioError
 from emulator.world import trajectory
@@ -26,52 +27,63 @@ class Motion(Protocol):
     def at(self, t_ns: int) -> CraftState: ...
 
 
-def _oem(given: scenario.TrajectoryFile, span_ns: tuple[int, int]) -> Trajectory:
-    return trajectory.of_ephemeris(oem.read(Path(given.oem)), given.oem)
+Span = tuple[int, int]
+"""GPS time of a run's first instant and of its last [ns]."""
 
 
-def _tle(given: scenario.TrajectoryFile, span_ns: tuple[int, int]) -> Trajectory:
+def _oem(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
+    return trajectory.of_ephemeris(oem.read(Path(given.oem)), given.oem, measured)
+
+
+def _tle(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
     chosen = tle.choose(tle.read(Path(given.tle)), given.object, given.tle)
-    return trajectory.of_elements(chosen.line1, chosen.line2, *span_ns)
+    return trajectory.of_elements(chosen.line1, chosen.line2, *span_ns, measured)
 
 
-def _csv(given: scenario.TrajectoryFile, span_ns: tuple[int, int]) -> Trajectory:
+def _csv(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
     table = csv_table.read(Path(given.csv), _AXES)
     pos_m = _METRES[given.unit] * table.columns
-    return Trajectory(table.t_ns, trajectory.FRAMES["GCRF"](table.t_ns, pos_m))
+    return Trajectory(table.t_ns, trajectory.in_ecef("J2000", table.t_ns, pos_m, measured))
 
 
-KINDS: dict[str, Callable[[scenario.TrajectoryFile, tuple[int, int]], Trajectory]] = {
+KINDS: dict[str, Callable[[scenario.TrajectoryFile, Span, Orientation | None], Trajectory]] = {
     "oem": _oem, "tle": _tle, "csv": _csv,
 }  # fmt: skip
-"""Kind of file -> its trajectory, for a run from the first instant to the last."""
+"""Kind of file -> its trajectory over a run."""
 
 
-def read_trajectory(given: scenario.TrajectoryFile, span_ns: tuple[int, int], key: str) -> Trajectory:
-    """The trajectory a scenario names for a run; ScenarioError with one line under `key` if there is none."""
+def read_trajectory(
+    given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, key: str
+) -> Trajectory:
+    """The trajectory a scenario names for a run; ScenarioError with one line under `key` if there is none.
+
+    measured  the Earth's orientation, None without a file of it
+    """
     kind = next(kind for kind in KINDS if getattr(given, kind) is not None)
     try:
-        found = KINDS[kind](given, span_ns)
+        found = KINDS[kind](given, span_ns, measured)
         found.check(*span_ns, getattr(given, kind))
     except (FileError, TrajectoryError) as error:
         raise ScenarioError(f"{key}: {error}") from None
     return found
 
 
-def build_motion(craft: scenario.Craft, time: scenario.Time) -> Motion:
+def build_motion(craft: scenario.Craft, time: scenario.Time, measured: Orientation | None) -> Motion:
     """The motion of a craft that is emulated; ScenarioError with one line if there is none."""
     if craft.trajectory is None:
         return build_orbit(craft.orbit, time.start_ns)
-    return read_trajectory(craft.trajectory, time.span_ns, f"craft.{craft.name}.trajectory")
+    return read_trajectory(craft.trajectory, time.span_ns, measured, f"craft.{craft.name}.trajectory")
 
 
-def build_turning(craft: scenario.Craft, time: scenario.Time, motion: Motion) -> Attitude | TabulatedAttitude:
+def build_turning(
+    craft: scenario.Craft, time: scenario.Time, motion: Motion, measured: Orientation | None
+) -> Attitude | TabulatedAttitude:
     """The attitude of a craft; ScenarioError with one line if its table does not serve."""
     attitude = craft.attitude
     if attitude.mode != "table":
         return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
     try:
-        table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file)
+        table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)
         table.check(*time.span_ns, attitude.file)
     except (FileError, AttitudeTableError) as error:
         raise ScenarioError(f"craft.{craft.name}.attitude: {error}") from None

@@ -1,8 +1,9 @@
 """Where a craft was, by somebody else's account: tabulated states read as a smooth orbit.
 
-A table's positions are turned into ECEF and joined by Lagrange's polynomials of the nearest points, which
-the bench's own table of Chebyshev polynomials then samples: reading an instant costs as little as that of an
-orbit of our own, and its derivatives are those of one function.
+A table's positions are turned into ECEF, by the Earth's measured orientation where a run has one, and joined
+by Lagrange's polynomials of the nearest points, which the bench's own table of Chebyshev polynomials then
+samples: reading an instant costs as little as that of an orbit of our own, and its derivatives are those of
+one function.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc import gpstime
+from emulator.files.finals import Orientation
 from emulator.files.oem import Ephemeris
 from emulator.world import frames
 from emulator.world.orbit import CraftState
@@ -93,41 +95,40 @@ class Trajectory:
             )
 
 
-def _earth_fixed(t_ns: Times, pos_m: Array) -> Array:
-    return pos_m
+def _earth_fixed(t_ns: Times, measured: Orientation | None) -> Array:
+    return np.broadcast_to(np.eye(3), (len(t_ns), 3, 3))
 
 
-def _celestial(t_ns: Times, pos_m: Array) -> Array:
-    return np.einsum("nij,nj->ni", frames.ecef_from_gcrs(t_ns), pos_m)
-
-
-def _equator_of_date(t_ns: Times, pos_m: Array) -> Array:
-    return np.einsum("nij,nj->ni", frames.ecef_from_teme(t_ns), pos_m)
-
-
-FRAMES: dict[str, Callable[[Times, Array], Array]] = {
-    "EME2000": _celestial, "J2000": _celestial, "GCRF": _celestial, "ICRF": _celestial,
-    "TEME": _equator_of_date,
+FRAMES: dict[str, Callable[[Times, Orientation | None], Array]] = {
+    "EME2000": frames.ecef_from_eme2000, "J2000": frames.ecef_from_eme2000,
+    "GCRF": frames.ecef_from_gcrs, "ICRF": frames.ecef_from_gcrs,
+    "TEME": frames.ecef_from_teme,
     "ITRF": _earth_fixed, "WGS84": _earth_fixed, "GRC": _earth_fixed,
 }  # fmt: skip
-"""Name of a reference frame, without its year -> positions in ECEF. EME2000 is taken for the GCRF: 23 mas,
-0.8 m in low orbit."""
+"""Name of a reference frame, without its year -> rotations (n, 3, 3) to ECEF at times (n,)."""
 
 
-def of_ephemeris(ephemeris: Ephemeris, origin: str) -> Trajectory:
+def in_ecef(frame: str, t_ns: Times, pos_m: Array, measured: Orientation | None) -> Array:
+    """Positions (n, 3) [m] at times t_ns (n,), told in one of FRAMES, in ECEF."""
+    return np.einsum("nij,nj->ni", FRAMES[frame](t_ns, measured), pos_m)
+
+
+def of_ephemeris(ephemeris: Ephemeris, origin: str, measured: Orientation | None = None) -> Trajectory:
     """The orbit of an ephemeris message; TrajectoryError if its frame is none of FRAMES."""
     stem = (
         ephemeris.frame if ephemeris.frame in FRAMES else ephemeris.frame.split("-")[0].rstrip("0123456789")
     )
     if stem not in FRAMES:
         raise TrajectoryError(f"{origin}: REF_FRAME is {ephemeris.frame}; allowed are {', '.join(FRAMES)}")
-    return Trajectory(ephemeris.t_ns, FRAMES[stem](ephemeris.t_ns, ephemeris.pos_m))
+    return Trajectory(ephemeris.t_ns, in_ecef(stem, ephemeris.t_ns, ephemeris.pos_m, measured))
 
 
 TLE_STEP_NS = 60 * NS_PER_S
 
 
-def of_elements(line1: str, line2: str, begin_ns: int, end_ns: int) -> Trajectory:
+def of_elements(
+    line1: str, line2: str, begin_ns: int, end_ns: int, measured: Orientation | None = None
+) -> Trajectory:
     """The orbit of two-line elements from begin_ns to end_ns, by SGP4.
 
     TrajectoryError where SGP4 finds none (decayed, or the elements are no orbit).
@@ -141,4 +142,4 @@ def of_elements(line1: str, line2: str, begin_ns: int, end_ns: int) -> Trajector
     error, pos_km, _ = satellite.sgp4_array(*frames.utc_jd(t_ns))
     if error.any():
         raise TrajectoryError(f"two-line elements: {SGP4_ERRORS[int(error[error > 0][0])]}")
-    return Trajectory(t_ns, _equator_of_date(t_ns, 1e3 * pos_km))
+    return Trajectory(t_ns, in_ecef("TEME", t_ns, 1e3 * pos_km, measured))

@@ -12,7 +12,7 @@ from dbc import gpstime
 from emulator import scenario
 from emulator.files import finals
 from emulator.world import forces, frames
-from emulator.world.earth import eci_to_ecef, rotation_angle_rad
+from emulator.world.earth import ROTATION_RPS, eci_to_ecef, rotation_angle_rad
 from emulator.world.orbit import Orbit
 from tests.realdata import data_file
 
@@ -35,12 +35,9 @@ def flown():
     values = np.array([[float(cell) for cell in row[2:8]] for row in rows])
     pos_ecef_m, vel_ecef_mps = 1e3 * values[:, :3], 0.1 * values[:, 3:]
     measured = finals.read(data_file("environment/finals2000A.all.gz"))
-    eci_from_ecef = frames.eci_from_gcrs(int(t_ns[0])) @ frames.ecef_from_gcrs(t_ns, measured).transpose(
-        0, 2, 1
-    )
-    inertial = vel_ecef_mps - frames.velocity_in_ecef(
-        np.eye(3), np.zeros(3), pos_ecef_m, t_ns, measured
-    )  # fmt: skip
+    ecef_from_gcrs = frames.ecef_from_gcrs(t_ns, measured)
+    eci_from_ecef = frames.eci_from_gcrs(int(t_ns[0])) @ ecef_from_gcrs.transpose(0, 2, 1)
+    inertial = vel_ecef_mps + np.cross((0, 0, ROTATION_RPS), pos_ecef_m)
     return t_ns, *(np.einsum("nij,nj->ni", eci_from_ecef, v) for v in (pos_ecef_m, inertial))
 
 

@@ -64,8 +64,21 @@ def test_a_fault_is_told_in_one_line(old, new, told):
     assert "\n" not in str(caught.value)
 
 
-def test_another_files_text_and_other_times_are_refused():
+def test_another_files_text_and_runs_beyond_the_table_are_refused():
     with pytest.raises(FileError, match="0 days with UT1-UTC"):
         finals.parse("hello\n", "f")
-    with pytest.raises(FileError, match=r"from 2011-05-02T00:00:15 to .*; wanted at 2012"):
-        finals.parse(TEXT, "f").at(np.array([gpstime.from_utc(datetime(2012, 1, 1))]))
+    read = finals.parse(TEXT, "f")
+    first, last = int(read.t_ns[0]), int(read.t_ns[-1])
+    read.check(first, last)
+    told = r"^f: the Earth's orientation from 2011-05-02T00:00:15 to 2011-05-04T00:00:15; the run is from"
+    for begin_ns, end_ns in ((first - 1, last), (first, last + 1)):
+        with pytest.raises(FileError, match=told):
+            read.check(begin_ns, end_ns)
+
+
+def test_beyond_the_table_its_ends_hold():
+    """A trajectory's states may go on behind its run, and there need some orientation."""
+    read = finals.parse(TEXT, "f")
+    ut1_gps_s, pole_rad = read.at(read.t_ns[[0, -1]] + np.array((-1, 1)) * 10**12)
+    assert ut1_gps_s.tolist() == read.ut1_gps_s[[0, -1]].tolist()
+    assert pole_rad.tolist() == read.pole_rad[[0, -1]].tolist()

@@ -7,6 +7,7 @@ import pytest
 
 from dbc import gpstime
 from emulator.files import tle
+from emulator.files.finals import Orientation
 from emulator.files.oem import Ephemeris
 from emulator.world import frames, trajectory
 from emulator.world.trajectory import Trajectory, TrajectoryError, lagrange
@@ -67,14 +68,25 @@ def test_teme_to_earth_fixed_is_vallados_example():
     assert np.abs(frames.ecef_from_teme(moment) @ teme - pef).max() < 2e-5
 
 
-def test_celestial_to_terrestrial_is_erfas():
-    """erfa.c2t06a: IAU 2006/2000A with the full series, polar motion zero; ours has the short nutation."""
-    import erfa
-
-    for day in (datetime(2010, 7, 27, 5), datetime(2021, 6, 10, 10, 1)):
-        t_ns = gpstime.from_utc(day)
-        full = erfa.c2t06a(*frames.tt_jd(t_ns), *frames.utc_jd(t_ns), 0.0, 0.0)
-        assert np.abs(frames.ecef_from_gcrs(t_ns) - full).max() < 1e-8  # 2 mas
+@pytest.mark.parametrize(
+    ("name", "turn"),
+    [
+        ("EME2000", frames.ecef_from_eme2000),
+        ("J2000", frames.ecef_from_eme2000),
+        ("GCRF", frames.ecef_from_gcrs),
+        ("ICRF", frames.ecef_from_gcrs),
+        ("TEME", frames.ecef_from_teme),
+        ("ITRF2020", lambda t_ns, measured: np.eye(3)),
+    ],
+)
+def test_every_frame_comes_to_the_earths_by_measured_orientation(name, turn):
+    t_ns = START_NS + np.arange(20) * 60 * gpstime.NS_PER_S
+    place = circle(np.arange(20) * 60)[0]
+    measured = Orientation(t_ns[[0, -1]], np.full(2, -18.2), np.array(((1e-6, 2e-6), (1e-6, 2e-6))), "f")
+    for given in (None, measured):
+        orbit = trajectory.of_ephemeris(Ephemeris("X", name, t_ns, place, place), "x.oem", given)
+        expected = turn(int(t_ns[7]), given) @ place[7]
+        assert orbit.at(int(t_ns[7])).pos_ecef_m == pytest.approx(expected, abs=1e-5)
 
 
 def test_an_unknown_frame_and_a_run_beyond_the_table_are_refused():
