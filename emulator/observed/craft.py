@@ -23,6 +23,7 @@ from emulator.observed.tracks import Tracks
 from emulator.receivers import almanac, frames
 from emulator.receivers.channels import Numbers
 from emulator.receivers.observe import Observations, reported_at_transmission
+from emulator.signals.bands import L1_HZ
 from emulator.truth import TRUTH, in_view_bits
 from emulator.world.almanac_orbits import HeldAlmanac
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
@@ -88,8 +89,7 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
     known = (row >= 0) & sky.available[row]
     seen, row = seen[known], row[known]
     # Each signal's carrier has its own multiple of the group delay inside the clock for L1.
-    l1_hz = 1_575.42e6
-    share = 1 - (l1_hz / seen.carrier_hz) ** 2
+    share = 1 - (L1_HZ / seen.carrier_hz) ** 2
     clock_m = sky.clock_m[row] + share * sky.group_delay_m[row]
     # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
     back_s = (seen.range_m + clock_m) / LIGHT_MPS

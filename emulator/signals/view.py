@@ -12,11 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.signals.geometry import Antennas, Array, Motion, norm
-from emulator.world.earth import LIGHT_MPS
-
-EQUATORIAL_RADIUS_M = 6_378_137.0
-POLAR_RADIUS_M = 6_356_752.3142
-"""WGS-84 ellipsoid (NGA.STND.0036)."""
+from emulator.world.earth import EQUATORIAL_RADIUS_M, LIGHT_MPS, POLAR_RADIUS_M
 
 _TO_SPHERE = np.array((1.0, 1.0, EQUATORIAL_RADIUS_M / POLAR_RADIUS_M))
 
