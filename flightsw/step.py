@@ -11,9 +11,10 @@ from pydantic import ValidationError
 
 from dbc import e2e
 from dbc.codec import Codec, codec
+from dbc.files import faults
 from dbc.frames import FrameBatch
 from dbc.satellites import SATELLITES
-from dbc.vehicle import Vehicle, faults
+from dbc.vehicle import Vehicle
 from flightsw import almanac, angles, commander, intake, publish
 from flightsw.assign import Options, Policy, policy
 from flightsw.attitude import Attitude, attitude_now
