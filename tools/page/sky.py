@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.world.rotations import dcm_of_quaternions
 from flightsw.angles import clear_of_earth
-from tools.page.motion import rotations
 from tools.page.thin import evenly
 
 INSTANTS = 150
@@ -103,7 +103,9 @@ def look(
     almanac         predictions; those at hand within two minutes say where the others are
     """
     rows = []
-    for k, (now_ns, here_m, dcm) in enumerate(zip(t_ns, craft_m, rotations(quaternion), strict=True)):
+    for k, (now_ns, here_m, dcm) in enumerate(
+        zip(t_ns, craft_m, dcm_of_quaternions(quaternion), strict=True)
+    ):
         channels = np.flatnonzero(measured.t_ns == now_ns)
         satellite, first = np.unique(measured.satellite[channels], return_index=True)
         tracked = np.zeros((len(satellite), len(boresight_body)), bool)
