@@ -96,20 +96,20 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
     pos, vel = reported_at_transmission(sky, row, back_s)
     drift_mps = sky.clock_drift_mps[row]
     return Observations(
-        np.zeros(len(row), np.int64),
-        seen.channel,
-        row,
-        seen.sat,
-        seen.signal,
-        seen.range_m,
-        seen.rate_mps,
-        np.nan_to_num(seen.phase_cyc),
-        np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
-        seen.slips,
-        pos,
-        vel,
-        clock_m - drift_mps * back_s,
-        drift_mps,
+        receiver=np.zeros(len(row), np.int64),
+        channel=seen.channel,
+        row=row,
+        sat=seen.sat,
+        signal=seen.signal,
+        pseudorange_m=seen.range_m,
+        range_rate_mps=seen.rate_mps,
+        phase_cyc=np.nan_to_num(seen.phase_cyc),
+        cn0_dbhz=np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
+        slips=seen.slips,
+        pos_ecef_m=pos,
+        vel_ecef_mps=vel,
+        clock_m=clock_m - drift_mps * back_s,
+        clock_drift_mps=drift_mps,
     )
 
 
