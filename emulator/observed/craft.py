@@ -125,8 +125,8 @@ def play(
     """The block of an epoch; sky at the epoch's mark, `held` the almanac instead of it."""
     paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
     # Precise orbits tell no frequencies; what the receiver tuned to counts.
-    told = craft.frequency[sky.index]
-    sky = replace(sky, frequency=np.where(told != 0, told, sky.frequency))
+    tuned = craft.frequency[sky.index]
+    sky = replace(sky, frequency=np.where(tuned != 0, tuned, sky.frequency))
     seen = observed(craft, sky, row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
