@@ -97,9 +97,9 @@ def _after_a_fix(
 ) -> Array:
     """(2, 2) lower triangle of the covariance of attitude and unknown drift after a fix, settled.
 
-    With K the gains, the covariance is K star^2 in its first column. The drift's follows from how the
-    covariance of attitude and drift grows from one fix to the next: by T times the drift's, and T^2 / 2 of
-    its walk.
+    With K the gains, the covariance is K star^2 in its first column. The drift's follows from
+    how the covariance of attitude and drift grows from one fix to the next: by T times the
+    drift's, and T^2 / 2 of its walk.
     """
     angle = sqrt(angle_gain) * star_rad
     cross = drift_gain * star_rad**2

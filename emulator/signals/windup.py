@@ -24,8 +24,7 @@ _TURN = 2 * np.pi
 
 
 def satellite_axes(pos_m: Array, sun_m: Array) -> tuple[Array, Array]:
-    """Unit vectors x and y (..., 3) of satellites at pos_m (..., 3), the Sun at sun_m (3,), from the Earth's
-    centre."""
+    """Unit vectors x and y (..., 3) of satellites at pos_m (..., 3), the Sun at sun_m (3,), geocentric."""
     axes = axes_ecef(pos_m, sun_m)
     return axes[..., 0, :], axes[..., 1, :]
 

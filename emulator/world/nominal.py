@@ -98,8 +98,10 @@ class NominalConstellation:
 
     @property
     def clocks(self) -> tuple[Array, Array]:
-        """Offsets [s] at the epoch and rates [s/s] (n,), spread evenly over their ranges by multiples of the
-        golden ratio."""
+        """Offsets [s] at the epoch and rates [s/s] (n,).
+
+        Multiples of the golden ratio, less whole ones, spread them evenly over their ranges.
+        """
         return (
             _CLOCK_OFFSET_S * (2 * (self.index * _GOLDEN % 1.0) - 1),
             _CLOCK_RATE * (2 * (self.index * _GOLDEN**2 % 1.0) - 1),

@@ -56,9 +56,8 @@ class Sightings:
 def antenna_axes(boresight_body: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) rows: up and right in the picture, and the boresight, in body axes.
 
-    Up is where the body's x axis (fore) points as seen along the boresight; where the boresight is that
-    axis, up is zenith. The picture is drawn as from outside, as a map: of a zenith antenna starboard is
-    right.
+    Up is where the body's x axis (fore) points as seen along the boresight; where the boresight is that axis,
+    up is zenith. The picture is drawn as from outside, as a map: of a zenith antenna starboard is right.
     """
     fore, zenith = np.array([1.0, 0, 0]), np.array([0, 0, -1.0])
     toward = zenith if abs(boresight_body @ fore) > 0.99 else fore
