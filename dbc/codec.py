@@ -151,15 +151,15 @@ def _plan(layout: Layout, names: tuple[str, ...]) -> _Plan:
     rows = np.array([layout.signals.index(name) for name in names], np.intp)
     mask = layout.mask[rows, None].view(np.int64)
     return _Plan(
-        layout,
-        rows,
-        bool(layout.offset[rows].any()),
-        layout.offset[rows, None],
-        layout.factor[rows, None],
-        layout.sign_bit[rows, None],
-        ~mask,
-        mask,
-        (np.uint64(1) << layout.shift[rows]).view(np.int64),
+        layout=layout,
+        rows=rows,
+        shifted=bool(layout.offset[rows].any()),
+        offset=layout.offset[rows, None],
+        factor=layout.factor[rows, None],
+        half=layout.sign_bit[rows, None],
+        beyond=~mask,
+        mask=mask,
+        weight=(np.uint64(1) << layout.shift[rows]).view(np.int64),
     )
 
 
@@ -186,20 +186,20 @@ def _layout(number: int, name: str, message) -> Layout:
     signed = np.array([s.is_signed for s in signals])
     top = 2.0 ** (bits - signed)
     return Layout(
-        name,
-        number,
-        tuple(s.name for s in signals),
-        np.array([s.start for s in signals], np.uint64),
-        np.array([(1 << s.length) - 1 for s in signals], np.uint64),
-        np.array([1 << s.length - 1 if s.is_signed else 0 for s in signals], np.int64),
-        np.array([float(s.scale) for s in signals]),
-        np.array([float(s.offset) for s in signals]),
-        np.where(signed, -top, 0.0),
-        top - 1,
-        tuple(s.scale == 1 and s.offset == 0 for s in signals),
-        "E2EProfile" in attributes,
-        key_signal.start if key_signal else 0,
-        (1 << key_signal.length) - 1 if key_signal else 0,
+        name=name,
+        number=number,
+        signals=tuple(s.name for s in signals),
+        shift=np.array([s.start for s in signals], np.uint64),
+        mask=np.array([(1 << s.length) - 1 for s in signals], np.uint64),
+        sign_bit=np.array([1 << s.length - 1 if s.is_signed else 0 for s in signals], np.int64),
+        factor=np.array([float(s.scale) for s in signals]),
+        offset=np.array([float(s.offset) for s in signals]),
+        raw_min=np.where(signed, -top, 0.0),
+        raw_max=top - 1,
+        integral=tuple(s.scale == 1 and s.offset == 0 for s in signals),
+        protected="E2EProfile" in attributes,
+        key_shift=key_signal.start if key_signal else 0,
+        key_mask=(1 << key_signal.length) - 1 if key_signal else 0,
     )
 
 
@@ -234,18 +234,18 @@ def from_dbc(text: str, receivers: int) -> Codec:
         can_id_of[name, number] = can_id
     digest = hashlib.sha256(text.encode("ascii")).digest()
     return Codec(
-        receivers,
-        text,
-        int.from_bytes(digest[:4], "big"),
-        kinds,
-        tuple(kinds.values()),
-        can_id_of,
-        kind_of,
-        number_of,
-        tuple(senders),
-        protected,
-        key_shift,
-        key_mask,
+        receivers=receivers,
+        text=text,
+        hash=int.from_bytes(digest[:4], "big"),
+        kinds=kinds,
+        layouts=tuple(kinds.values()),
+        can_id_of=can_id_of,
+        kind_of=kind_of,
+        number_of=number_of,
+        sender_of=tuple(senders),
+        protected_of=protected,
+        key_shift_of=key_shift,
+        key_mask_of=key_mask,
     )
 
 

@@ -11,7 +11,7 @@ the 16-bit protection header of AUTOSAR E2E Profile 11 (`dbc.e2e`): CRC, counter
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 MAX_RECEIVERS = 8
 CHANNELS = 32
@@ -98,9 +98,7 @@ class Kind:
 def _laid_out(signals: tuple[Signal, ...], start: int) -> tuple[Signal, ...]:
     placed = []
     for s in signals:
-        placed.append(
-            Signal(s.name, s.bits, s.factor, s.offset, s.unit, s.signed, s.values, start, s.comment)
-        )
+        placed.append(replace(s, start=start))
         start += s.bits
     assert start <= 64, f"{[s.name for s in signals]} needs {start} bits"
     return tuple(placed)

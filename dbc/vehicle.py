@@ -6,17 +6,16 @@ attitude; origin in the centre of mass. See `dbc/vehicles/soyuz-ms.toml`.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from dbc.contract import CHANNELS, MAX_RECEIVERS
+from dbc.files import Files
 
 Vector = tuple[float, float, float]
 
@@ -102,56 +101,15 @@ def from_model(model: VehicleFile) -> Vehicle:
     )
 
 
+FILES = Files("vehicle", "dbc", "vehicles", VehicleFile, VehicleError)
+shipped, find = FILES.shipped, FILES.find
+
+
 def parse(text: str, origin: str) -> Vehicle:
     """A vehicle from TOML text; VehicleError says what is wrong and where."""
-    try:
-        return from_model(VehicleFile.model_validate(tomllib.loads(text)))
-    except tomllib.TOMLDecodeError as error:
-        raise VehicleError(f"{origin}: not TOML: {error}") from None
-    except ValidationError as error:
-        raise VehicleError("\n".join(faults(error, origin))) from None
+    return from_model(FILES.checked(FILES.document(text, origin), origin))
 
 
 def load(path: Path) -> Vehicle:
     """A vehicle from a file; VehicleError says what is wrong and where."""
-    try:
-        text = Path(path).read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise VehicleError(f"{path}: {reason}") from None
-    return parse(text, str(path))
-
-
-def shipped() -> dict[str, Path]:
-    """Vehicle files that come with the bench, by name."""
-    folder = Path(str(resources.files("dbc"))) / "vehicles"
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
-
-
-def find(name: str, folder: Path = Path()) -> Path:
-    """A vehicle file by path (relative to a folder) or shipped name, with or without .toml."""
-    beside = folder / name
-    if beside.is_file():
-        return beside
-    known = shipped()
-    stem = name.removesuffix(".toml")
-    if stem not in known:
-        raise VehicleError(f"vehicle '{name}': no such file; shipped are {', '.join(known)}")
-    return known[stem]
-
-
-def faults(error: ValidationError, origin: str) -> list[str]:
-    """One line for each fault pydantic found: file, key, what was found, what is allowed."""
-    lines = []
-    for fault in error.errors():
-        key = ".".join(str(part) for part in fault["loc"]) or "file"
-        if fault["type"] == "extra_forbidden":
-            lines.append(f"{origin}: {key}: unknown key")
-        elif fault["type"] == "missing":
-            lines.append(f"{origin}: {key}: missing")
-        else:
-            found = fault["input"]
-            shown = "" if isinstance(found, (dict, list, BaseModel)) else f", found {found!r}"
-            message = fault["msg"].removeprefix("Value error, ")
-            lines.append(f"{origin}: {key}: {message[:1].lower()}{message[1:]}{shown}")
-    return lines
+    return from_model(FILES.checked(FILES.read(path), str(path)))

@@ -15,7 +15,7 @@ from emulator.factors.structure import Multipath
 from emulator.scenario import ScenarioError
 from emulator.signals import patterns, surroundings
 from emulator.signals.bands import BY_SYSTEM
-from emulator.signals.geometry import Array, Motion, spin
+from emulator.signals.geometry import Array, Motion, angle_rad, spin
 from emulator.signals.shadow import blocked
 from emulator.signals.surroundings import Pose, Reception
 from emulator.signals.view import View
@@ -118,10 +118,7 @@ def receive(
     boresight = hull.vehicle.boresight_body
 
     def gain_dbi(rows: Numbers, towards: Array) -> Array:
-        angle = 2 * np.arctan2(
-            np.linalg.norm(boresight[rows] - towards, axis=1),
-            np.linalg.norm(boresight[rows] + towards, axis=1),
-        )
+        angle = angle_rad(boresight[rows], towards)
         return patterns.look_up(hull.antennas.right_dbi, hull.antennas.row[rows], angle)
 
     chip_m = BY_SYSTEM.chip_m[system]

@@ -39,9 +39,9 @@ _NO_FILES = ("nominal", "none")
 def anchor(document: dict[str, Any], folder: Path) -> None:
     """Make the names of files in a scenario's document absolute, in place.
 
-    A name is looked for in `folder`, then in the folder of real data. One that is in neither may be that of
-    something that ships; else it is left where it would be in `folder`, and whoever reads it says that it is
-    not there.
+    A name is looked for in `folder`, then in the folder of real data. One that is in neither may be
+    that of something that ships; else it is left where it would be in `folder`, and whoever reads it
+    says that it is not there.
     """
     data = os.environ.get(DATA)
     folders = [folder, *([Path(data)] if data else [])]

@@ -1,5 +1,4 @@
-"""What a craft carries, from its factors: oscillators, carrier loops, attitude sensors, the clock of its
-marks."""
+"""What a craft carries, by its factors: oscillators, carrier loops, attitude sensors, the clock of marks."""
 
 from __future__ import annotations
 

@@ -6,17 +6,16 @@ software never sees it; its policy stands here only so that one file describes o
 
 from __future__ import annotations
 
-import tomllib
 from datetime import datetime
-from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, create_model, model_validator
+from pydantic import Field, create_model, model_validator
 
 from dbc import gpstime, vehicle
-from dbc.vehicle import Strict, faults
+from dbc.files import Files
+from dbc.vehicle import Strict
 from emulator.factors.base import Factor
 from emulator.factors.loops import Loops
 from emulator.factors.registry import of_scope
@@ -317,11 +316,8 @@ class Scenario(Strict):
         return self
 
 
-def shipped() -> dict[str, Path]:
-    """Scenarios that come with the bench, by name."""
-    folder = resources.files("emulator") / "scenarios"
-    files = sorted((f for f in folder.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name)
-    return {Path(f.name).stem: Path(str(f)) for f in files}
+FILES = Files("scenario", "emulator", "scenarios", Scenario, ScenarioError)
+shipped = FILES.shipped
 
 
 def find(name: str) -> Path:
@@ -344,19 +340,9 @@ def vehicle_path(craft: Craft, scenario_path: Path) -> Path:
 
 def parse(document: dict, origin: str) -> Scenario:
     """A scenario from a TOML document; ScenarioError lists every fault."""
-    try:
-        return Scenario.model_validate(document)
-    except ValidationError as error:
-        raise ScenarioError("\n".join(faults(error, origin))) from None
+    return FILES.checked(document, origin)
 
 
 def read(path: Path) -> dict:
     """The TOML document of a file; ScenarioError if it is none."""
-    try:
-        return tomllib.loads(Path(path).read_text("utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{path}: not UTF-8 text") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
+    return FILES.read(path)

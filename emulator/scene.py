@@ -49,7 +49,21 @@ def scene_of(
     offset_s, drift = clocks
     by_receiver = offset_s[vehicle.clock_domain], drift[vehicle.clock_domain]
     return Scene(
-        t_ns, sky, motion, state, quaternion, rate, antennas, sight, cn0_dbhz, in_sight, signal, held,
-        by_receiver,
-        offset_s, around, dcm, sun_m,
-    )  # fmt: skip
+        t_ns=t_ns,
+        sky=sky,
+        motion=motion,
+        state=state,
+        quaternion=quaternion,
+        rate_body_rps=rate,
+        antennas=antennas,
+        view=sight,
+        cn0_dbhz=cn0_dbhz,
+        in_sight=in_sight,
+        signal=signal,
+        held=held,
+        clock_s=by_receiver,
+        by_domain_s=offset_s,
+        around=around,
+        dcm_body_from_ecef=dcm,
+        sun_ecef_m=sun_m,
+    )

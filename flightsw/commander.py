@@ -112,10 +112,12 @@ def fresh(channels: NDArray[np.int64], receivers: int) -> Commander:
     long_ago = np.full(real.shape, _LONG_AGO, np.int64)
     nowhere = np.full(SATELLITES, -1, np.int64)
     return Commander(
-        real, auto, auto, auto, np.full(real.shape, -1), long_ago, long_ago,
-        nowhere, np.full(SATELLITES, _LONG_AGO), True, 0, np.full(receivers, -1, np.int64),
-        np.zeros(SATELLITES, bool), np.full(SATELLITES, _LONG_AGO),
-        Tally(0, 0, 0, np.zeros(16, np.int64), 0, 0, 0),
+        real=real, target=auto, held=auto, asked=auto,
+        transaction=np.full(real.shape, -1), sent_epoch=long_ago, not_before=long_ago,
+        permitted=nowhere, blocked_until=np.full(SATELLITES, _LONG_AGO), stale=True, next_transaction=0,
+        boots=np.full(receivers, -1, np.int64),
+        moving=np.zeros(SATELLITES, bool), used_epoch=np.full(SATELLITES, _LONG_AGO),
+        tally=Tally(0, 0, 0, np.zeros(16, np.int64), 0, 0, 0),
     )  # fmt: skip
 
 

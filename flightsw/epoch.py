@@ -128,13 +128,18 @@ def nothing(lost: int = 0) -> Epoch:
     none, nowhere = np.zeros(0), np.zeros(0, np.int64)
     three = np.zeros((3, 0))
     silent = np.full(MAX_RECEIVERS, -1, np.int64)
+    measurements = Measurements(
+        receiver=nowhere, channel=nowhere, sat=nowhere, signal=nowhere, frequency=none,
+        pseudorange_m=none, range_rate_mps=none, cn0_dbhz=none, lock=none, health=none, ura=none,
+        pos_sv_m=three, vel_sv_mps=three, clock_m=none, clock_drift_mps=none,
+    )  # fmt: skip
     return Epoch(
-        None,
-        None,
-        Measurements(nowhere, nowhere, nowhere, *[none] * 6, three, three, none, none, nowhere, none),
-        AlmanacRows(nowhere, three.T, three.T, none > 0),
-        Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
-        silent,
-        silent,
-        lost,
+        mark=None,
+        attitude=None,
+        measurements=measurements,
+        almanac=AlmanacRows(nowhere, three.T, three.T, none > 0),
+        acks=Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
+        boots=silent,
+        domains=silent,
+        lost=lost,
     )

@@ -236,21 +236,21 @@ def _sat(v) -> NDArray[np.int64]:
 
 def _measurements(keys, v) -> Measurements:
     return Measurements(
-        keys // CHANNELS,
-        keys % CHANNELS,
-        _sat(v),
-        v["pseudorange_m"],
-        v["range_rate_mps"],
-        v["cn0_dbhz"],
-        v["lock"],
-        v["health"],
-        v["ura"],
-        np.array((v["x_m"], v["y_m"], v["z_m"])),
-        np.array((v["vx_mps"], v["vy_mps"], v["vz_mps"])),
-        v["clock_m"],
-        v["clock_drift_mps"],
-        v["signal"].astype(np.int64),
-        v["frequency"],
+        receiver=keys // CHANNELS,
+        channel=keys % CHANNELS,
+        sat=_sat(v),
+        pseudorange_m=v["pseudorange_m"],
+        range_rate_mps=v["range_rate_mps"],
+        cn0_dbhz=v["cn0_dbhz"],
+        lock=v["lock"],
+        health=v["health"],
+        ura=v["ura"],
+        pos_sv_m=np.array((v["x_m"], v["y_m"], v["z_m"])),
+        vel_sv_mps=np.array((v["vx_mps"], v["vy_mps"], v["vz_mps"])),
+        clock_m=v["clock_m"],
+        clock_drift_mps=v["clock_drift_mps"],
+        signal=v["signal"].astype(np.int64),
+        frequency=v["frequency"],
     )
 
 

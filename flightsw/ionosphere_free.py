@@ -35,18 +35,18 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
         return share**2 * getattr(a, name) + (1 - share) ** 2 * getattr(b, name)
 
     return Ranges(
-        a.receiver,
-        a.sat,
-        a.channels | b.channels,
-        np.maximum(a.ura, b.ura),
-        of("pseudorange_m"),
-        of("range_rate_mps"),
-        of("pos_sv_m"),
-        of("vel_sv_mps"),
-        of("clock_m"),
-        of("clock_drift_mps"),
-        noise_of("code_variance_m2"),
-        noise_of("rate_variance_m2ps2"),
+        receiver=a.receiver,
+        sat=a.sat,
+        channels=a.channels | b.channels,
+        ura=np.maximum(a.ura, b.ura),
+        pseudorange_m=of("pseudorange_m"),
+        range_rate_mps=of("range_rate_mps"),
+        pos_sv_m=of("pos_sv_m"),
+        vel_sv_mps=of("vel_sv_mps"),
+        clock_m=of("clock_m"),
+        clock_drift_mps=of("clock_drift_mps"),
+        code_variance_m2=noise_of("code_variance_m2"),
+        rate_variance_m2ps2=noise_of("rate_variance_m2ps2"),
     )
 
 

@@ -58,18 +58,18 @@ def pairs_of(m: Measurements) -> NDArray[np.int64]:
 def as_they_are(m: Measurements, noise: Noise) -> Ranges:
     """Every channel a range."""
     return Ranges(
-        m.receiver,
-        m.sat,
-        np.left_shift(1, m.channel),
-        m.ura,
-        m.pseudorange_m,
-        m.range_rate_mps,
-        m.pos_sv_m,
-        m.vel_sv_mps,
-        m.clock_m,
-        m.clock_drift_mps,
-        code_variance_m2(m.cn0_dbhz, m.sat, noise),
-        rate_variance_m2ps2(m.cn0_dbhz, noise),
+        receiver=m.receiver,
+        sat=m.sat,
+        channels=np.left_shift(1, m.channel),
+        ura=m.ura,
+        pseudorange_m=m.pseudorange_m,
+        range_rate_mps=m.range_rate_mps,
+        pos_sv_m=m.pos_sv_m,
+        vel_sv_mps=m.vel_sv_mps,
+        clock_m=m.clock_m,
+        clock_drift_mps=m.clock_drift_mps,
+        code_variance_m2=code_variance_m2(m.cn0_dbhz, m.sat, noise),
+        rate_variance_m2ps2=rate_variance_m2ps2(m.cn0_dbhz, noise),
     )
 
 

@@ -11,9 +11,10 @@ from pydantic import ValidationError
 
 from dbc import e2e
 from dbc.codec import Codec, codec
+from dbc.files import faults
 from dbc.frames import FrameBatch
 from dbc.satellites import SATELLITES
-from dbc.vehicle import Vehicle, faults
+from dbc.vehicle import Vehicle
 from flightsw import almanac, angles, commander, intake, publish
 from flightsw.assign import Options, Policy, policy
 from flightsw.attitude import Attitude, attitude_now
@@ -106,18 +107,18 @@ def initial_state(config: FlightConfig) -> FlightState:
     first = publish.heartbeat(config.codec, publish.NodeState.READY, config.boot_count, 0)
     _, sent = e2e.protect(config.codec, first, e2e.fresh_counters(), 0)
     return FlightState(
-        None,
-        e2e.fresh_counters(),
-        sent,
-        no_rejections(),
-        0,
-        None,
-        None,
-        almanac.no_predictions(),
-        commander.fresh(config.vehicle.channels, len(nothing().boots)),
-        0,
-        NoFix.NO_TIME_MARK,
-        -1,
+        mark=None,
+        received=e2e.fresh_counters(),
+        sent=sent,
+        rejected=no_rejections(),
+        lost=0,
+        attitude=None,
+        navigation=None,
+        predictions=almanac.no_predictions(),
+        commander=commander.fresh(config.vehicle.channels, len(nothing().boots)),
+        without_fix=0,
+        fix=NoFix.NO_TIME_MARK,
+        leading=-1,
     )
 
 

@@ -109,8 +109,10 @@ def read(path: Path, near_ns: int) -> Almanac:
 
 
 def parse(text: str, origin: str, near_ns: int) -> Almanac:
-    """The almanac in the text of a file; `origin` names it in errors. Of several records of a satellite the
-    last stands."""
+    """The almanac in the text of a file; `origin` names it in errors.
+
+    Of several records of a satellite the last stands.
+    """
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     first = lines[0][1].split()
     if first[0].startswith("***"):

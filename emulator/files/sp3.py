@@ -41,8 +41,7 @@ _SCALES: dict[str, Callable[[datetime], int]] = {
     "TAI": _plus(-19),
     "BDT": _plus(14),
 }
-"""Time system of the header -> GPS time of a calendar instant. SP3-d, line 13; ccc is what SP3-a has
-there."""
+"""Time system of the header -> GPS time of a calendar instant. SP3-d, line 13; SP3-a has ccc there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,8 +67,7 @@ class Sp3:
         return self.navigation()[0]
 
     def navigation(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Satellite index (k,), ascending, and column (k,) of those that `dbc.satellites` has a letter
-        for."""
+        """Satellite index (k,), ascending, and column (k,) of those with a letter in `dbc.satellites`."""
         found = {_index(name): column for column, name in enumerate(self.name) if _index(name) is not None}
         index = np.array(sorted(found), np.int64)
         return index, np.array([found[k] for k in index.tolist()], np.int64)

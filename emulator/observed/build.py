@@ -15,10 +15,11 @@ from emulator.factors.registry import FACTORS
 from emulator.files import rinex_obs
 from emulator.files.finals import Orientation
 from emulator.files.text import FileError
-from emulator.observed.craft import ObservedCraft
+from emulator.observed.craft import ObservedCraft, Trajectory
 from emulator.observed.signals import SIGNALS
 from emulator.observed.tracks import tracks
 from emulator.receivers import frames
+from emulator.receivers.channels import Numbers
 from emulator.scenario import ScenarioError
 from emulator.world.motion import read_trajectory
 
@@ -52,8 +53,40 @@ def span_of(path: str, craft: str) -> dict[str, object]:
     }
 
 
-def _refuse(craft: scenario.Craft) -> None:
+def build_observed(
+    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, measured: Orientation | None
+) -> ObservedCraft:
+    """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
+
+    measured  the Earth's orientation for its reference, None without a file of it
+    """
+    time, settings, key = given.time, craft.observations, f"craft.{craft.name}.observations"
+    file = observations(settings.file, craft.name)
+    _refuse(craft, vehicle)
+    epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")
+    marks_ns = _marks_ns(file, time, epoch_of)
+    played = tracks(file, [SIGNALS[name] for name in settings.signals], epoch_of, int(vehicle.channels[0]))
+    contract = codec.codec(vehicle.antennas)
+    return ObservedCraft(
+        name=craft.name,
+        vehicle=vehicle,
+        orbit=_reference(settings, marks_ns, measured, f"{key}.reference"),
+        frequency=_frequencies(file),
+        tracks=played,
+        bounds=np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
+        marks_ns=marks_ns,
+        epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
+        codec=contract,
+        stationery=frames.stationery(contract, vehicle.antennas),
+    )
+
+
+def _refuse(craft: scenario.Craft, vehicle: Vehicle) -> None:
     """ScenarioError if the scenario asks something of a real receiver that only an emulated one can do."""
+    if vehicle.antennas != 1:
+        raise ScenarioError(
+            f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
+        )
     added = [name for name in craft.factors.on() if not FACTORS[name].default]
     if added or craft.structure:
         key = f"factors.{added[0]}" if added else "structure"
@@ -62,55 +95,42 @@ def _refuse(craft: scenario.Craft) -> None:
         )
 
 
-def build_observed(
-    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, measured: Orientation | None
-) -> ObservedCraft:
-    """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
-
-    measured  the Earth's orientation for its reference, None without a file of it
-    """
-    time, settings = given.time, craft.observations
-    file = observations(settings.file, craft.name)
-    if vehicle.antennas != 1:
-        raise ScenarioError(
-            f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
-        )
-    nominal_ns = time.start_ns + np.arange(time.epochs) * time.interval_ns
-    _refuse(craft)
+def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) -> Numbers:
+    """(e,) number of the run's epoch for each of the file's, -1 for one that is left out."""
     step_ns = np.diff(file.t_ns).min(initial=time.interval_ns)
     if abs(time.interval_ns / step_ns - 1) > NEAR:
         raise ScenarioError(
-            f"craft.{craft.name}.observations: {settings.file} has an epoch every {step_ns / NS_PER_S:g} s; "
+            f"{origin} has an epoch every {step_ns / NS_PER_S:g} s; "
             f"epoch_interval_s is {time.epoch_interval_s:g}"
         )
-    number = np.rint((file.t_ns - time.start_ns) / time.interval_ns).astype(np.int64)
-    inside = (number >= 0) & (number < time.epochs)
-    late_ns = np.abs(file.t_ns - time.start_ns - number * time.interval_ns)
-    number = np.where(inside & (late_ns <= NEAR * time.interval_ns), number, -1)
-    if not (number >= 0).any():
-        raise ScenarioError(f"craft.{craft.name}.observations: {settings.file}: no epoch inside the run")
-    marks_ns = nominal_ns.copy()
-    marks_ns[number[number >= 0]] = file.t_ns[number >= 0]
-    signals = [SIGNALS[name] for name in settings.signals]
-    played = tracks(file, signals, number, int(vehicle.channels[0]))
-    reference = None
-    if settings.reference is not None:
-        key = f"craft.{craft.name}.observations.reference"
-        span_ns = int(marks_ns[0]), int(marks_ns[-1])
-        reference = read_trajectory(settings.reference, span_ns, measured, key)
+    since_ns = file.t_ns - time.start_ns
+    number = np.rint(since_ns / time.interval_ns).astype(np.int64)
+    near = np.abs(since_ns - number * time.interval_ns) <= NEAR * time.interval_ns
+    found = np.where((number >= 0) & (number < time.epochs) & near, number, -1)
+    if not (found >= 0).any():
+        raise ScenarioError(f"{origin}: no epoch inside the run")
+    return found
+
+
+def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: Numbers) -> Numbers:
+    """(epochs,) tags of the file; where it has no epoch, the one it would have."""
+    marks_ns = time.start_ns + np.arange(time.epochs) * time.interval_ns
+    inside = epoch_of >= 0
+    marks_ns[epoch_of[inside]] = file.t_ns[inside]
+    return marks_ns
+
+
+def _reference(
+    settings: scenario.ObservationFile, marks_ns: Numbers, measured: Orientation | None, key: str
+) -> Trajectory | None:
+    if settings.reference is None:
+        return None
+    return read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key)
+
+
+def _frequencies(file: rinex_obs.Observations) -> Numbers:
+    """(SATELLITES,) GLONASS frequency numbers as the file's header has them, 0 elsewhere."""
     frequency = np.zeros(satellites.SATELLITES, np.int64)
-    for number, k in file.header.frequencies.items():
-        frequency[satellites.index(satellites.GLONASS, number)] = k
-    contract = codec.codec(vehicle.antennas)
-    return ObservedCraft(
-        craft.name,
-        vehicle,
-        reference,
-        frequency,
-        played,
-        np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
-        marks_ns,
-        max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
-        contract,
-        frames.stationery(contract, vehicle.antennas),
-    )
+    for slot, k in file.header.frequencies.items():
+        frequency[satellites.index(satellites.GLONASS, slot)] = k
+    return frequency

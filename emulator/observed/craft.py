@@ -23,6 +23,7 @@ from emulator.observed.tracks import Tracks
 from emulator.receivers import almanac, frames
 from emulator.receivers.channels import Numbers
 from emulator.receivers.observe import Observations, reported_at_transmission
+from emulator.signals.bands import L1_HZ
 from emulator.truth import TRUTH, in_view_bits
 from emulator.world.almanac_orbits import HeldAlmanac
 from emulator.world.earth import LIGHT_MPS, ROTATION_RPS
@@ -88,29 +89,28 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
     known = (row >= 0) & sky.available[row]
     seen, row = seen[known], row[known]
     # Each signal's carrier has its own multiple of the group delay inside the clock for L1.
-    l1_hz = 1_575.42e6
-    share = 1 - (l1_hz / seen.carrier_hz) ** 2
+    share = 1 - (L1_HZ / seen.carrier_hz) ** 2
     clock_m = sky.clock_m[row] + share * sky.group_delay_m[row]
     # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
     back_s = (seen.range_m + clock_m) / LIGHT_MPS
     pos, vel = reported_at_transmission(sky, row, back_s)
     drift_mps = sky.clock_drift_mps[row]
     return Observations(
-        np.zeros(len(row), np.int64),
-        seen.channel,
-        row,
-        seen.sat,
-        seen.signal,
-        seen.range_m,
-        seen.rate_mps,
-        np.nan_to_num(seen.phase_cyc),
-        np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
-        seen.slips,
-        seen.half_cycle,
-        pos,
-        vel,
-        clock_m - drift_mps * back_s,
-        drift_mps,
+        receiver=np.zeros(len(row), np.int64),
+        channel=seen.channel,
+        row=row,
+        sat=seen.sat,
+        signal=seen.signal,
+        pseudorange_m=seen.range_m,
+        range_rate_mps=seen.rate_mps,
+        phase_cyc=np.nan_to_num(seen.phase_cyc),
+        cn0_dbhz=np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
+        slips=seen.slips,
+        half_cycle=seen.half_cycle,
+        pos_ecef_m=pos,
+        vel_ecef_mps=vel,
+        clock_m=clock_m - drift_mps * back_s,
+        clock_drift_mps=drift_mps,
     )
 
 
@@ -126,8 +126,8 @@ def play(
     """The block of an epoch; sky at the epoch's mark, `held` the almanac instead of it."""
     paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
     # Precise orbits tell no frequencies; what the receiver tuned to counts.
-    told = craft.frequency[sky.index]
-    sky = replace(sky, frequency=np.where(told != 0, told, sky.frequency))
+    tuned = craft.frequency[sky.index]
+    sky = replace(sky, frequency=np.where(tuned != 0, tuned, sky.frequency))
     seen = observed(craft, sky, row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from dbc import satellites
 from dbc.contract import VALUES
+from emulator.signals.bands import G1_HZ, G1_STEP_HZ, L1_HZ
 
 GPS, GLONASS = satellites.GPS, satellites.GLONASS
 
@@ -61,11 +62,11 @@ def _signal(name: str, system: int, carrier_hz: float, spacing_hz: float, *codes
 SIGNALS = {
     signal.name: signal
     for signal in (
-        _signal("L1CA", GPS, 1_575.42e6, 0.0, *_three("1", "C"), _two("C1", "1", "A")),
-        _signal("L1P", GPS, 1_575.42e6, 0.0, *_three("1", "WPY"), _two("P1", "1")),
+        _signal("L1CA", GPS, L1_HZ, 0.0, *_three("1", "C"), _two("C1", "1", "A")),
+        _signal("L1P", GPS, L1_HZ, 0.0, *_three("1", "WPY"), _two("P1", "1")),
         _signal("L2P", GPS, 1_227.60e6, 0.0, *_three("2", "WPYD"), _two("P2", "2")),
         _signal("L2C", GPS, 1_227.60e6, 0.0, *_three("2", "XLSC"), _two("C2", "2")),
-        _signal("L1OF", GLONASS, 1_602.0e6, 562.5e3, *_three("1", "CP"), _two("C1", "1")),
+        _signal("L1OF", GLONASS, G1_HZ, G1_STEP_HZ, *_three("1", "CP"), _two("C1", "1")),
         _signal("L2OF", GLONASS, 1_246.0e6, 437.5e3, *_three("2", "CP"), _two("C2", "2"), _two("P2", "2")),
     )
 }

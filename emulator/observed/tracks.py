@@ -110,18 +110,18 @@ def tracks(file: Observations, signals: Sequence[Signal], epoch_of: Numbers, cha
     order = order[keep[order]]
 
     return Tracks(
-        raw.epoch[order],
-        channel[order],
-        raw.sat[order],
-        np.array([signal.number for signal in signals])[which[order]],
-        raw.carrier_hz[order],
-        raw.range_m[order],
-        raw.rate_mps[order],
-        raw.phase_cyc[order],
-        slips[order],
-        raw.half_cycle[order],
-        decibels(raw.strength)[order],
-        int(np.count_nonzero(~keep)),
+        epoch=raw.epoch[order],
+        channel=channel[order],
+        sat=raw.sat[order],
+        signal=np.array([signal.number for signal in signals])[which[order]],
+        carrier_hz=raw.carrier_hz[order],
+        range_m=raw.range_m[order],
+        rate_mps=raw.rate_mps[order],
+        phase_cyc=raw.phase_cyc[order],
+        slips=slips[order],
+        half_cycle=raw.half_cycle[order],
+        cn0_dbhz=decibels(raw.strength)[order],
+        dropped=int(np.count_nonzero(~keep)),
     )
 
 

@@ -22,6 +22,7 @@ from dbc.gpstime import NS_PER_S
 from emulator.factors.onboard import AttitudeError
 from emulator.signals import draws
 from emulator.signals.oscillator import spread
+from emulator.world.rotations import product
 
 Array = NDArray[np.float64]
 
@@ -96,9 +97,9 @@ def _after_a_fix(
 ) -> Array:
     """(2, 2) lower triangle of the covariance of attitude and unknown drift after a fix, settled.
 
-    With K the gains, the covariance is K star^2 in its first column. The drift's follows from how the
-    covariance of attitude and drift grows from one fix to the next: by T times the drift's, and T^2 / 2 of
-    its walk.
+    With K the gains, the covariance is K star^2 in its first column. The drift's follows from
+    how the covariance of attitude and drift grows from one fix to the next: by T times the
+    drift's, and T^2 / 2 of its walk.
     """
     angle = sqrt(angle_gain) * star_rad
     cross = drift_gain * star_rad**2
@@ -140,20 +141,8 @@ def known(parts: Sensors, before: Knowledge | None, seed: int, craft_key: int, e
 
 
 def believed(quaternion: Array, angle_rad: Array) -> Array:
-    """Quaternion (4,) of body from ECEF as believed: the true one, its body axes turned by angle_rad (3,).
-
-    Passive quaternions of turns one after another multiply from the left to the right: q of the error last.
-    """
+    """Quaternion (4,) of body from ECEF as believed: the true one, its body axes turned by angle_rad (3,)."""
     angle = float(np.sqrt(angle_rad @ angle_rad))
     part = 0.5 * np.sinc(angle / (2 * np.pi))  # sin(angle / 2) / angle
-    (w, x, y, z), (a, b, c) = quaternion.tolist(), (part * angle_rad).tolist()
-    d = float(np.cos(angle / 2))
-    product = np.array(
-        (
-            w * d - x * a - y * b - z * c,
-            w * a + x * d + y * c - z * b,
-            w * b - x * c + y * d + z * a,
-            w * c + x * b - y * a + z * d,
-        )
-    )
-    return -product if product[0] < 0 else product
+    turned = product(quaternion, np.append(np.cos(angle / 2), part * angle_rad))
+    return -turned if turned[0] < 0 else turned

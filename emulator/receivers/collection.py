@@ -49,9 +49,8 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
     leap_ns = gpstime.leap_seconds(int(np.max(begins_ns))) * NS_PER_S
     # GPS frames begin with GPS weeks; GLONASS frames with days of UTC + 3 h, hence with half minutes of UTC.
     of_frame_ns = (begins_ns - np.where(np.equal(system, satellites.GLONASS), leap_ns, 0)) % (units * unit_ns)
-    under_way = -(
-        -of_frame_ns // unit_ns
-    )  # units that have begun: all that are over, and the one that is cut
+    # Units that have begun: all that are over, and the one that is cut.
+    under_way = -(-of_frame_ns // unit_ns)
     ends = np.where(under_way == 0, needed, units + np.minimum(under_way, needed))
     return ends * unit_ns - of_frame_ns
 

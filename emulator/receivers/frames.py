@@ -76,17 +76,17 @@ def stationery(codec: Codec, receivers: int) -> Stationery:
         return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
 
     return Stationery(
-        form(codec, _HEAD),
-        form(codec, MEASUREMENT_KINDS),
-        form(codec, _CLOSING),
-        form(codec, _ALMANAC),
-        form(codec, ("ACK",)),
-        np.array([identifiers(_HEAD, 0)], np.uint32),
-        by_receiver(MEASUREMENT_KINDS),
-        by_receiver(_CLOSING),
-        by_receiver(_ALMANAC),
-        by_receiver(("ACK",)),
-        _heartbeats(codec, receivers),
+        head=form(codec, _HEAD),
+        channel=form(codec, MEASUREMENT_KINDS),
+        closing=form(codec, _CLOSING),
+        almanac=form(codec, _ALMANAC),
+        answer=form(codec, ("ACK",)),
+        head_id=np.array([identifiers(_HEAD, 0)], np.uint32),
+        channel_id=by_receiver(MEASUREMENT_KINDS),
+        closing_id=by_receiver(_CLOSING),
+        almanac_id=by_receiver(_ALMANAC),
+        answer_id=by_receiver(("ACK",)),
+        heartbeats=_heartbeats(codec, receivers),
     )
 
 

@@ -93,21 +93,21 @@ def observe(
     phase_cyc, channels = _start_phases(channels, begins, receiver, channel, cycles, ways(rays))
     pos, vel = reported_at_transmission(sky, row, signals.flight_s)
     return Observations(
-        receiver,
-        channel,
-        row,
-        rays.sat,
-        BY_SYSTEM.signal[rays.system],
-        exact_m + error.range_m,
-        exact_mps + error.rate_mps,
-        phase_cyc,
-        rays.cn0_dbhz,
-        channels.slips[receiver, channel],
-        doubtful(channels)[receiver, channel],
-        pos,
-        vel,
-        sky.clock_m[row] - sky.clock_drift_mps[row] * signals.flight_s,
-        sky.clock_drift_mps[row],
+        receiver=receiver,
+        channel=channel,
+        row=row,
+        sat=rays.sat,
+        signal=BY_SYSTEM.signal[rays.system],
+        pseudorange_m=exact_m + error.range_m,
+        range_rate_mps=exact_mps + error.rate_mps,
+        phase_cyc=phase_cyc,
+        cn0_dbhz=rays.cn0_dbhz,
+        slips=channels.slips[receiver, channel],
+        half_cycle=doubtful(channels)[receiver, channel],
+        pos_ecef_m=pos,
+        vel_ecef_mps=vel,
+        clock_m=sky.clock_m[row] - sky.clock_drift_mps[row] * signals.flight_s,
+        clock_drift_mps=sky.clock_drift_mps[row],
     ), channels
 
 

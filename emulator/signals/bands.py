@@ -12,13 +12,19 @@ from numpy.typing import NDArray
 
 from dbc import satellites
 from dbc.contract import VALUES
-from emulator.world.earth import LIGHT_MPS
+from emulator.world.constellation import ORBIT_RADIUS_M
+from emulator.world.earth import EQUATORIAL_RADIUS_M, LIGHT_MPS
 
 SIGNAL = {label: raw for raw, label in VALUES["Signal"].items()}
 
 _SYSTEMS = satellites.SATELLITES // satellites.NUMBERS
 
-_EARTH_RADIUS_M = 6_378_137.0
+L1_HZ = 1_575.42e6
+"""Carrier of GPS. IS-GPS-200, 3.3.1.1."""
+
+G1_HZ, G1_STEP_HZ = 1_602.0e6, 562.5e3
+"""Carrier of GLONASS's frequency number 0 and step of one number. GLONASS ICD 5.1 (2008), 3.3.1.1."""
+
 LOWEST_RAD = np.deg2rad(5.0)
 """Elevation for which both interface documents promise a power."""
 
@@ -47,22 +53,22 @@ class Band:
 
 
 BANDS = (
-    Band(satellites.GPS, "L1CA", 1_575.42e6, 0.0, 1.023e6, -158.5, 26_559_700.0,
+    Band(satellites.GPS, "L1CA", L1_HZ, 0.0, 1.023e6, -158.5, ORBIT_RADIUS_M[satellites.GPS],
          "IS-GPS-200, 3.3.1.1, 3.2.1.3 and table 3-Va"),
-    Band(satellites.GLONASS, "L1OF", 1_602.0e6, 562.5e3, 0.511e6, -161.0, 25_508_000.0,
+    Band(satellites.GLONASS, "L1OF", G1_HZ, G1_STEP_HZ, 0.511e6, -161.0, ORBIT_RADIUS_M[satellites.GLONASS],
          "GLONASS ICD 5.1 (2008), 3.3.1.1, 3.3.1.4 and 3.3.1.6"),
 )  # fmt: skip
 
 
 def slant_range_m(radius_m: float) -> float:
     """Distance [m] from a place on the Earth to a satellite at radius_m that stands 5 deg high there."""
-    across = _EARTH_RADIUS_M * np.cos(LOWEST_RAD)
-    return float(np.sqrt(radius_m**2 - across**2) - _EARTH_RADIUS_M * np.sin(LOWEST_RAD))
+    across = EQUATORIAL_RADIUS_M * np.cos(LOWEST_RAD)
+    return float(np.sqrt(radius_m**2 - across**2) - EQUATORIAL_RADIUS_M * np.sin(LOWEST_RAD))
 
 
 def edge_off_nadir_rad(radius_m: float) -> float:
     """Angle off nadir [rad] at which that satellite sees that place."""
-    return float(np.arcsin(_EARTH_RADIUS_M * np.cos(LOWEST_RAD) / radius_m))
+    return float(np.arcsin(EQUATORIAL_RADIUS_M * np.cos(LOWEST_RAD) / radius_m))
 
 
 def band_of(system: int) -> Band:

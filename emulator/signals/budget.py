@@ -21,7 +21,7 @@ from emulator.files import antenna_table
 from emulator.signals import patterns
 from emulator.signals.bands import BY_SYSTEM, band_of, edge_off_nadir_rad, slant_range_m
 from emulator.signals.blocks import BLOCKS, Block
-from emulator.signals.geometry import Array, norm
+from emulator.signals.geometry import Array, angle_rad, norm
 from emulator.signals.patterns import Pattern, Receive
 
 RECEIVE = ("isotropic", "cone-20deg", "cone-12deg")
@@ -51,14 +51,11 @@ def pattern_of(name: str, column: str, law_dbi: tuple[float, float]) -> Pattern:
 
 
 def off_nadir_rad(satellite_m: Array, craft_m: Array) -> Array:
-    """Angles (n,) [rad] at satellites (n, 3) between the Earth's centre and a craft (3,), same frame.
-
-    Source of the accurate form: Kahan, "How Futile are Mindless Assessments of Roundoff", 2006, section 12
-    """
+    """Angles (n,) [rad] at satellites (n, 3) between the Earth's centre and a craft (3,), same frame."""
     down = -satellite_m / norm(satellite_m)[:, None]
     towards = craft_m - satellite_m
     towards /= norm(towards)[:, None]
-    return 2 * np.arctan2(norm(down - towards), norm(down + towards))
+    return angle_rad(down, towards)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

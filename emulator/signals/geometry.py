@@ -67,6 +67,14 @@ def norm(vectors: Array) -> Array:
     return np.sqrt(np.einsum("...k,...k->...", vectors, vectors))
 
 
+def angle_rad(one: Array, other: Array) -> Array:
+    """Angles (...,) [rad] between unit vectors (..., 3), accurate near 0 and pi too.
+
+    Source: Kahan, "How Futile are Mindless Assessments of Roundoff", 2006, section 12
+    """
+    return 2 * np.arctan2(norm(one - other), norm(one + other))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
     """Signal paths, one row for each pair of satellite and antenna.

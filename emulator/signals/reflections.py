@@ -45,6 +45,9 @@ class Reflections:
     def __len__(self) -> int:
         return len(self.pair)
 
+    def __getitem__(self, rows) -> Reflections:
+        return Reflections(*(getattr(self, name)[rows] for name in self.__slots__))
+
 
 def find(
     bodies: Bodies,
@@ -66,31 +69,46 @@ def find(
     height_m = antenna_body_m @ faces.normal.T - (faces.centre_m * faces.normal).sum(axis=1)
     cosine = los_body @ faces.normal.T
     pair, face = np.nonzero((height_m > nearest_m)[antenna] & (cosine > 0)[satellite])
+    distance_m = height_m[antenna[pair], face] / cosine[satellite[pair], face]
+    rays = antenna[pair], satellite[pair], face
+    kept = np.flatnonzero(_inside(surfaces, faces, antenna_body_m, los_body, rays, distance_m))
+    pair, face, distance_m = pair[kept], face[kept], distance_m[kept]
     a, s = antenna[pair], satellite[pair]
-    cosine, height_m = cosine[s, face], height_m[a, face]
-    distance_m = height_m / cosine
-    within = np.ones(len(pair), bool)
+    cosine = cosine[s, face]
+    towards = los_body[s] - 2 * cosine[:, None] * faces.normal[face]
+    found = Reflections(pair, face, 2 * (height_m[a, face] * cosine), distance_m, cosine, towards)
+    return found[_clear(bodies, found, antenna_body_m[a], los_body[s])]
+
+
+def _inside(
+    surfaces: Surfaces,
+    faces: Faces,
+    antenna_body_m: Array,
+    los_body: Array,
+    rays: tuple[Numbers, Numbers, Numbers],
+    distance_m: Array,
+) -> NDArray[np.bool_]:
+    """(k,) whether the point of reflection lies inside the face's edges.
+
+    rays         antenna, satellite and face (k,) of each
+    distance_m   (k,) from the antenna to the face's plane along the reflected ray
+    """
+    antenna, satellite, face = rays
+    inside = np.ones(len(face), bool)
     for side, edge in enumerate((faces.first, faces.second)):
         # A reflection leaves the component along the face as it is.
-        place_m = (antenna_body_m @ edge.T - (faces.centre_m * edge).sum(axis=1))[a, face]
-        place_m += distance_m * (los_body @ edge.T)[s, face]
-        within &= np.abs(place_m) <= surfaces.half_m[face, side]
-    kept = np.flatnonzero(within)
-    pair, face, a, s = pair[kept], face[kept], a[kept], s[kept]
-    cosine, height_m, distance_m = cosine[kept], height_m[kept], distance_m[kept]
-    incoming = los_body[s]
-    towards = incoming - 2 * cosine[:, None] * faces.normal[face]
-    origin_m = antenna_body_m[a]
-    point_m = origin_m + distance_m[:, None] * towards
-    clear = ~(hits(bodies, origin_m, towards, distance_m) | hits(bodies, point_m, incoming)).any(axis=-1)
-    return Reflections(
-        pair[clear],
-        face[clear],
-        2 * (height_m * cosine)[clear],
-        distance_m[clear],
-        cosine[clear],
-        towards[clear],
-    )
+        place_m = (antenna_body_m @ edge.T - (faces.centre_m * edge).sum(axis=1))[antenna, face]
+        place_m += distance_m * (los_body @ edge.T)[satellite, face]
+        inside &= np.abs(place_m) <= surfaces.half_m[face, side]
+    return inside
+
+
+def _clear(bodies: Bodies, found: Reflections, origin_m: Array, incoming: Array) -> NDArray[np.bool_]:
+    """(k,) whether nothing stands in the way from antennas origin_m (k, 3) to the points of reflection, nor
+    from there along incoming (k, 3) to the satellites."""
+    point_m = origin_m + found.distance_m[:, None] * found.towards_body
+    near = hits(bodies, origin_m, found.towards_body, found.distance_m)
+    return ~(near | hits(bodies, point_m, incoming)).any(axis=-1)
 
 
 def delays_m(faces: Faces, face: Numbers, antenna_body_m: Array, los_body: Array) -> Array:

@@ -4,9 +4,9 @@ Slips are those of a loop of first order without a steady error, for which the m
 other orders slip somewhat more often (modelled). A Costas loop tracks twice the phase, so that its stable
 points lie half a cycle apart and noise weighs double.
 
-Sources: Viterbi, Proc. IEEE 51 (1963) 1737 (Principles of Coherent Communication, 1966, 4.4); Holmes,
-Coherent Spread Spectrum Systems (1982), 5; Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9
-(thresholds)
+Sources: Viterbi, Proc. IEEE 51 (1963) 1737 (Principles of Coherent Communication, 1966, 4.4);
+Holmes, Coherent Spread Spectrum Systems (1982), 5;
+Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9 (thresholds)
 """
 
 from __future__ import annotations

@@ -11,12 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.signals.geometry import Antennas, Array, Motion, norm
-from emulator.world.earth import LIGHT_MPS
-
-EQUATORIAL_RADIUS_M = 6_378_137.0
-POLAR_RADIUS_M = 6_356_752.3142
-"""WGS-84 ellipsoid (NGA.STND.0036)."""
+from emulator.signals.geometry import Antennas, Array, Motion, angle_rad, norm
+from emulator.world.earth import EQUATORIAL_RADIUS_M, LIGHT_MPS, POLAR_RADIUS_M
 
 _TO_SPHERE = np.array((1.0, 1.0, EQUATORIAL_RADIUS_M / POLAR_RADIUS_M))
 
@@ -51,11 +47,8 @@ def look(satellites: Motion, pos_ecef_m: Array, antennas: Antennas) -> View:
 
 
 def angles_rad(boresight: Array, los: Array) -> Array:
-    """Angles (m, n) [rad] between unit vectors (m, 3) and (n, 3), accurate near 0 and pi too.
-
-    Source: Kahan, "How Futile are Mindless Assessments of Roundoff", 2006, section 12
-    """
-    return 2 * np.arctan2(norm(boresight[:, None] - los), norm(boresight[:, None] + los))
+    """Angles (m, n) [rad] between unit vectors (m, 3) and (n, 3), each with each."""
+    return angle_rad(boresight[:, None], los)
 
 
 def ray_height_m(pos_ecef_m: Array, towards_m: Array) -> Array:

@@ -6,8 +6,7 @@ distance, grows by a cycle a turn. A transmitting antenna that turns so takes a 
 rate are touched.
 
 Source: Wu, Wu, Hajj, Bertiger & Lichten, "Effects of antenna orientation on GPS carrier phase", Manuscripta
-Geodaetica 18 (1993) 91. Satellites: nominal yaw steering, axes of Montenbruck et al., Adv. Space Res. 56
-(2015) 1015 (solar arrays along y, z to the Earth); noon and midnight turns take no time (modelled)
+Geodaetica 18 (1993) 91. Satellites: nominal yaw steering; noon and midnight turns take no time (modelled)
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.signals.geometry import norm
+from emulator.world.phase_centre import axes_ecef
 
 Array = NDArray[np.float64]
 
@@ -24,12 +24,9 @@ _TURN = 2 * np.pi
 
 
 def satellite_axes(pos_m: Array, sun_m: Array) -> tuple[Array, Array]:
-    """Unit vectors x and y (..., 3) of satellites at pos_m (..., 3), the Sun at sun_m (3,), from the Earth's
-    centre."""
-    z = -pos_m / norm(pos_m)[..., None]
-    y = np.cross(z, sun_m - pos_m)
-    y /= norm(y)[..., None]
-    return np.cross(y, z), y
+    """Unit vectors x and y (..., 3) of satellites at pos_m (..., 3), the Sun at sun_m (3,), geocentric."""
+    axes = axes_ecef(pos_m, sun_m)
+    return axes[..., 0, :], axes[..., 1, :]
 
 
 def antenna_axes(boresight: Array) -> tuple[Array, Array]:

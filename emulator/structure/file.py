@@ -7,16 +7,15 @@ origin in the centre of mass), every part as it stands when all joints are at ze
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from dbc.vehicle import Strict, Vector, faults
+from dbc.files import Files
+from dbc.vehicle import Strict, Vector
 from emulator.structure.materials import MATERIALS
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,31}$")]
@@ -152,39 +151,15 @@ def _all_different(kind: str, names: Iterable[str]) -> None:
         seen.add(name)
 
 
+FILES = Files("structure", "emulator", "structures", StructureFile, StructureError)
+shipped, find = FILES.shipped, FILES.find
+
+
 def parse(text: str, origin: str) -> StructureFile:
     """A structure from TOML text; StructureError says what is wrong and where."""
-    try:
-        return StructureFile.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise StructureError(f"{origin}: not TOML: {error}") from None
-    except ValidationError as error:
-        raise StructureError("\n".join(faults(error, origin))) from None
+    return FILES.checked(FILES.document(text, origin), origin)
 
 
 def load(path: Path) -> StructureFile:
     """A structure from a file; StructureError says what is wrong and where."""
-    try:
-        text = Path(path).read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise StructureError(f"{path}: {reason}") from None
-    return parse(text, str(path))
-
-
-def shipped() -> dict[str, Path]:
-    """Structure files that come with the bench, by name."""
-    folder = Path(str(resources.files("emulator"))) / "structures"
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
-
-
-def find(name: str, folder: Path = Path()) -> Path:
-    """A structure file by path (relative to a folder) or shipped name, with or without .toml."""
-    beside = folder / name
-    if beside.is_file():
-        return beside
-    known = shipped()
-    stem = name.removesuffix(".toml")
-    if stem not in known:
-        raise StructureError(f"structure '{name}': no such file; shipped are {', '.join(known)}")
-    return known[stem]
+    return FILES.checked(FILES.read(path), str(path))

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.constants import epsilon_0
 
+from emulator.signals.bands import L1_HZ
+
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-L1_HZ = 1_575.42e6
-"""Frequency at which materials are taken; GLONASS is 2 % above, and nothing here notices."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +32,7 @@ class Material:
 
     @property
     def permittivity(self) -> complex:
-        """Relative permittivity at L1."""
+        """Relative permittivity at L1 of GPS; GLONASS is 2 % above, and nothing here notices."""
         conductivity = self.c * (L1_HZ / 1e9) ** self.d
         return self.a - 1j * conductivity / (2 * np.pi * L1_HZ * epsilon_0)
 

@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.world.earth import ECCENTRICITY2, EQUATORIAL_RADIUS_M, POLAR_RADIUS_M
+
 Array = NDArray[np.float64]
 
 # Altitude [km], density [g/km^3] at the antapex and the apex of the bulge.
@@ -34,11 +36,7 @@ _LOG_ANTAPEX, _LOG_APEX = np.log(1e-12 * _TABLE[1:])
 _LAG_RAD = np.deg2rad(30.0)
 """How far the bulge is behind the Sun: about 14 h local time."""
 
-_A_M = 6_378_137.0
-_F = 1 / 298.257223563
-_B_M = _A_M * (1 - _F)
-_E2 = _F * (2 - _F)
-_EP2 = _E2 / (1 - _E2)
+_SECOND_ECCENTRICITY2 = ECCENTRICITY2 / (1 - ECCENTRICITY2)
 
 
 def altitude_m(pos_m: Array) -> Array:
@@ -47,12 +45,14 @@ def altitude_m(pos_m: Array) -> Array:
     Good to 0.1 mm at all heights of orbits. Source: Bowring, Survey Review 23 (181), 1976
     """
     across_m, z_m = np.hypot(pos_m[:, 0], pos_m[:, 1]), pos_m[:, 2]
-    reduced = np.arctan2(_A_M * z_m, _B_M * across_m)
+    a_m, b_m = EQUATORIAL_RADIUS_M, POLAR_RADIUS_M
+    reduced = np.arctan2(a_m * z_m, b_m * across_m)
     latitude = np.arctan2(
-        z_m + _EP2 * _B_M * np.sin(reduced) ** 3, across_m - _E2 * _A_M * np.cos(reduced) ** 3
+        z_m + _SECOND_ECCENTRICITY2 * b_m * np.sin(reduced) ** 3,
+        across_m - ECCENTRICITY2 * a_m * np.cos(reduced) ** 3,
     )
     sin = np.sin(latitude)
-    return across_m * np.cos(latitude) + z_m * sin - _A_M * np.sqrt(1 - _E2 * sin * sin)
+    return across_m * np.cos(latitude) + z_m * sin - a_m * np.sqrt(1 - ECCENTRICITY2 * sin * sin)
 
 
 def density_kgpm3(pos_eci_m: Array, sun_eci_m: Array, exponent: float) -> Array:

@@ -1,11 +1,12 @@
 """How a craft is turned: quaternion body from ECEF and rate relative to inertial space.
 
-Quaternions are Hamilton, scalar first, passive: v_body = C(q) v_ecef. The orbital frame (LVLH) has
-z to nadir, y along the negative orbit normal (starboard), x completing it (fore); turns from it are
+Quaternions are Hamilton, scalar first, passive: v_body = C(q) v_ecef. The orbital frame (LVLH) has z to
+nadir, y along the negative orbit normal (starboard), x completing it (fore); turns from it are
 yaw-pitch-roll, 3-2-1. Orbit plane and rates are those of inertial motion, written in ECEF axes.
 
-Step 5 and block 4 of RU 2706636 C1: the attitude of the spacecraft in the Greenwich frame. The unit is
-without error (modelled: what it puts on the bus is the truth, rounded there).
+Step 5 and block 4 of RU 2706636 C1: the attitude of the spacecraft in the Greenwich frame. This is the
+true one; what the unit puts on the bus is as far off as `emulator.onboard.attitude_error` says, where
+that factor is on.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ def lvlh(state: CraftState) -> tuple[Array, Array]:
     returns  (3, 3) rows x, y, z of the frame in ECEF axes; (3,) its rate relative to inertial space,
              in its own axes [rad/s]
 
-    The frame turns about the orbit normal with h / r^2 and, where a force has a component a_h along
-    the normal, about the radius with r a_h / h. Source: Gauss's equations, e.g. Battin, An Introduction
-    to the Mathematics and Methods of Astrodynamics, 10.3 (local frame's rotation)
+    The frame turns about the orbit normal with h / r^2 and, where a force has a component a_h along the
+    normal, about the radius with r a_h / h. Source: Gauss's equations, e.g. Battin, An Introduction to the
+    Mathematics and Methods of Astrodynamics, 10.3 (local frame's rotation)
     """
     (x, y, z), (vx, vy, vz) = state.pos_ecef_m.tolist(), state.vel_ecef_mps.tolist()
     ax, ay, az = state.acc_ecef_mps2.tolist()

@@ -16,7 +16,7 @@ from emulator.files.csv_table import Table
 from emulator.files.finals import Orientation
 from emulator.world import frames
 from emulator.world.orbit import CraftState
-from emulator.world.rotations import dcm_of_quaternion, quaternion_of_dcm
+from emulator.world.rotations import dcm_of_quaternion, product, quaternion_of_dcm
 
 Array = NDArray[np.float64]
 
@@ -26,21 +26,6 @@ COLUMNS = tuple(f"quaternion_{part}" for part in "cxyz")
 
 class AttitudeTableError(ValueError):
     """A table that holds no attitude; the message is for people."""
-
-
-def product(a: Array, b: Array) -> Array:
-    """Hamilton product of quaternions (..., 4), scalar first."""
-    a0, a1, a2, a3 = np.moveaxis(a, -1, 0)
-    b0, b1, b2, b3 = np.moveaxis(b, -1, 0)
-    return np.stack(
-        (
-            a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
-            a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
-            a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
-            a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
-        ),
-        axis=-1,
-    )
 
 
 def rotation_vectors(quaternion: Array) -> Array:

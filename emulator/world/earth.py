@@ -20,6 +20,17 @@ ROTATION_RPS = 7.2921151467e-5
 MU_M3PS2 = 3.986004418e14
 """Gravitational parameter of the Earth, WGS-84 (NGA.STND.0036, table 3.1)."""
 
+EQUATORIAL_RADIUS_M = 6_378_137.0
+"""Semi-major axis of the WGS-84 ellipsoid (NGA.STND.0036, table 3.1)."""
+
+FLATTENING = 1 / 298.257223563
+"""Of that ellipsoid (the same table)."""
+
+POLAR_RADIUS_M = EQUATORIAL_RADIUS_M * (1 - FLATTENING)
+
+ECCENTRICITY2 = FLATTENING * (2 - FLATTENING)
+"""Square of that ellipsoid's first eccentricity."""
+
 _DAY_NS = 86_400_000_000_000
 _J2000_NS = 7300 * _DAY_NS + _DAY_NS // 2
 """2000-01-01 12:00 counted from 1980-01-06 00:00 on one uniform calendar."""

@@ -20,13 +20,11 @@ from dbc import satellites
 from emulator.factors.sky import EphemerisError
 from emulator.signals import draws
 from emulator.signals.geometry import spin
+from emulator.world.constellation import ORBIT_RADIUS_M
 from emulator.world.earth import MU_M3PS2
 from emulator.world.uploads import MINUTE_NS, by_number, uploads
 
 Array = NDArray[np.float64]
-
-RADIUS_M = {satellites.GPS: 26_559_700.0, satellites.GLONASS: 25_508_000.0}
-"""Semi-major axes of the constellations. IS-GPS-200, table A.2 (slots); GLONASS ICD 5.1 (2008), 3.1.2."""
 
 
 def errors(
@@ -66,7 +64,7 @@ def _by_satellite(parameters: EphemerisError, index: NDArray[np.int64]) -> tuple
     given = {satellites.GPS: parameters.gps_sigma_m, satellites.GLONASS: parameters.glonass_sigma_m}
     for which, triple in given.items():
         sigma_m[system == which] = triple
-        mean_motion[system == which] = np.sqrt(MU_M3PS2 / RADIUS_M[which] ** 3)
+        mean_motion[system == which] = np.sqrt(MU_M3PS2 / ORBIT_RADIUS_M[which] ** 3)
     return sigma_m, mean_motion
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dbc import gpstime, satellites
-from emulator.world.constellation import Array, Broadcast
+from emulator.world.constellation import ORBIT_RADIUS_M, Array, Broadcast
 from emulator.world.earth import LIGHT_MPS, MU_M3PS2, ROTATION_RPS, sidereal_angle_rad
 
 _GPS_SLOTS_DEG = (
@@ -32,7 +32,6 @@ _GPS_EPOCH = datetime(1993, 7, 1)
 _GPS_GREENWICH_DEG = 15 * (18 + 36 / 60 + 14.4 / 3600)
 """Greenwich hour angle of the table's epoch, from the same table."""
 
-_GPS_AXIS_M = 26_559_700.0
 _GPS_INCLINATION_DEG = 55.0
 """GPS SPS Performance Standard, 4th edition, table 3.2-2."""
 
@@ -99,8 +98,10 @@ class NominalConstellation:
 
     @property
     def clocks(self) -> tuple[Array, Array]:
-        """Offsets [s] at the epoch and rates [s/s] (n,), spread evenly over their ranges by multiples of the
-        golden ratio."""
+        """Offsets [s] at the epoch and rates [s/s] (n,).
+
+        Multiples of the golden ratio, less whole ones, spread them evenly over their ranges.
+        """
         return (
             _CLOCK_OFFSET_S * (2 * (self.index * _GOLDEN % 1.0) - 1),
             _CLOCK_RATE * (2 * (self.index * _GOLDEN**2 % 1.0) - 1),
@@ -131,7 +132,7 @@ def nominal_gps(start_ns: int) -> NominalConstellation:
     return NominalConstellation(
         index=satellites.index(satellites.GPS, np.arange(1, 25)),
         frequency=np.zeros(24, np.int64),
-        radius_m=_GPS_AXIS_M,
+        radius_m=ORBIT_RADIUS_M[satellites.GPS],
         inclination_rad=np.deg2rad(_GPS_INCLINATION_DEG),
         epoch_ns=start_ns,
         node_rad=_advanced(np.deg2rad(ascension - _GPS_GREENWICH_DEG), node_rps, age_ns),

@@ -1,11 +1,9 @@
 """Navigation records for a nominal sky, made as a control segment would make them.
 
 Circular GPS orbits are a case of IS-GPS-200's elements and come out exact. A uniform circular motion is
-none of
-the GLONASS interface document's, whose satellites feel the Earth's oblateness: those records are fitted to
-the
-stretch that each serves, which leaves 1 cm (rms of the position) over eight minutes and 7 cm over a whole
-quarter of an hour.
+none of the GLONASS interface document's, whose satellites feel the Earth's oblateness: those records are
+fitted to the stretch that each serves, which leaves 1 cm (rms of the position) over eight minutes and 7 cm
+over a whole quarter of an hour.
 """
 
 from __future__ import annotations
@@ -120,8 +118,7 @@ def glonass_records_of(c: NominalConstellation, stretch: Stretch, wgs84: bool) -
 
 
 def _fitted(c: NominalConstellation, tb_ns: int, begin_s: float, end_s: float, datum: int | None) -> Array:
-    """(n, 9) states at tb and extra accelerations that follow the motions best from begin_s to end_s after
-    tb.
+    """(n, 9) states at tb and extra accelerations that follow the motions best, begin_s to end_s after tb.
 
     Least squares at Chebyshev nodes, by Gauss and Newton from the state of the motion itself; three steps
     reach the rounding.

@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 from dbc import gpstime
 from emulator import scenario
 from emulator.world import forces
-from emulator.world.earth import MU_M3PS2, ROTATION_RPS, eci_to_ecef, rotation_angle_rad
+from emulator.world.earth import (
+    EQUATORIAL_RADIUS_M,
+    MU_M3PS2,
+    ROTATION_RPS,
+    eci_to_ecef,
+    rotation_angle_rad,
+)
 from emulator.world.polynomials import NS_PER_S, Grid, Table, lobatto_nodes
-
-EQUATORIAL_RADIUS_M = 6_378_137.0
-"""WGS-84 semi-major axis; the altitude of a scenario is the semi-major axis above it."""
 
 _SEGMENT_NS = 60 * NS_PER_S
 """Of orbits that come below some 5000 km; higher ones take longer ones."""
@@ -161,6 +164,7 @@ def solve_segment(
 
 
 def semi_major_axis_m(orbit: scenario.Orbit) -> float:
+    """Semi-major axis [m]: said, or an altitude above the Earth's."""
     if orbit.semi_major_axis_km is not None:
         return 1e3 * orbit.semi_major_axis_km
     return EQUATORIAL_RADIUS_M + 1e3 * orbit.altitude_km

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from emulator.world.bodies import AU_M
+from emulator.world.earth import EQUATORIAL_RADIUS_M
 
 Array = NDArray[np.float64]
 
@@ -18,20 +19,18 @@ PRESSURE_AT_AU_NPM2 = 4.56e-6
 SUN_RADIUS_M = 696e6
 """Montenbruck & Gill, 3.4.2."""
 
-EARTH_RADIUS_M = 6_378_137.0
-"""The shadow is that of a sphere: in low orbits the true edge is up to 21 km, 3 s, inside of it."""
-
 
 def sunlit_fraction(pos_m: Array, sun_m: Array) -> Array:
     """Visible part of the Sun's disk, 0 to 1, (k,), from positions (k, 3), with the Sun at (k, 3) [m].
 
-    The overlap of two disks in the sky; either may be the larger one.
+    The overlap of two disks in the sky; either may be the larger one. The Earth is a sphere as wide as its
+    equator: in low orbits the true edge of its shadow is up to 21 km, 3 s, inside of that.
     Source: Montenbruck & Gill, 3.4.2 (eqs. 3.85 to 3.94)
     """
     to_sun_m = sun_m - pos_m
     distance_m, r_m = np.linalg.norm(to_sun_m, axis=1), np.linalg.norm(pos_m, axis=1)
     sun_rad = np.arcsin(SUN_RADIUS_M / distance_m)
-    earth_rad = np.arcsin(np.minimum(EARTH_RADIUS_M / r_m, 1.0))
+    earth_rad = np.arcsin(np.minimum(EQUATORIAL_RADIUS_M / r_m, 1.0))
     apart_rad = np.arctan2(
         np.linalg.norm(np.cross(to_sun_m, pos_m), axis=1), -np.einsum("ij,ij->i", to_sun_m, pos_m)
     )

@@ -60,11 +60,33 @@ def quaternion_of_dcm(dcm: Array) -> Array:
 
 def dcm_of_quaternion(quaternion: Array) -> Array:
     """(3, 3) passive rotation matrix C(q) of a unit quaternion (4,), scalar first."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
+    return np.array(_rows(*quaternion.tolist()))
+
+
+def dcm_of_quaternions(quaternions: Array) -> Array:
+    """(n, 3, 3) matrices of unit quaternions (n, 4)."""
+    return np.stack([np.stack(row, axis=-1) for row in _rows(*quaternions.T)], axis=1)
+
+
+def _rows(w, x, y, z):
+    """Rows of C(q); numbers or arrays."""
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
+        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
+        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
+    )
+
+
+def product(a: Array, b: Array) -> Array:
+    """Hamilton product of quaternions (..., 4). Of passive ones: the turn a and then the turn b."""
+    a0, a1, a2, a3 = np.moveaxis(a, -1, 0)
+    b0, b1, b2, b3 = np.moveaxis(b, -1, 0)
+    return np.stack(
         (
-            (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-            (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
-            (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
-        )
+            a0 * b0 - a1 * b1 - a2 * b2 - a3 * b3,
+            a0 * b1 + a1 * b0 + a2 * b3 - a3 * b2,
+            a0 * b2 - a1 * b3 + a2 * b0 + a3 * b1,
+            a0 * b3 + a1 * b2 - a2 * b1 + a3 * b0,
+        ),
+        axis=-1,
     )

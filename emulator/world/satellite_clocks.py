@@ -84,9 +84,7 @@ def _by_satellite(parameters: SatelliteClockError, seed: int, index: Numbers) ->
 
 
 def _walked(seed: int, index: Numbers, begun: Numbers, ends: Numbers) -> Array:
-    """Standard Brownian motion [s^0.5] of each satellite from the minutes `begun` (s, n) to `ends` (..., s,
-    1).
-    """
+    """Standard Brownian motion [s^0.5] of satellites from the minutes begun (s, n) to ends (..., s, 1)."""
     # Who is never given an upload has not begun within this age, and has no clock error either.
     first = int(np.min(np.where(begun > 0, begun, np.min(ends))))
     sums = _sums(seed, index, first, int(np.max(ends)))

@@ -131,26 +131,29 @@ class Sky:
         chunk = self._chunks[number]
         value, rate, acceleration = GRID.evaluate(chunk.coefficients[row], segment, t_ns)
         clock_m, drift_mps = value[3 * n : 4 * n], rate[3 * n : 4 * n]
-        reported = clock_m, drift_mps, None, None
+        told_m, told_mps, off, off_rate = clock_m, drift_mps, None, None
         if len(value) > 4 * n:
+            told_m, told_mps = clock_m + value[7 * n :], drift_mps + rate[7 * n :]
             off, off_rate = value[4 * n : 7 * n].reshape(n, 3), rate[4 * n : 7 * n].reshape(n, 3)
-            reported = clock_m + value[7 * n :], drift_mps + rate[7 * n :], off, off_rate
         b = chunk.broadcast
         return SkyState(
-            self.index,
-            value[: 3 * n].reshape(n, 3),
-            rate[: 3 * n].reshape(n, 3),
-            acceleration[: 3 * n].reshape(n, 3),
-            clock_m - self._offset_m,
-            drift_mps,
-            *reported,
-            b.available[row],
-            b.healthy[row],
-            b.frequency[row],
-            b.iod[row],
-            b.ura[row],
-            b.ephemeris[row],
-            b.group_delay_m[row],
+            index=self.index,
+            pos_ecef_m=value[: 3 * n].reshape(n, 3),
+            vel_ecef_mps=rate[: 3 * n].reshape(n, 3),
+            acc_ecef_mps2=acceleration[: 3 * n].reshape(n, 3),
+            clock_truth_m=clock_m - self._offset_m,
+            clock_truth_mps=drift_mps,
+            clock_m=told_m,
+            clock_drift_mps=told_mps,
+            off_ecef_m=off,
+            off_ecef_mps=off_rate,
+            available=b.available[row],
+            healthy=b.healthy[row],
+            frequency=b.frequency[row],
+            iod=b.iod[row],
+            ura=b.ura[row],
+            ephemeris=b.ephemeris[row],
+            group_delay_m=b.group_delay_m[row],
         )
 
     def _build(self, number: int) -> _Chunk:

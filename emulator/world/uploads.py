@@ -19,17 +19,14 @@ Numbers = NDArray[np.int64]
 MINUTE_NS = 60_000_000_000
 
 ISSUE_MINUTES = {satellites.GPS: 120, satellites.GLONASS: 30}
-"""How long an issue of data lasts. IS-GPS-200, 20.3.4.5, and table 20-XII; GLONASS ICD 5.1 (2008), 4.4, P1.
-"""
-
+"""How long an issue of data lasts. IS-GPS-200, 20.3.4.5, table 20-XII; GLONASS ICD 5.1 (2008), 4.4, P1."""
 
 _AGE_MINUTES = 1 << 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Uploads:
-    """period_min, phase_min (n,): a satellite's uploads are at phase + number * period, in minutes of GPS
-    time."""
+    """period_min, phase_min (n,): uploads are at phase + number * period, in minutes of GPS time."""
 
     period_min: Numbers
     phase_min: Numbers

@@ -51,19 +51,19 @@ def mean_fix(m: Ranges, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
     gain = share * sum(fix.gain for fix in fixes)
     misfit = max(fix.misfit for fix in fixes)
     return Fix(
-        position,
-        velocity,
-        items,
-        clock,
-        drift,
-        mean_covariance_m2(m, gain, ura_scale) * misfit,
-        gain,
-        share * sqrt(sum(fix.pdop**2 for fix in fixes)),
-        used,
-        len(set(m.sat[used].tolist())),
-        _residuals_m(fixes, len(m)),
-        max(fix.iterations for fix in fixes),
-        misfit,
+        position_m=position,
+        velocity_mps=velocity,
+        items=items,
+        clock_m=clock,
+        drift_mps=drift,
+        covariance_m2=mean_covariance_m2(m, gain, ura_scale) * misfit,
+        gain=gain,
+        pdop=share * sqrt(sum(fix.pdop**2 for fix in fixes)),
+        used=used,
+        satellites=len(set(m.sat[used].tolist())),
+        residual_m=_residuals_m(fixes, len(m)),
+        iterations=max(fix.iterations for fix in fixes),
+        misfit=misfit,
     )
 
 

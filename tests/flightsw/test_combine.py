@@ -1,7 +1,7 @@
 """Policies without lever arms: the mean of receivers alone, and the single best antenna.
 
-What they are judged by is a solver of its own: light times in the inertial frame, numerical slopes, NumPy's
-lstsq.
+What they are judged by is a solver of its own:
+light times in the inertial frame, numerical slopes, NumPy's lstsq.
 """
 
 from __future__ import annotations

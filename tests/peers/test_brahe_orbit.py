@@ -90,7 +90,7 @@ def test_a_high_day_through_its_night():
 
 
 def test_six_hours_in_the_air():
-    """Brahe's own ellipsoid, bulge (its exponent 3 is 6 here) and drag; 300 km up, it moves the craft by
-    kilometres."""
+    """Brahe's own ellipsoid, bulge (its exponent 3 is 6 here) and drag, which moves a craft at 300 km by
+    kilometres in six hours."""
     low = orbit(altitude_km=300, inclination_deg=51.6, bulge_exponent=6, forces=["j2", "drag"])
     assert miss_m(low, drag, 20.0, DAY_S / 4) < 0.01

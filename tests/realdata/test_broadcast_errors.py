@@ -11,6 +11,7 @@ from dbc import satellites
 from emulator import scenario
 from emulator.factors.sky import EphemerisError
 from emulator.world import ephemeris_errors
+from emulator.world.constellation import ORBIT_RADIUS_M
 from emulator.world.navigation import from_files
 from tests.realdata import data_file, sp3
 
@@ -79,7 +80,7 @@ def test_errors_swing_across_the_track_once_in_a_revolution(system):
     """As modelled: like itself after one revolution, against itself after half of one; and errors last
     through many issues of data."""
     off, step_s = real(system)
-    period_s = 2 * np.pi / np.sqrt(3.986004418e14 / ephemeris_errors.RADIUS_M[system] ** 3)
+    period_s = 2 * np.pi / np.sqrt(3.986004418e14 / ORBIT_RADIUS_M[system] ** 3)
     half, whole = (correlation(off, step_s, part * period_s) for part in (0.5, 1.0))
     print(satellites.SYSTEM_NAMES[system], "half", half.round(2), "whole", whole.round(2))
     assert half[2] < -0.4

@@ -21,8 +21,7 @@ ISS_2021 = "iss_2021-06-10/iss_sc_v01.{}.20210610.csv.gz"
 
 
 def test_the_stations_ephemeris_message_moves_as_it_says():
-    """NASA's OEM of 2025, EME2000, 4 min apart: velocities from the positions alone against those it
-    states."""
+    """NASA's OEM of 2025, EME2000, 4 min apart: velocities by the positions alone against its own."""
     path = data_file("orbits/ISS.OEM_J2K_EPH.xml.gz")
     message = oem.read(path)
     orbit = trajectory.of_ephemeris(message, str(path))

@@ -1,9 +1,8 @@
 """The bench's main road on a real receiver: GRACE-B of 2010-07-27, played onto the bus, navigated, judged.
 
 CODE's final orbits, both frequencies; the published orbit, of the centre of mass, is the truth: the antenna
-is some decimetres above it, and that stays in the errors. Goals: every epoch with four usable satellites
-has a
-fix, 2 m in the median, 6 m in 95 %.
+is some decimetres above it, and that stays in the errors. Goals: every epoch with four usable satellites has
+a fix, 2 m in the median, 6 m in 95 %.
 """
 
 from __future__ import annotations

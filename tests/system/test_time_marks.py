@@ -31,8 +31,7 @@ def position_error_m(tmp_path, clock="", factors="", *options):
 @pytest.mark.parametrize("seed", ["1", "2", "5"])
 def test_marks_of_a_receiver_whose_clock_is_off_by_a_millisecond(tmp_path, seed):
     """The clock wanders between -1 ms and +1 ms, with another phase for each seed; every fix is brought to
-    the
-    mark by the offset it finds."""
+    the mark by the offset it finds."""
     clock = "[craft.clock]\namplitude_ms = 1.0\nperiod_s = 900.0\nmark_domain = 0"
     assert position_error_m(tmp_path, clock, "", "--seed", seed)["max"] < 5e-3
 

@@ -44,11 +44,13 @@ def play(
     stop: Callable[[], bool],
 ) -> Outcome:
     """A run of processes; an error if it could not begin."""
-    watched = arguments.emulator != OURS
+    watched, time = arguments.emulator != OURS, plan.scenario.time
     lines = [
         Line(
-            number, codec, Ear(), Sequencer(codec, arguments.pace == "lockstep"), recorder, display, watched,
-            plan.scenario.time.epochs * plan.scenario.time.interval_ns, plan.scenario.time.interval_ns,
+            number=number, codec=codec, ear=Ear(),
+            sequencer=Sequencer(codec, arguments.pace == "lockstep"),
+            recorder=recorder, display=display, watched=watched,
+            end_ns=time.epochs * time.interval_ns, interval_ns=time.interval_ns,
         )
         for number, codec in enumerate(plan.codecs)
     ]  # fmt: skip
@@ -60,7 +62,7 @@ def play(
         }
         crew = _Crew(plan, arguments, folder, private, specs, display, stack)
         if watched:
-            master = WatchedMaster(crew.other_emulators(), lines, plan.scenario.time.epochs)
+            master = WatchedMaster(crew.other_emulators(), lines, time.epochs)
         else:
             master = ReportingMaster(*crew.our_emulator())
         watch = Watch(lines, display, master, crew.flights(), arguments.pace == "lockstep")

@@ -254,13 +254,13 @@ class Watch:
     def outcome(self, failure: str, interrupted: bool) -> Outcome:
         figures = self.master.figures()
         return Outcome(
-            self._epochs,
-            figures.unanswered,
-            figures.wall_s or time.perf_counter() - self.begun,
-            figures.latency_p50_s,
-            figures.latency_p99_s,
-            sum(line.sequencer.declared for line in self.lines) or None,
-            interrupted,
-            failure,
-            figures.latency_histogram,
+            epochs=self._epochs,
+            unanswered=figures.unanswered,
+            wall_s=figures.wall_s or time.perf_counter() - self.begun,
+            latency_p50_s=figures.latency_p50_s,
+            latency_p99_s=figures.latency_p99_s,
+            frames_sent=sum(line.sequencer.declared for line in self.lines) or None,
+            interrupted=interrupted,
+            failure=failure,
+            latency_histogram=figures.latency_histogram,
         )

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from dbc import satellites
 from dbc.contract import VALUES
 from emulator.observed.signals import SIGNALS
+from emulator.world.earth import LIGHT_MPS
 from tools.errors import Mistake
 from tools.export.heard import Rows
-
-LIGHT_MPS = 299_792_458.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

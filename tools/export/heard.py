@@ -133,16 +133,16 @@ def _heard(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces: list
     domain = np.zeros(offset_ns.shape, np.int64)
     offset_ns[tag_at], domain[tag_at] = tags["tag_offset_ns"], tags["clock_domain"]
     return Heard(
-        name,
-        craft,
-        t_ns,
-        np.stack([timeline[f"q{i}"] for i in range(4)], axis=-1),
-        np.stack([timeline[f"w{axis}_rps"] for axis in "xyz"], axis=-1),
-        motion[:, :3],
-        motion[:, 3:],
-        offset_ns,
-        domain,
-        _rows(t_ns, pieces),
+        name=name,
+        vehicle=craft,
+        t_ns=t_ns,
+        quaternion=np.stack([timeline[f"q{i}"] for i in range(4)], axis=-1),
+        rate_body_rps=np.stack([timeline[f"w{axis}_rps"] for axis in "xyz"], axis=-1),
+        position_m=motion[:, :3],
+        velocity_mps=motion[:, 3:],
+        tag_offset_ns=offset_ns,
+        domain=domain,
+        rows=_rows(t_ns, pieces),
     )
 
 

@@ -19,11 +19,11 @@ from emulator.files.rinex_nav import Records
 from emulator.scenario import Scenario
 from emulator.world import glonass, gps
 from emulator.world.constellation import Constellation
+from emulator.world.earth import LIGHT_MPS
 from emulator.world.messages import Stretch, records
 from emulator.world.navigation import from_files
 from emulator.world.sky import NOMINAL
 from tools.errors import Mistake
-from tools.export.codes import LIGHT_MPS
 from tools.export.heard import Heard, Rows
 from tools.export.rinex_text import comments, labelled, leap_seconds, opening
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from emulator.world.rotations import dcm_of_quaternions
 from flightsw import ranging
 from flightsw.earth import ROTATION_RPS
 from tools.export.codes import codes_of
@@ -88,21 +88,9 @@ def distinct(rows: Rows) -> Rows:
 
 def _levers(heard: Heard, rows: Rows) -> tuple[Array, Array]:
     """(k, 3) places of the rows' antennas relative to the centre of mass, ECEF, and their rates."""
-    dcm = _dcm(heard.quaternion)[rows.epoch]
+    q = heard.quaternion
+    dcm = dcm_of_quaternions(q / np.linalg.norm(q, axis=1, keepdims=True))[rows.epoch]
     lever = heard.vehicle.lever_arm_body_m[rows.receiver]
     turn = np.nan_to_num(heard.rate_body_rps[rows.epoch]) - ROTATION_RPS * dcm[:, :, 2]
     place, rate = (np.einsum("kji,kj->ki", dcm, v) for v in (lever, np.cross(turn, lever)))
     return place, rate
-
-
-def _dcm(q: Array) -> NDArray[np.float64]:
-    """(e, 3, 3) body from ECEF of quaternions (e, 4); the contract's C(q)."""
-    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
-    return np.stack(
-        (
-            np.stack((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)), -1),
-            np.stack((2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)), -1),
-            np.stack((2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)), -1),
-        ),
-        axis=1,
-    )

@@ -14,7 +14,7 @@ import numpy as np
 
 from dbc import gpstime, satellites
 from emulator.world.constellation import Constellation
-from tools.export.codes import LIGHT_MPS
+from emulator.world.earth import LIGHT_MPS
 from tools.export.sp3 import Orbits
 
 STEP_NS = 30 * gpstime.NS_PER_S

@@ -20,8 +20,7 @@ _ORDER = {
     "emulator": ("time mark", "attitude", "measurements", "tags and status", "almanac", "heartbeats"),
     "flight": ("navigation", "heartbeats"),
 }
-"""Order on the bus of a steady epoch. Measurements, tags and status alternate by receiver; here they are
-summed."""
+"""Order on the bus of a steady epoch. Measurements, tags and status, which alternate, are summed here."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,19 +48,19 @@ class _Craft:
     def _standing(self, seen: Sight) -> CraftStanding:
         tally, tracks = self._tally, self._tally.tracks
         return CraftStanding(
-            self._name,
-            self._vehicle.names,
-            self._vehicle.channels,
-            seen,
-            tracks.sat,
-            tracks.asked,
-            (seen.epoch - tracks.since) * (self._interval_ns / 1e9),
-            self._judge.error_m,
-            tally.load_percent,
-            tally.load_most_percent,
-            tally.frames,
-            tally.lost,
-            tally.faults,
+            name=self._name,
+            antennas=self._vehicle.names,
+            channels=self._vehicle.channels,
+            sight=seen,
+            sat=tracks.sat,
+            asked=tracks.asked,
+            age_s=(seen.epoch - tracks.since) * (self._interval_ns / 1e9),
+            error_m=self._judge.error_m,
+            load_percent=tally.load_percent,
+            load_most_percent=tally.load_most_percent,
+            frames=tally.frames,
+            lost=tally.lost,
+            rejected=tally.faults,
         )
 
 
@@ -100,14 +100,14 @@ class LiveView:
         self._paces.append((now, epoch))
         then, before = self._paces[0]
         run = RunStanding(
-            self._plan.scenario.name,
-            epoch,
-            (epoch + 1) * self._interval_s,
-            self._plan.scenario.time.duration_s,
-            (epoch - before) * self._interval_s / (now - then) if now - then > 1.0 else None,
-            unanswered,
-            tuple(craft),
-            tuple(self._notes),
+            scenario=self._plan.scenario.name,
+            epoch=epoch,
+            simulated_s=(epoch + 1) * self._interval_s,
+            duration_s=self._plan.scenario.time.duration_s,
+            pace=(epoch - before) * self._interval_s / (now - then) if now - then > 1.0 else None,
+            unanswered=unanswered,
+            craft=tuple(craft),
+            notes=tuple(self._notes),
         )
         self._terminal.draw(screen(run, *self._terminal.size))
 

@@ -100,12 +100,15 @@ def gather(
     held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)
     usable = ~np.isnan(here).any(axis=1) & ~np.isnan(quaternion).any(axis=1)
     return Craft(
-        name, vehicle, interval_ns, t_ns, position, velocity, truth_m, truth_mps, visible, error, sigma,
-        counts, quaternion, held, bridge,
-        table.strength(vehicle.antennas) if table else None,
-        _sightings(table, t_ns, here, quaternion, instants(usable), vehicle, places(digest.almanac.rows))
-        if table else None,
-        digest.commands.handed,
+        name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns,
+        position_m=position, velocity_mps=velocity, truth_m=truth_m, truth_mps=truth_mps, visible=visible,
+        error_m=error, sigma_m=sigma, counts=counts, quaternion=quaternion,
+        holds=held, bridge_ns=bridge,
+        strength=table.strength(vehicle.antennas) if table else None,
+        sightings=_sightings(
+            table, t_ns, here, quaternion, instants(usable), vehicle, places(digest.almanac.rows)
+        ) if table else None,
+        handed=digest.commands.handed,
     )  # fmt: skip
 
 

@@ -66,16 +66,5 @@ def geodetic(position_m: Vectors) -> tuple[Vectors, Vectors, Vectors]:
     return np.degrees(np.arctan2(y, x)), np.degrees(latitude), height_m
 
 
-def rotations(quaternion: Vectors) -> Vectors:
-    """C (n, 3, 3), v_body = C v_ecef, of quaternions (n, 4), scalar first, Hamilton, passive."""
-    w, x, y, z = quaternion.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
-        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
-
-
 def _unit(vectors: Vectors) -> Vectors:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)

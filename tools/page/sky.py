@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.world.rotations import dcm_of_quaternions
 from flightsw.angles import clear_of_earth
-from tools.page.motion import rotations
 from tools.page.thin import evenly
 
 INSTANTS = 150
@@ -56,9 +56,8 @@ class Sightings:
 def antenna_axes(boresight_body: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) rows: up and right in the picture, and the boresight, in body axes.
 
-    Up is where the body's x axis (fore) points as seen along the boresight; where the boresight is that
-    axis, up is zenith. The picture is drawn as from outside, as a map: of a zenith antenna starboard is
-    right.
+    Up is where the body's x axis (fore) points as seen along the boresight; where the boresight is that axis,
+    up is zenith. The picture is drawn as from outside, as a map: of a zenith antenna starboard is right.
     """
     fore, zenith = np.array([1.0, 0, 0]), np.array([0, 0, -1.0])
     toward = zenith if abs(boresight_body @ fore) > 0.99 else fore
@@ -103,7 +102,9 @@ def look(
     almanac         predictions; those at hand within two minutes say where the others are
     """
     rows = []
-    for k, (now_ns, here_m, dcm) in enumerate(zip(t_ns, craft_m, rotations(quaternion), strict=True)):
+    for k, (now_ns, here_m, dcm) in enumerate(
+        zip(t_ns, craft_m, dcm_of_quaternions(quaternion), strict=True)
+    ):
         channels = np.flatnonzero(measured.t_ns == now_ns)
         satellite, first = np.unique(measured.satellite[channels], return_index=True)
         tracked = np.zeros((len(satellite), len(boresight_body)), bool)

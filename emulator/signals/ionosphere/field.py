@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from emulator.signals.bands import L1_HZ
 from emulator.signals.ionosphere.delay import tecu_of_delay_m
 from emulator.signals.ionosphere.klobuchar import Coefficients, vertical_delay_s
 from emulator.signals.ionosphere.maps import Maps, vertical_tecu
@@ -19,7 +20,6 @@ Array = NDArray[np.float64]
 Vertical = Callable[[int, Array | float, Array, Array], Array]
 """(t_ns, later_s, lat_rad, lon_rad) -> vertical content [TECU]; they broadcast; latitudes are geocentric."""
 
-_L1_HZ = 1_575.42e6
 _DAY_NS = 86_400_000_000_000
 
 
@@ -37,7 +37,7 @@ def of_coefficients(coefficients: Coefficients, profile: Profile) -> Field:
 
     def vertical(t_ns: int, later_s: Array | float, lat_rad: Array, lon_rad: Array) -> Array:
         delay_s = vertical_delay_s(coefficients, t_ns % _DAY_NS * 1e-9 + later_s, lat_rad, lon_rad)
-        return tecu_of_delay_m(LIGHT_MPS * delay_s, _L1_HZ)
+        return tecu_of_delay_m(LIGHT_MPS * delay_s, L1_HZ)
 
     return Field(profile, vertical)
 

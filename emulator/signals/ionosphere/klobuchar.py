@@ -36,11 +36,11 @@ def vertical_delay_s(
     second_of_day  GPS time within the day [s]
     lat_rad, lon_rad   the place under the point of the ray [rad]
 
-    Two steps of the letter are taken out, since a craft would meet them as jumps: the series of the cosine
-    ends at its zero, 1.5925, not at 1.57 (there 2.1 % of the amplitude is left); local time counts to both
-    sides of 14 h and not from midnight to midnight (which matters for periods above 142,000 s). Everywhere
-    else it is the letter. Left are the point of the pole, and kinks where latitude, amplitude and period meet
-    their bounds.
+    Two steps of the letter are taken out, since a craft would meet them as jumps: the series of the
+    cosine ends at its zero, 1.5925, not at 1.57 (there 2.1 % of the amplitude is left); local time counts
+    to both sides of 14 h and not from midnight to midnight (which matters for periods above 142,000 s).
+    Everywhere else it is the letter. Left are the point of the pole, and kinks where latitude, amplitude
+    and period meet their bounds.
     """
     lat = np.minimum(np.maximum(lat_rad / _SEMICIRCLE, -_LAST_LATITUDE), _LAST_LATITUDE)
     lon = lon_rad / _SEMICIRCLE

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dbc import gpstime
 from emulator.factors.ionosphere import Ionosphere
@@ -17,6 +18,8 @@ from emulator.signals.ionosphere.klobuchar import Coefficients
 from emulator.signals.ionosphere.maps import Maps
 from emulator.signals.ionosphere.presets import PRESETS
 from emulator.signals.ionosphere.profile import Profile
+
+Array = NDArray[np.float64]
 
 _PROFILE = {
     "peak_height_km": ("peak_m", 1e3),
@@ -66,6 +69,19 @@ def joined(files: Sequence[ionex.TecMaps], origin: str, span_ns: tuple[int, int]
     The map that ends a day and the one that begins the next may both be there: the later file's counts.
     """
     first = files[0]
+    _check_grids(files, origin)
+    of_time = {
+        gpstime.from_utc(t): v for maps in files for t, v in zip(maps.epoch, maps.vtec_tecu, strict=True)
+    }
+    times = np.array(sorted(of_time))
+    _check_times(times, origin, span_ns)
+    values = np.array([of_time[t] for t in times.tolist()])
+    _check_values(times, first, values, origin)
+    return _gridded(times, first, values)
+
+
+def _check_grids(files: Sequence[ionex.TecMaps], origin: str) -> None:
+    first = files[0]
     alike = all(
         np.array_equal(maps.lat_deg, first.lat_deg) and np.array_equal(maps.lon_deg, first.lon_deg)
         for maps in files
@@ -76,10 +92,9 @@ def joined(files: Sequence[ionex.TecMaps], origin: str, span_ns: tuple[int, int]
         raise FileError(
             f"{origin}: longitudes span {np.ptp(first.lon_deg):g} deg; maps go once around the Earth"
         )
-    of_time = {
-        gpstime.from_utc(t): v for maps in files for t, v in zip(maps.epoch, maps.vtec_tecu, strict=True)
-    }
-    times = np.array(sorted(of_time))
+
+
+def _check_times(times: NDArray[np.int64], origin: str, span_ns: tuple[int, int]) -> None:
     steps = np.unique(np.diff(times))
     # A leap second makes one step longer; nothing moves that fast up there.
     if len(steps) == 0 or np.ptp(steps) > 1_000_000_000:
@@ -89,25 +104,31 @@ def joined(files: Sequence[ionex.TecMaps], origin: str, span_ns: tuple[int, int]
             f"{origin}: maps from {gpstime.iso(int(times[0]))} to {gpstime.iso(int(times[-1]))}; "
             f"the run is from {gpstime.iso(span_ns[0])} to {gpstime.iso(span_ns[1])} (GPS time)"
         )
-    values = np.array([of_time[t] for t in times.tolist()])
+
+
+def _check_values(times: NDArray[np.int64], grid: ionex.TecMaps, values: Array, origin: str) -> None:
     if np.isnan(values).any():
         at, i, j = np.argwhere(np.isnan(values))[0]
-        place = f"latitude {first.lat_deg[i]:g}, longitude {first.lon_deg[j]:g}"
+        place = f"latitude {grid.lat_deg[i]:g}, longitude {grid.lon_deg[j]:g}"
         raise FileError(
             f"{origin}: map of {gpstime.iso(int(times[at]))} has no value at {place}: gaps are not filled"
         )
-    south = np.argsort(first.lat_deg)
-    west = np.argsort(first.lon_deg)[:-1]
-    grid = values[:, south][:, :, west]
+
+
+def _gridded(times: NDArray[np.int64], grid: ionex.TecMaps, values: Array) -> Maps:
+    """Values (t, i, j) on the grid of a file, in the order of rising latitudes and longitudes; the meridian
+    that ends the circle is left out."""
+    south = np.argsort(grid.lat_deg)
+    west = np.argsort(grid.lon_deg)[:-1]
     return Maps(
         first_ns=int(times[0]),
         interval_s=float(np.median(np.diff(times))) * 1e-9,
         count=len(times),
-        south_rad=float(np.deg2rad(first.lat_deg[south[0]])),
-        lat_step_rad=float(np.deg2rad(abs(first.lat_deg[1] - first.lat_deg[0]))),
+        south_rad=float(np.deg2rad(grid.lat_deg[south[0]])),
+        lat_step_rad=float(np.deg2rad(abs(grid.lat_deg[1] - grid.lat_deg[0]))),
         rows=len(south),
-        west_rad=float(np.deg2rad(first.lon_deg[west[0]])),
-        lon_step_rad=float(np.deg2rad(abs(first.lon_deg[1] - first.lon_deg[0]))),
+        west_rad=float(np.deg2rad(grid.lon_deg[west[0]])),
+        lon_step_rad=float(np.deg2rad(abs(grid.lon_deg[1] - grid.lon_deg[0]))),
         columns=len(west),
-        vtec_tecu=np.ascontiguousarray(grid).ravel(),
+        vtec_tecu=np.ascontiguousarray(values[:, south][:, :, west]).ravel(),
     )

@@ -16,23 +16,20 @@ from numpy.typing import NDArray
 from emulator.signals.geometry import norm
 from emulator.signals.ionosphere.field import Field
 from emulator.signals.ionosphere.profile import Profile, density_pm
+from emulator.world.earth import ECCENTRICITY2, POLAR_RADIUS_M
 
 Array = NDArray[np.float64]
-
-_POLAR_M = 6_356_752.314_245
-_ECC2 = 6.694_379_990_14e-3
-"""WGS-84 ellipsoid (NGA.STND.0036, tables 3.1 and 3.2)."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 """Six a piece: 1e-3 of the content, for all profiles that a scenario may name."""
 
 
 def _surface_m(across2: Array, radius2: Array) -> Array:
-    """Radius of the ellipsoid (...,) [m] below points with x^2 + y^2 = across2 and r^2 = radius2.
+    """Radius of the WGS-84 ellipsoid (...,) [m] below points with x^2 + y^2 = across2 and r^2 = radius2.
 
     r minus it differs from the geodetic height by 6e-6 of the height at most: 3 m at 500 km.
     """
-    return _POLAR_M / np.sqrt(1 - _ECC2 * (across2 / radius2))
+    return POLAR_RADIUS_M / np.sqrt(1 - ECCENTRICITY2 * (across2 / radius2))
 
 
 def _cuts_m(profile: Profile) -> Array:

@@ -90,8 +90,7 @@ def test_an_unknown_drift_turns_the_attitude_at_its_rate():
 
 @pytest.mark.parametrize("parameters", CASES[:2])
 def test_errors_scatter_as_the_settled_filter_says(parameters):
-    """From the first epoch on: before a fix by ratio^2 - 1, after it by 1 - 1 / ratio^2, over the
-    sensor's."""
+    """From the first epoch on, over the sensor's: ratio^2 - 1 before a fix, 1 - 1 / ratio^2 after it."""
     epochs = int(parameters.star_interval_s)
     angles, _ = play(parameters, 3 * epochs + 1, 120)
     _, after = riccati(parameters)

@@ -78,9 +78,9 @@ def test_receivers_may_keep_what_they_collect_to_themselves():
 
 def test_an_ephemeris_takes_as_long_as_its_frames():
     """Held from 3 s on; GPS frames begin with whole half minutes of GPS time: subframe 2 from 6 s on,
-    subframe 1 ends at 36 s. GLONASS frames begin with those of UTC, and GPS time 0 is before the first leap
-    second: string 2 is under way, 3, 4, and 1 of the next frame are had before it comes again and ends at 34
-    s."""
+    subframe 1 ends at 36 s. GLONASS frames begin with those of UTC, and GPS time 0 is before the
+    first leap second: string 2 is under way, 3, 4, and 1 of the next frame are had before it comes
+    again and ends at 34 s."""
     knowledge = c.Knowledge(True, np.full((1, 4), c.NEVER_NS))
     system = np.array((satellites.GPS, satellites.GPS, satellites.GLONASS, satellites.GLONASS))
     on = np.ones((2, 4), bool)

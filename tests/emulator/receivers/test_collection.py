@@ -14,8 +14,7 @@ LEAP_S = 16  # GPS - UTC then, IERS Bulletin C 43
 
 
 def by_listening(unit_s, needed, units, starts_at):
-    """Listen in steps of a tenth of a second from starts_at [s] of a frame on: heard is what is heard
-    whole."""
+    """Listen in steps of 0.1 s from starts_at [s] of a frame on: heard is what is heard whole."""
     t, whole, began = round(10 * starts_at), set(), None
     while True:
         unit, inside = divmod(t, 10 * unit_s)
@@ -42,8 +41,8 @@ def test_as_long_as_listening_takes(system, frame, shift_s):
 
 
 def test_bounds():
-    """GPS: 18 s at best, 36 s at worst; 18 to 30 s for who begins outside of what is needed. GLONASS: 8 to 32
-    s."""
+    """GPS: 18 s at best, 36 s at worst; 18 to 30 s for who begins outside of what is needed.
+    GLONASS: 8 to 32 s."""
     begins_ns = WEEK_NS + np.arange(30_000) * (S // 1000)
     gps, glonass = (collection_ns(np.full(30_000, system), begins_ns) / S for system in (0, 1))
     assert (gps.min(), glonass.min()) == (18, 8)

@@ -24,8 +24,8 @@ JIANG_NS = (
     (3, 1.353), (-3, 1.359), (-3, 1.404), (4, -1.204), (4, -1.073), (-4, 1.755), (5, 0.998), (5, 0.963),
     (6, 0.477), (6, 0.176), (-7, 2.498), (-7, 2.260),
 )  # fmt: skip
-"""Frequency number, bias [ns], OP-PTB. Jiang & Lewandowski, Int. J. Navigation Observ. (2012) 353961, table
-7."""
+"""Frequency number, bias [ns], OP-PTB.
+Jiang & Lewandowski, Int. J. Navigation Observ. (2012) 353961, table 7."""
 
 
 def test_satellites_differ_by_as_much_as_published():

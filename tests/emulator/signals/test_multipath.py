@@ -166,8 +166,10 @@ def test_loops_rest_where_correlators_on_a_code_do(kind, direct):
 
 
 def test_every_rest_is_a_zero_that_brings_back():
-    """2,000 channels of six rays, some without the direct one: discriminator zero, negative before, positive
-    after."""
+    """2,000 channels of six rays, some without the direct one.
+
+    The discriminator is zero there, negative before and positive after.
+    """
     count = 2000
     delay = RNG.uniform(0, 0.4, (count, 6))
     coefficient = RNG.uniform(0, 0.9, (count, 6)) * np.exp(2j * np.pi * RNG.uniform(size=(count, 6)))

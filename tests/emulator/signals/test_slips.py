@@ -73,8 +73,8 @@ def test_thresholds_by_hand():
 
 
 def test_stress_costs_signal():
-    """15 deg of steady error leave 10 deg of jitter: c from 15/c (1 + 25/c) = (pi/18)^2 is 516.7 Hz, 27.13
-    dBHz."""
+    """15 deg of steady error leave 10 deg of jitter: c from 15/c (1 + 25/c) = (pi/18)^2 is 516.7 Hz,
+    27.13 dBHz."""
     stressed, still = LossOfLock(stress_deg=15.0), Loops(other_jitter_deg=0.0)
     assert holds(stressed, still, np.array(((27.12,), (27.15,)))).tolist() == [[False], [True]]
     assert not holds(LossOfLock(), Loops(other_jitter_deg=15.0), np.array((50.0,)))[0]

@@ -128,3 +128,9 @@ def test_the_rate_is_the_derivative():
 def test_turns_are_counted_on_and_start_anew():
     before = np.array((0.45, -3.4, np.nan))
     assert windup.continued(np.array((-0.48, -0.38, 0.2)), before) == pytest.approx((0.52, -3.38, 0.2))
+
+
+def test_a_sun_in_line_with_satellite_and_earth_leaves_numbers():
+    pos = np.array(((26_560e3, 0.0, 0.0), (0.0, 26_560e3, 0.0)))
+    axes = windup.satellite_axes(pos, np.array((1.5e11, 0.0, 0.0)))
+    assert np.isfinite(windup.wound(-pos / 26_560e3, axes, axes)).all()

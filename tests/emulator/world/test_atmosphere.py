@@ -51,8 +51,7 @@ def test_half_way_around_the_bulge():
 
 
 def test_density_is_brahes():
-    """Its exponent, 3, is that of cos^2(psi/2), as in the code (not the text) of Montenbruck & Gill: 6
-    here."""
+    """Its exponent, 3, is that of cos^2(psi/2), as in Montenbruck & Gill's code (not the text): 6 here."""
     brahe = pytest.importorskip("brahe")
     rng = np.random.default_rng(3)
     directions = rng.normal(size=(200, 3))

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from dbc import gpstime, satellites
 from emulator.factors.sky import EphemerisError, SatelliteClockError
 from emulator.world import ephemeris_errors, satellite_clocks
+from emulator.world.constellation import ORBIT_RADIUS_M
 from emulator.world.earth import MU_M3PS2, ROTATION_RPS
 from emulator.world.polynomials import fit_matrix
 from emulator.world.sky import GRID
@@ -104,7 +105,7 @@ def test_ranging_errors_are_those_published(index, published_m):
     2013/2014. Montenbruck, Steigenberger & Hauschild, GPS Solutions 19 (2015) 321, abstract."""
     minutes = np.sort(np.random.default_rng(2).integers(0, 60 * 1440, 300))
     middles_ns = START_NS + minutes * MINUTE_NS + MINUTE_NS // 2
-    radius_m = ephemeris_errors.RADIUS_M[int(satellites.system_of(index[0]))]
+    radius_m = ORBIT_RADIUS_M[int(satellites.system_of(index[0]))]
     pos, vel = circling(middles_ns, np.zeros(1), len(index), radius_m)
     off = ephemeris_errors.errors(EphemerisError(), 5, index, middles_ns, np.zeros(1), pos, vel)
     clock = [

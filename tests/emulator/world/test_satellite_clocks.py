@@ -49,9 +49,7 @@ def test_allan_deviation_over_a_day_is_the_clocks(kind, day):
 
 
 def test_the_error_grows_from_its_upload():
-    """Variance: of the offset, and twice tau^2 sigma_y(tau)^2 at a day (free run, frequency known from a
-    day).
-    """
+    """Variance: of the offset, and twice tau^2 sigma_y(tau)^2 at a day (free run, frequency of a day)."""
     parameters = SatelliteClockError()
     plan = uploads(1, GPS, {satellites.GPS: 86400})
     samples = {0: [], 1439: []}

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from emulator.world.earth import ROTATION_RPS, eci_to_ecef
-from emulator.world.rotations import dcm_of_quaternion
 from tools.page.motion import (
     covariance,
     geodetic,
     inertial,
     radial_along_cross,
-    rotations,
     sigmas_along,
 )
 
@@ -86,9 +84,3 @@ def test_geodetic_undoes_the_closed_formula_of_ecef(lon, lat, height):
     found = np.array(geodetic(np.array([ecef])))[:, 0]
     assert found[1:] == pytest.approx([lat, height], abs=1e-5)
     assert abs(lat) == 90 or found[0] == pytest.approx(lon, abs=1e-9)
-
-
-def test_rotations_are_the_emulators():
-    q = np.random.default_rng(2).normal(size=(20, 4))
-    q /= np.linalg.norm(q, axis=1, keepdims=True)
-    assert np.allclose(rotations(q), [dcm_of_quaternion(row) for row in q])

@@ -198,8 +198,7 @@ RATES = [(-15, 1e-2), (-12, 1e-2), (-5, 1e-3), (5, 1e-3), (40, 1e-3), (85, 1e-3)
 
 @pytest.mark.parametrize(("elevation_deg", "rel"), RATES)
 def test_rate_is_that_of_adaptive_quadrature(elevation_deg, rel):
-    """Nodes that move with the ray add errors of their own: 1 % of the rate where a ray passes below the
-    peak."""
+    """Nodes that move with the ray add errors of their own: 1 % of the rate of a ray below the peak."""
     field = rolling(PRESETS["high"].profile)
     pos, sv = ray(410e3, elevation_deg, 60)
     vel, vel_sv = np.array((-3e3, 5e3, 4e3)), np.array((1e3, -2e3, 3e3))

@@ -1,0 +1,89 @@
+"""Kinds of TOML files that ship with the bench or are given by path: vehicles, structures, scenarios.
+
+What is wrong with a file is told in one line a fault, as the kind's own exception.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True, slots=True)
+class Files(Generic[Model]):
+    """A kind of files.
+
+    noun              of one of them
+    package, folder   where those are that ship
+    model             what their contents are
+    mistake           raised, with a message for people
+    """
+
+    noun: str
+    package: str
+    folder: str
+    model: type[Model]
+    mistake: type[ValueError]
+
+    def read(self, path: Path) -> dict:
+        """The TOML document of a file."""
+        try:
+            text = Path(path).read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+            raise self.mistake(f"{path}: {reason}") from None
+        return self.document(text, str(path))
+
+    def document(self, text: str, origin: str) -> dict:
+        """The TOML document of a text."""
+        try:
+            return tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise self.mistake(f"{origin}: not TOML: {error}") from None
+
+    def checked(self, document: dict, origin: str) -> Model:
+        """What a document says."""
+        try:
+            return self.model.model_validate(document)
+        except ValidationError as error:
+            raise self.mistake("\n".join(faults(error, origin))) from None
+
+    def shipped(self) -> dict[str, Path]:
+        """Those that come with the bench, by name."""
+        folder = Path(str(resources.files(self.package))) / self.folder
+        return {file.stem: file for file in sorted(folder.glob("*.toml"))}
+
+    def find(self, name: str, folder: Path = Path()) -> Path:
+        """One by path (relative to a folder) or shipped name, with or without .toml."""
+        beside = folder / name
+        if beside.is_file():
+            return beside
+        known = self.shipped()
+        stem = name.removesuffix(".toml")
+        if stem not in known:
+            raise self.mistake(f"{self.noun} '{name}': no such file; shipped are {', '.join(known)}")
+        return known[stem]
+
+
+def faults(error: ValidationError, origin: str) -> list[str]:
+    """One line for each fault pydantic found: file, key, what was found, what is allowed."""
+    lines = []
+    for fault in error.errors():
+        key = ".".join(str(part) for part in fault["loc"]) or "file"
+        if fault["type"] == "extra_forbidden":
+            lines.append(f"{origin}: {key}: unknown key")
+        elif fault["type"] == "missing":
+            lines.append(f"{origin}: {key}: missing")
+        else:
+            found = fault["input"]
+            shown = "" if isinstance(found, (dict, list, BaseModel)) else f", found {found!r}"
+            message = fault["msg"].removeprefix("Value error, ")
+            lines.append(f"{origin}: {key}: {message[:1].lower()}{message[1:]}{shown}")
+    return lines
