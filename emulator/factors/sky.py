@@ -20,8 +20,8 @@ Period = Annotated[float, Field(ge=60, le=14 * 86400, multiple_of=60)]
 class EphemerisError(Factor):
     """Orbits as broadcast.
 
-    gps_sigma_m, glonass_sigma_m    1 sigma radial, along and cross track [m]. Their sizes, with the defaults
-                                    of `SatelliteClockError`, give the ranging errors of 0.7 m and 1.9 m of
+    gps_sigma_m, glonass_sigma_m    1 sigma radial, along and cross track [m]. Chosen: with the defaults of
+                                    `SatelliteClockError` they give the ranging errors of 0.7 m and 1.9 m of
                                     Montenbruck, Steigenberger and Hauschild, GPS Solutions 19 (2015) 321;
                                     how these are shared out among the components is modelled
     gps_upload_s, glonass_upload_s  how long an error lasts [s], whole minutes: GPS is uploaded once a

@@ -16,16 +16,6 @@ STANDARD_K = 290.0
 """Temperature noise figures are defined at. IEEE Std 100."""
 
 
-def cascade_noise_figure_db(noise_figure_db: ArrayLike, gain_db: ArrayLike) -> float:
-    """Noise figure [dB] of stages (s,) one behind the other, the first nearest to the antenna.
-
-    A passive stage of loss L dB at the standard temperature has noise figure L and gain -L.
-    """
-    factor = 10 ** (np.asarray(noise_figure_db) / 10)
-    before = 10 ** (np.append(0.0, np.cumsum(gain_db)[:-1]) / 10)
-    return float(10 * np.log10(factor[0] + np.sum((factor[1:] - 1) / before[1:])))
-
-
 def system_temperature_k(
     antenna_k: ArrayLike, line_loss_db: ArrayLike, line_k: ArrayLike, noise_figure_db: ArrayLike
 ) -> ArrayLike:

@@ -1,4 +1,5 @@
-"""Noise of the front end against a published cascade and the definition of the noise figure."""
+"""Noise of the front end against a published worked example, thermal balance, and the definition of the noise
+figure."""
 
 import numpy as np
 import pytest
@@ -7,17 +8,26 @@ from scipy import constants
 from emulator.signals import frontend
 
 
-def test_cascade_of_seven_stages():
-    """MathWorks, Phased Array System Toolbox, `noisefigure`, first example: 1.5252 dB."""
-    noise_figure_db = [1.0, 0.5, 5.0, 1.0, 0.6, 1.0, 6.0]
-    gain_db = [15.0, -0.5, -7.0, -1.0, 15.0, 20.0, -5.0]
-    assert frontend.cascade_noise_figure_db(noise_figure_db, gain_db) == pytest.approx(1.5252, abs=5e-5)
+def figure_db(receiver_k):
+    """Noise figure of a receiver of this temperature, by the figure's definition."""
+    return 10 * np.log10(1 + receiver_k / 290.0)
 
 
-def test_a_line_at_standard_temperature_is_a_stage_of_the_cascade():
-    figure_db = frontend.cascade_noise_figure_db([1.3, 2.0], [-1.3, 20.0])
-    expected_k = 100.0 + 290.0 * (10 ** (figure_db / 10) - 1)
-    assert frontend.system_temperature_k(100.0, 1.3, 290.0, 2.0) == pytest.approx(expected_k, rel=1e-12)
+def test_a_cable_before_the_amplifier_costs_what_the_textbook_says():
+    """Antenna of 35 K, cable of 5 dB at 290 K, amplifier of 150 K: 1136 K at the cable's input.
+
+    Source: D. Roddy, Satellite Communications, 4th ed., 2006, example 12.8. The book rounds the loss to 3.16;
+    a last stage behind 50 dB of gain, which it counts too, makes 0.1 K.
+    """
+    assert frontend.system_temperature_k(35.0, 5.0, 290.0, figure_db(150.0)) == pytest.approx(1136, abs=1)
+
+
+@pytest.mark.parametrize("line_k", [100.0, 290.0, 350.0])
+def test_a_line_as_warm_as_what_the_antenna_sees_takes_signal_but_adds_no_noise(line_k):
+    """Thermal balance: behind the line there is the noise of the same temperature as before it."""
+    loss = 10**0.2
+    at_antenna_k = frontend.system_temperature_k(line_k, 2.0, line_k, figure_db(75.0))
+    assert at_antenna_k / loss == pytest.approx(line_k + 75.0)
 
 
 def test_a_noise_figure_of_three_decibel_doubles_the_noise_of_a_standard_source():

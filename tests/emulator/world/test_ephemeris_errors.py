@@ -1,4 +1,4 @@
-"""Errors of broadcast orbits: free motion by numerical integration, published ranging errors, uploads."""
+"""Errors of broadcast orbits: free motion by numerical integration, sizes as they were chosen, uploads."""
 
 from __future__ import annotations
 
@@ -100,9 +100,10 @@ def test_each_component_has_its_sigma_at_any_age():
 
 
 @pytest.mark.parametrize(("index", "published_m"), [(GPS, 0.7), (GLONASS, 1.9)])
-def test_ranging_errors_are_those_published(index, published_m):
+def test_defaults_give_the_ranging_errors_they_were_chosen_for(index, published_m):
     """Global average over the Earth a satellite sees, orbit and clock: 0.7 m for GPS, 1.9 m for GLONASS in
-    2013/2014. Montenbruck, Steigenberger & Hauschild, GPS Solutions 19 (2015) 321, abstract."""
+    2013/2014. Montenbruck, Steigenberger & Hauschild, GPS Solutions 19 (2015) 321, abstract. A calibration:
+    it judges the sum that is chosen, neither its parts nor their motion."""
     minutes = np.sort(np.random.default_rng(2).integers(0, 60 * 1440, 300))
     middles_ns = START_NS + minutes * MINUTE_NS + MINUTE_NS // 2
     radius_m = ORBIT_RADIUS_M[int(satellites.system_of(index[0]))]
