@@ -9,9 +9,18 @@ import pytest
 from tests.system.runs import DURATION
 from tools.cli import main
 
+pytest.register_assert_rewrite("tests.system.mistakes")
+
 
 @pytest.fixture(scope="session")
 def inline(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "inline"
     assert main(["run", "--bus", "inline", "--duration", DURATION, "--out", str(folder), "--quiet"]) == 0
     return folder
+
+
+@pytest.fixture
+def desk(tmp_path, monkeypatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -103,8 +103,10 @@ def test_a_command_that_takes_too_long_is_stopped(uml):
 
 def test_an_interrupt_ends_it(uml):
     before = left_over(), kernels()
+    # What runs in the background of a shell ignores interrupts, and so would its children.
     program = (
-        "import sys; from tools import vcan; sys.exit(vcan.shell(['sh', '-c', 'echo here; sleep 1000']))"
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "from tools import vcan; sys.exit(vcan.shell(['sh', '-c', 'echo here; sleep 1000']))"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL

@@ -1,0 +1,57 @@
+"""What the program does where its output cannot go, and what its help says."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.system.mistakes import PROGRAM
+from tools.cli import COMMANDS, main
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+@pytest.mark.parametrize("command", ["icd dbc", "icd hash", "--help"])
+def test_no_room_for_the_output_is_one_line(command, desk):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [PROGRAM, *command.split()], stdout=full, stderr=subprocess.PIPE, text=True, timeout=30
+        )
+    assert done.returncode == 1
+    assert done.stderr == "gnss-hil: standard output: No space left on device\n"
+
+
+def test_no_room_for_the_record_names_the_run_folder(desk):
+    def short_of_room():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+
+    command = [PROGRAM, "run", "--bus", "inline", "--quiet", "--out", "run"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, preexec_fn=short_of_room)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "gnss-hil: run: File too large"
+
+
+def test_a_reader_that_leaves_is_no_fault(desk):
+    done = subprocess.run(
+        ["sh", "-c", f"{{ {PROGRAM} icd dbc; echo $? >&2; }} | head -c 1"],
+        capture_output=True, text=True, timeout=30,
+    )  # fmt: skip
+    assert (len(done.stdout), done.stderr) == (1, "0\n")
+
+
+@pytest.mark.parametrize(("argv", "status"), [("icd hash", 0), ("rum", 2), ("run --bus inline", 0)])
+def test_with_stderr_closed_it_works_all_the_same(argv, status, desk):
+    more = "--duration 2" if argv.startswith("run") else ""
+    done = subprocess.run(
+        ["sh", "-c", f"{PROGRAM} {argv} {more} 2>&-"], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == status
+    assert bool(done.stdout) == (status == 0)
+
+
+def test_help_of_every_command_has_examples(desk, capsys):
+    for name in COMMANDS:
+        assert main([name, "--help"]) == 0
+        assert f"gnss-hil {name}" in capsys.readouterr().out.split("examples:")[1]
