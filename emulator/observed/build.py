@@ -97,7 +97,7 @@ def _refuse(craft: scenario.Craft, vehicle: Vehicle) -> None:
 
 def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) -> Numbers:
     """(e,) number of the run's epoch for each of the file's, -1 for one that is left out."""
-    step_ns = np.diff(file.t_ns).min(initial=time.interval_ns)
+    step_ns = np.diff(file.t_ns).min() if len(file.t_ns) > 1 else time.interval_ns
     if abs(time.interval_ns / step_ns - 1) > NEAR:
         raise ScenarioError(
             f"{origin} has an epoch every {step_ns / NS_PER_S:g} s; "

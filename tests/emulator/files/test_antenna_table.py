@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from emulator.files import antenna_table
@@ -47,7 +47,12 @@ def test_a_fault_is_one_line(text, column, message):
     assert str(caught.value) == message
 
 
-@given(st.text(alphabet="0123456789.,- \t\n%eax", max_size=80))
+ROW = st.builds("{}{}{}".format, st.integers(0, 180), st.sampled_from(" ,\t"), st.integers(-60, 20))
+JUNK = st.text(alphabet="0123456789.,- \t\n%eax", max_size=80)
+
+
+@given(JUNK | st.lists(ROW | JUNK, max_size=4).map(lambda rows: "\n".join(["0 3", *rows])))
+@example("0 3\n20 -4\n")
 def test_any_text_is_read_or_refused_in_words(text):
     try:
         found = antenna_table.parse(text, "a")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from emulator.files.columns import Lines, decimals, flags
@@ -25,6 +25,7 @@ def test_numbers_come_out_as_python_reads_them(ticks, places):
 
 
 @given(st.text(alphabet=" +-.0123456789x", min_size=14, max_size=14))
+@example(" " * 14)
 def test_nothing_but_fortrans_form_is_a_number(text):
     """Blank, or right-aligned with three digits behind the point, at most a sign before the digits."""
     value, bad = read(text, 3)

@@ -84,4 +84,5 @@ def test_by_dilution_they_spread_and_fill_their_channels(tracked):
 
 
 def test_by_number_gps_comes_first(tracked):
+    assert [len(names) for names in tracked["prn"]] == [6, 6, 6, 6]
     assert all(name.startswith("G") for names in tracked["prn"] for name in names)

@@ -51,10 +51,20 @@ def test_numbers_by_hand():
     assert noise.doppler_sigma_hz(cn0_hz, Loops()) == pytest.approx(0.22564, rel=1e-4)
 
 
-def test_every_factor_has_an_observable_and_a_draw_of_its_own():
-    seen = [(noise_of.observable, noise_of.slot) for noise_of in noise.THERMAL.values()]
-    assert {observable for observable, _ in seen} == {"range_m", "phase_m", "rate_mps"}
-    assert len({slot for _, slot in seen}) == 3
+def test_every_factor_of_the_loops_disturbs_an_observable_of_its_own():
+    raw = draws.grid(3, 4, 5, 1)[0, 0, :20]
+    cn0, chip, wave = np.full(20, 42.0), np.full(20, 293.05), np.full(20, 0.19)
+    disturbed = {}
+    for name in noise.THERMAL:
+        found = noise.errors([name], Loops(), raw, cn0, chip, wave)
+        disturbed[name] = [
+            field for field in ("range_m", "phase_m", "rate_mps") if getattr(found, field).any()
+        ]
+    assert disturbed == {
+        "code_noise": ["range_m"],
+        "carrier_noise": ["phase_m"],
+        "doppler_noise": ["rate_mps"],
+    }
 
 
 def test_a_factor_does_not_change_what_others_draw():
