@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model, field_validator, model_validator
 
 from dbc import gpstime, vehicle
 from dbc.files import Files
@@ -56,6 +56,9 @@ def _factors(scope: str) -> type[_Switched]:
 SkyFactors, CraftFactors = _factors("sky"), _factors("craft")
 
 
+FIRST_START, LAST_START = datetime(1980, 1, 6), datetime(2100, 1, 1)
+
+
 class Time(Strict):
     """Start on the GPS scale, length and step. Noise is drawn anew in each epoch, white from one to the next,
     which holds for intervals of 1 s and more; shorter ones are for dynamics, not for statistics of noise.
@@ -70,6 +73,15 @@ class Time(Strict):
     duration_s: Annotated[float, Field(gt=0, le=31 * 86400)] = 600
     epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
     orientation: str | None = None
+
+    @field_validator("start_gps")
+    @classmethod
+    def _on_the_gps_scale(cls, value: datetime) -> datetime:
+        if value.tzinfo is not None:
+            raise ValueError("must be written without an offset: it is GPS time")
+        if not FIRST_START <= value < LAST_START:
+            raise ValueError(f"must be from {FIRST_START:%Y-%m-%d} until {LAST_START:%Y-%m-%d}")
+        return value
 
     @property
     def start_ns(self) -> int:

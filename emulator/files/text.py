@@ -9,6 +9,7 @@ the Geographical Survey Institute 55 (2008): compact RINEX 1.0 and 3.0
 from __future__ import annotations
 
 import gzip
+import re
 import warnings
 import zlib
 from pathlib import Path
@@ -16,6 +17,8 @@ from pathlib import Path
 _GZIP = b"\x1f\x8b"
 _COMPACT = b"CRINEX VERS   / TYPE"
 _LONGEST_HEAD = 100
+_NO_TEXT = re.compile(rb"[^\t\n\v\f\r\x1a\x20-\x7e]")
+"""Neither ASCII nor white space; 0x1a ended files once."""
 
 
 class FileError(ValueError):
@@ -44,11 +47,11 @@ def decoded(raw: bytes, origin: str) -> str:
     """Bytes as ASCII text that is not blank; `origin` names the file in errors."""
     if not raw.strip():
         raise FileError(f"{origin}: file is empty")
-    try:
-        return raw.decode("ascii")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise FileError(f"{origin}: line {line}: byte 0x{raw[error.start]:02x} is not text") from None
+    strange = _NO_TEXT.search(raw)
+    if strange:
+        line = raw.count(b"\n", 0, strange.start()) + 1
+        raise FileError(f"{origin}: line {line}: byte 0x{strange[0][0]:02x} is not text")
+    return raw.decode("ascii")
 
 
 def _expanded(raw: bytes, origin: str) -> bytes:

@@ -42,6 +42,8 @@ CHANGES = {  # scenarios with one thing wrong: (old, new)
     "underground": ("altitude_km = 415", "altitude_km = 415, eccentricity = 0.2"),
     "negative": ("duration_s = 600", "duration_s = -600"),
     "text": ("duration_s = 600", 'duration_s = "ten minutes"'),
+    "before_gps": ("2012-10-31T00:15:00", "1970-01-01T00:00:00"),
+    "zone": ("2012-10-31T00:15:00", "2012-10-31T00:15:00+03:00"),
     "nothing_above": ('gps = "nominal"\nglonass = "nominal"', 'gps = "none"\nglonass = "none"'),
     "no_craft": (CRAFT, ""),
     "twins": (CRAFT, CRAFT + CRAFT),
@@ -89,6 +91,12 @@ text for a number
 negative duration in the file
     $ run {negative}.toml
     time\.duration_s: .*greater than 0, found -600
+start before GPS
+    $ run {before_gps}.toml
+    time\.start_gps: must be from 1980-01-06 until 2100-01-01, found '1970-01-01T00:00:00'
+start in a time zone
+    $ run {zone}.toml
+    time\.start_gps: must be written without an offset
 two orbit sizes
     $ run {orbit_twice}.toml
     orbit needs one of semi_major_axis_km and altitude_km
