@@ -26,11 +26,12 @@ PLACES: tuple[tuple[str, ...], ...] = (
     *(("craft", "observations", "reference", kind) for kind in _KINDS),
     ("craft", "attitude", "file"),
     ("craft", "factors", "receive_pattern", "pattern"),
+    ("craft", "factors", "receive_pattern", "antennas"),
     ("craft", "structure"),
 )
 """Where a scenario names files; `craft` is every craft."""
 
-MAY_SHIP = {"pattern", "structure"}
+MAY_SHIP = {"pattern", "antennas", "structure"}
 """Keys whose values may be names of what ships with the bench."""
 
 _NO_FILES = ("nominal", "none")
@@ -49,6 +50,8 @@ def anchor(document: dict[str, Any], folder: Path) -> None:
     def absolute(name: Any, may_ship: bool) -> Any:
         if isinstance(name, list):
             return [absolute(item, may_ship) for item in name]
+        if isinstance(name, dict):
+            return {key: absolute(item, may_ship) for key, item in name.items()}
         if not isinstance(name, str) or name in _NO_FILES:
             return name
         found = next((place / name for place in folders if (place / name).is_file()), None)

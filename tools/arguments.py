@@ -105,7 +105,8 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     for way in ("on", "off"):
         add(
             f"--{way}", action="append", default=[], choices=[*FACTORS, "all"], metavar="FACTOR",
-            help=f"switch an error factor {way}; repeatable: {', '.join([*FACTORS, 'all'])}",
+            help=f"switch an error factor {way}; repeatable: {', '.join(FACTORS)}; or all but what needs "
+            "parameters (jamming). A name counts more than all",
         )  # fmt: skip
 
 

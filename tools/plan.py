@@ -132,16 +132,25 @@ def _change(document: dict[str, Any], a: Namespace) -> None:
 
 
 def _switch(owner: Any, scope: str, a: Namespace) -> None:
-    """Factors of a scope on or off; one that is switched on keeps the parameters the scenario gives it."""
+    """Factors of a scope on or off; one that is switched on keeps the parameters the scenario gives it.
+
+    A name counts more than "all", so that `--off all --on code_noise` leaves one.
+    """
     if not isinstance(owner, dict) or not (a.on or a.off):
         return
     factors = owner.setdefault("factors", {})
     rows = of_scope(scope)
-    for names, enabled in ((a.on, True), (a.off, False)):
-        every = [name for name, row in rows.items() if row.ready or name in factors or not enabled]
-        for name in every if "all" in names else [name for name in names if name in rows]:
-            given = factors.get(name)
-            factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
+    both = sorted(set(a.on) & set(a.off))
+    if both:
+        raise Mistake(f"--on {both[0]} with --off {both[0]}: one of the two")
+    ways = ((a.on, True), (a.off, False))
+    wanted = {name: way for names, way in ways if "all" in names for name in rows}
+    wanted |= {name: way for names, way in ways for name in names if name in rows}
+    for name, enabled in wanted.items():
+        if enabled and not (rows[name].ready or name in factors or name in a.on):
+            continue
+        given = factors.get(name)
+        factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
 
 
 def _once(options: Sequence[tuple[str, Any]]) -> dict[str, Any]:

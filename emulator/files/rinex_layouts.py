@@ -36,7 +36,7 @@ class Layout:
     message what version 4 calls the message
     lines   how many a record may have
     bytes   fields that some receivers write as unsigned bytes: 253 is -3
-    ranges  field -> least and greatest value with which an orbit or a frequency can be computed at all
+    ranges  field -> least and greatest value that a satellite can have
     """
 
     name: str
@@ -47,8 +47,34 @@ class Layout:
     ranges: dict[str, tuple[float, float]]
 
 
+def _within(most: float, *names: str) -> dict[str, tuple[float, float]]:
+    return {name: (-most, most) for name in names}
+
+
+_GPS_RANGES = {
+    "e": (0, 0.5),
+    "sqrt_a": (2600, 9000),
+    "toe": (0, 604_800),
+    **_within(0.1, "af0"),
+    **_within(1e-6, "af1", "tgd"),
+    **_within(1e-10, "af2"),
+    **_within(10.0, "m0", "omega0", "omega", "i0"),
+    **_within(1e-4, "delta_n", "omega_dot", "idot"),
+    **_within(0.01, "cuc", "cus", "cic", "cis"),
+    **_within(1e5, "crc", "crs"),
+}
+_GLONASS_RANGES = {
+    "frequency": (-7, 13),
+    **_within(0.1, "minus_tau"),
+    **_within(1e-6, "gamma"),
+    **_within(1e5, "x_km", "y_km", "z_km"),
+    **_within(10.0, "vx_kmps", "vy_kmps", "vz_kmps"),
+    **_within(1e-4, "ax_kmps2", "ay_kmps2", "az_kmps2"),
+}
+"""Some ten times what messages can tell, or more: no satellite is beyond."""
+
 LAYOUTS = {
-    "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), {"e": (0, 0.5), "sqrt_a": (2600, 9000)}),
-    "R": Layout("GLONASS", "FDMA", GLONASS_FIELDS, (4, 5), ("frequency",), {"frequency": (-7, 13)}),
+    "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), _GPS_RANGES),
+    "R": Layout("GLONASS", "FDMA", GLONASS_FIELDS, (4, 5), ("frequency",), _GLONASS_RANGES),
 }
 """By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""

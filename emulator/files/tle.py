@@ -63,4 +63,5 @@ def choose(sets: list[ElementSet], name: str | None, origin: str) -> ElementSet:
         if name in (candidate.name, candidate.line1[2:7].strip()):
             return candidate
     known = ", ".join(s.name or s.line1[2:7].strip() for s in sets[:12])
-    raise FileError(f"{origin}: object is {name!r}; the file has {known}")
+    asked = "object is missing" if name is None else f"object is {name!r}"
+    raise FileError(f"{origin}: {asked}; the file has {known}")

@@ -62,7 +62,7 @@ def build_observed(
     """
     time, settings, key = given.time, craft.observations, f"craft.{craft.name}.observations"
     file = observations(settings.file, craft.name)
-    _refuse(craft, vehicle)
+    _refuse(given.sky, craft, vehicle)
     epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")
     marks_ns = _marks_ns(file, time, epoch_of)
     played = tracks(file, [SIGNALS[name] for name in settings.signals], epoch_of, int(vehicle.channels[0]))
@@ -81,17 +81,23 @@ def build_observed(
     )
 
 
-def _refuse(craft: scenario.Craft, vehicle: Vehicle) -> None:
+ON_SIGNALS = ("ionosphere", "code_bias")
+"""Factors of a sky that act on what emulated receivers measure; others act on what satellites report."""
+
+
+def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
     """ScenarioError if the scenario asks something of a real receiver that only an emulated one can do."""
     if vehicle.antennas != 1:
         raise ScenarioError(
             f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
         )
-    added = [name for name in craft.factors.on() if not FACTORS[name].default]
-    if added or craft.structure:
-        key = f"factors.{added[0]}" if added else "structure"
+    keys = [f"sky.factors.{name}" for name in ON_SIGNALS if name in sky.factors.on()]
+    own = [f"factors.{name}" for name in craft.factors.on() if not FACTORS[name].default]
+    own += ["structure"] if craft.structure else []
+    keys += [f"craft.{craft.name}.{key}" for key in own]
+    if keys:
         raise ScenarioError(
-            f"craft.{craft.name}.{key}: acts on emulated receivers; this one is real and played"
+            f"{keys[0]}: acts on emulated receivers; that of craft '{craft.name}' is real and played"
         )
 
 

@@ -44,7 +44,7 @@ def run(arguments: Namespace) -> int:
     if arguments.jobs < 1:
         raise Mistake(f"--jobs {arguments.jobs}: one at least")
     ready = [name for name, row in FACTORS.items() if row.ready]
-    names = [ALONE, *(arguments.factor or ready)]
+    names = [ALONE, *dict.fromkeys(arguments.factor or ready)]
     jobs = [
         Job(arguments.scenario, name, turned, arguments.duration, arguments.interval)
         for name in names
