@@ -1,4 +1,4 @@
-"""`python -m emulator`: the emulator as a process on a bus, time master of the run."""
+"""`python -m gnss_hil.emulator`: the emulator as a process on a bus, time master of the run."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from dbc.link import shell
+from gnss_hil.dbc.process import command_line
 
 EXAMPLES = """\
 examples:
-  python -m emulator soyuz --bus socketcan:vcan0 --pace realtime
-  python -m emulator my-scenario.toml --bus embedded:/run/bench/bus.sock --truth truth --status fd:3
+  python -m gnss_hil.emulator soyuz --bus socketcan:vcan0 --pace realtime
+  python -m gnss_hil.emulator my-scenario.toml --bus embedded:/run/bench/bus.sock --truth truth --status fd:3
 
 BUS is embedded:/path.sock, socketcan:vcan0 (socketcan:can0,paced spreads bursts over bit time), or any
 python-can INTERFACE:CHANNEL. Exit status: 0 done; 1 the run failed; 2 bad usage or scenario;
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--bus", metavar="[CRAFT=]BUS", action="append", required=True, help="one for each craft")
     add("--pace", metavar="PACE", default="lockstep", help="lockstep (default), realtime, or xN")
     add("--session", metavar="N", type=int, help="run identifier, 16 bit (default: drawn anew)")
-    add("--duration", metavar="S", type=shell.seconds, help="simulated time: seconds, or 10m, 24h, 1d")
+    add("--duration", metavar="S", type=command_line.seconds, help="simulated time: seconds, or 10m, 24h, 1d")
     add("--seed", metavar="N", type=int, help="seed instead of the scenario's")
     add("--truth", metavar="FILE", type=Path, help="write the truth here as it happens")
     add("--status", metavar="FILE|fd:N", help="write progress here as JSON lines")
@@ -51,8 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = shell.parser_of(
-        "python -m emulator", "Plays a scenario on a bus: receivers, attitude unit and time mark.", EXAMPLES
+    parser = command_line.parser_of(
+        "python -m gnss_hil.emulator",
+        "Plays a scenario on a bus: receivers, attitude unit and time mark.",
+        EXAMPLES,
     )
     add_arguments(parser)
     return run(parser.parse_args(argv))
@@ -60,24 +62,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plays what the arguments say; the exit status. Mistakes become lines on stderr."""
-    return shell.guarded("emulator", lambda stop: _play(arguments, stop))
+    return command_line.guarded("emulator", lambda stop: _play(arguments, stop))
 
 
 def _play(arguments: argparse.Namespace, stop) -> int:
-    from dbc.contract import node_names
-    from dbc.link.conductor import Bus, Conductor, MissingNodes, parse_pace
-    from dbc.link.stopping import INTERRUPTED
-    from emulator.journal import StatusLog, TruthLog
-    from emulator.truth import TRUTH
+    from gnss_hil.dbc.contract.messages import node_names
+    from gnss_hil.dbc.lockstep.master_loop import Bus, Conductor, MissingNodes, parse_pace
+    from gnss_hil.dbc.process.shutdown import INTERRUPTED
+    from gnss_hil.emulator.journal import StatusLog, TruthLog
+    from gnss_hil.emulator.truth import TRUTH
 
     try:
         pace = parse_pace(arguments.pace)
     except ValueError as error:
-        raise shell.Mistake(f"--{error}") from None
+        raise command_line.Mistake(f"--{error}") from None
     session = _fresh_session() if arguments.session is None else arguments.session
     scenario, world = _world(arguments, session)
     specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
-    say = shell.voice("emulator", arguments.quiet)
+    say = command_line.voice("emulator", arguments.quiet)
     with ExitStack() as stack:
         truth = stack.enter_context(
             _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)
@@ -99,7 +101,7 @@ def _play(arguments: argparse.Namespace, stop) -> int:
         try:
             conductor.assemble(required, arguments.wait)
         except MissingNodes as error:
-            raise shell.Broken(error) from None
+            raise command_line.Broken(error) from None
         epochs = _epochs(world, scenario.time.epochs, conductor, truth, status, stop, say)
     completed = epochs == scenario.time.epochs
     return 0 if completed else INTERRUPTED
@@ -112,10 +114,10 @@ def _fresh_session() -> int:
 
 def _world(arguments: argparse.Namespace, session: int):
     """Scenario with the command line's changes, and the world it describes."""
-    from dbc import vehicle
-    from emulator import scenario as scenarios
-    from emulator.build import build_world
-    from emulator.named_files import anchor
+    from gnss_hil.dbc.common import vehicle
+    from gnss_hil.emulator.assemble import build_world
+    from gnss_hil.emulator.config import scenario as scenarios
+    from gnss_hil.emulator.config.named_files import anchor
 
     try:
         path = scenarios.find(arguments.scenario)
@@ -129,7 +131,7 @@ def _world(arguments: argparse.Namespace, session: int):
         vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
         return scenario, build_world(scenario, vehicles, session)
     except (scenarios.ScenarioError, vehicle.VehicleError) as error:
-        raise shell.Mistake(error) from None
+        raise command_line.Mistake(error) from None
 
 
 def _bus_specs(given: Sequence[str], craft: Sequence[str]) -> dict[str, str]:
@@ -140,11 +142,11 @@ def _bus_specs(given: Sequence[str], craft: Sequence[str]) -> dict[str, str]:
         if not (equals and name in craft):
             name, spec = craft[0] if len(craft) == 1 else "", text
         if not name or name in specs:
-            raise shell.Mistake(f"--bus {text}: give one CRAFT=BUS for each craft: {', '.join(craft)}")
+            raise command_line.Mistake(f"--bus {text}: give one CRAFT=BUS for each craft: {', '.join(craft)}")
         specs[name] = spec
     missing = [name for name in craft if name not in specs]
     if missing:
-        raise shell.Mistake(f"--bus: none given for craft {', '.join(missing)}")
+        raise command_line.Mistake(f"--bus: none given for craft {', '.join(missing)}")
     return {name: specs[name] for name in craft}
 
 
@@ -152,7 +154,9 @@ def _required(text: str, nodes: dict[str, int]) -> tuple[int, ...]:
     names = [] if text == "none" else text.split(",")
     unknown = [name for name in names if name not in nodes]
     if unknown:
-        raise shell.Mistake(f"--require: no node '{unknown[0]}'; allowed are {', '.join(nodes)}, or none")
+        raise command_line.Mistake(
+            f"--require: no node '{unknown[0]}'; allowed are {', '.join(nodes)}, or none"
+        )
     return tuple(nodes[name] for name in names)
 
 
@@ -160,15 +164,15 @@ def _opened(make: Callable, target):
     try:
         return make()
     except (OSError, ValueError) as error:
-        raise shell.Mistake(f"{target}: {getattr(error, 'strerror', None) or error}") from None
+        raise command_line.Mistake(f"{target}: {getattr(error, 'strerror', None) or error}") from None
 
 
 def _join(spec: str, codec, stop, say, wait_s: float | None):
     """A link on a bus where nobody plays the spacecraft yet; None if `stop` came first."""
-    from dbc.link.base import LinkError, is_shared
-    from dbc.link.occupied import occupied
+    from gnss_hil.dbc.bus.base import LinkError, is_shared
+    from gnss_hil.dbc.bus.probe import occupied
 
-    link = shell.await_link(spec, stop, say, wait_s)
+    link = command_line.await_link(spec, stop, say, wait_s)
     if link is not None and is_shared(spec):
         others = occupied(link, codec, set(codec.sender_of) - {"", "FLIGHT"})
         if others:
@@ -179,9 +183,9 @@ def _join(spec: str, codec, stop, say, wait_s: float | None):
 
 def _epochs(world, epochs: int, conductor, truth, status, stop, say) -> int:
     """All epochs from first to last or to the interruption; how many were played."""
-    from dbc.frames import EMPTY
-    from emulator.build import initial_state
-    from emulator.step import emulate_step
+    from gnss_hil.dbc.contract.frames import EMPTY
+    from gnss_hil.emulator.assemble import initial_state
+    from gnss_hil.emulator.step import emulate_step
 
     state = initial_state(world)
     inbox = {craft.name: EMPTY for craft in world.craft}
@@ -220,7 +224,7 @@ def _standing(world, played: int, conductor, wall_s: float) -> dict:
 
 
 def _tallied(conductor, state) -> dict:
-    from emulator.records import commands_rejected
+    from gnss_hil.emulator.state import commands_rejected
 
     tally = conductor.tally
     percentiles = {f"p{p}": tally.latency.percentile_s(p) for p in (50, 99)}

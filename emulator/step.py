@@ -11,20 +11,30 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import e2e, gpstime, satellites
-from dbc.frames import EMPTY, SFF_MASK, FrameBatch
-from emulator.observed import craft as observed
-from emulator.observed.craft import ObservedCraft, ObservedUnit
-from emulator.onboard import attitude_error
-from emulator.receivers import almanac, commands, frames, search
-from emulator.receivers.channels import Channels, Knowledge, Numbers, advance, receivable, retarget
-from emulator.receivers.observe import observe
-from emulator.records import CraftWorld, EmulatorState, UnitState, World
-from emulator.scene import scene_of
-from emulator.signals import draws, geometry
-from emulator.signals.scene import Scene
-from emulator.truth import TRUTH, in_view_bits
-from emulator.world.sky import Sky, SkyState
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch
+from gnss_hil.emulator.constellation.sky import Sky, SkyState
+from gnss_hil.emulator.epoch_geometry import scene_of
+from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.emulated import almanac, commands, search
+from gnss_hil.emulator.receivers.emulated.channels import (
+    Channels,
+    Knowledge,
+    Numbers,
+    advance,
+    receivable,
+    retarget,
+)
+from gnss_hil.emulator.receivers.emulated.observables import observe
+from gnss_hil.emulator.receivers.recorded import receiver as observed
+from gnss_hil.emulator.receivers.recorded.receiver import ObservedCraft, ObservedUnit
+from gnss_hil.emulator.sensors import attitude_determination
+from gnss_hil.emulator.signal import geometry
+from gnss_hil.emulator.signal.epoch_geometry import Scene
+from gnss_hil.emulator.state import CraftWorld, EmulatorState, UnitState, World
+from gnss_hil.emulator.truth import TRUTH, in_view_bits
 
 
 def emulate_step(
@@ -78,7 +88,7 @@ def _play(
     scene = scene_of(world, craft, clocks, *heavens[t_ns], t_ns)
     believed = None
     if craft.sensors is not None:
-        believed = attitude_error.known(craft.sensors, unit.believed, world.seed, craft.key, epoch)
+        believed = attitude_determination.known(craft.sensors, unit.believed, world.seed, craft.key, epoch)
     unit = replace(unit, clocks=clocks, believed=believed)
     unit, block = _craft_step(world, craft, unit, scene, heard, epoch, ahead_s)
     return unit, block, _truth(craft, scene, mark_ns)
@@ -103,7 +113,7 @@ def _craft_step(
     system = satellites.system_of(sky.index) if craft.by_frames else None
     signal = receivable(channels, scene.signal, scene.held)
     channels, knowledge, begins = advance(channels, unit.knowledge, signal, craft.pace, t_ns, system)
-    words = draws.grid(world.seed, craft.key, epoch, world.systems) if craft.draws else None
+    words = keyed_draws.grid(world.seed, craft.key, epoch, world.systems) if craft.draws else None
     seen, channels = observe(channels, begins, scene, craft.effects, words, craft.carrier)
     known = almanac.contents(world.almanac, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
@@ -138,7 +148,7 @@ def _attitude(unit: UnitState, scene: Scene) -> tuple[NDArray, NDArray]:
     """Quaternion (4,) and rate (3,) as the on-board computer tells them."""
     if unit.believed is None:
         return scene.quaternion, scene.rate_body_rps
-    quaternion = attitude_error.believed(scene.quaternion, unit.believed.angle_rad)
+    quaternion = attitude_determination.believed(scene.quaternion, unit.believed.angle_rad)
     return quaternion, scene.rate_body_rps + unit.believed.rate_rps
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dbc import satellites
-from emulator.signals.clock import DOMAINS
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.clocks.bounded_wander import DOMAINS
 
 SYSTEMS = satellites.SATELLITES // satellites.NUMBERS
 

@@ -1,5 +1,7 @@
-"""`python -m flightsw`: the flight software as a process on a bus. It waits for a run, flies it, and waits
-for the next."""
+"""`python -m gnss_hil.flightsw`: the flight software as a process on a bus.
+
+It waits for a run, flies it, and waits for the next.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +15,13 @@ import argparse
 import gc
 from collections.abc import Sequence
 
-from dbc.link import shell
+from gnss_hil.dbc.process import command_line
 
 EXAMPLES = """\
 examples:
-  python -m flightsw --vehicle soyuz-ms.toml --bus socketcan:vcan0
-  python -m flightsw --vehicle soyuz-ms.toml --bus embedded:/run/bench/bus.sock --policy prototype --once
-  python -m flightsw --vehicle soyuz-ms.toml --bus socketcan:can0 --policy patent --option hysteresis_deg=2
+  python -m gnss_hil.flightsw --vehicle soyuz-ms.toml --bus socketcan:vcan0
+  python -m gnss_hil.flightsw --vehicle soyuz-ms.toml --bus embedded:/run/bus.sock --policy prototype --once
+  python -m gnss_hil.flightsw --vehicle soyuz-ms.toml --bus socketcan:can0 --option hysteresis_deg=2
 
 BUS is embedded:/path.sock, socketcan:vcan0 (socketcan:can0,paced spreads bursts over bit time), or any
 python-can INTERFACE:CHANNEL. Unless told --once, it waits for a bench that does not serve embedded:/path.sock
@@ -46,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = shell.parser_of(
-        "python -m flightsw", "Navigates a spacecraft by what it hears on a bus.", EXAMPLES
+    parser = command_line.parser_of(
+        "python -m gnss_hil.flightsw", "Navigates a spacecraft by what it hears on a bus.", EXAMPLES
     )
     add_arguments(parser)
     return run(parser.parse_args(argv))
@@ -55,26 +57,26 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(arguments: argparse.Namespace) -> int:
     """Flies what the arguments say; the exit status. Mistakes become lines on stderr."""
-    return shell.guarded("flightsw", lambda stop: _fly(arguments, _config(arguments), stop))
+    return command_line.guarded("flightsw", lambda stop: _fly(arguments, _config(arguments), stop))
 
 
 def _config(arguments: argparse.Namespace):
-    from dbc import vehicle
-    from flightsw.step import configure
+    from gnss_hil.dbc.common import vehicle
+    from gnss_hil.flightsw.app.step import configure
 
     try:
         craft = vehicle.load(vehicle.find(arguments.vehicle))
         return configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
     except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
-        raise shell.Mistake(error) from None
+        raise command_line.Mistake(error) from None
 
 
 def _fly(arguments: argparse.Namespace, config, stop) -> int:
-    from dbc.link.base import LinkClosed
-    from dbc.link.follow import follow
-    from dbc.link.follower import Follower
-    from dbc.link.stopping import INTERRUPTED
-    from flightsw.step import flight_step, heartbeat, initial_state
+    from gnss_hil.dbc.bus.base import LinkClosed
+    from gnss_hil.dbc.lockstep.slave import Follower
+    from gnss_hil.dbc.lockstep.slave_loop import follow
+    from gnss_hil.dbc.process.shutdown import INTERRUPTED
+    from gnss_hil.flightsw.app.step import flight_step, heartbeat, initial_state
 
     state = initial_state(config)
 
@@ -83,7 +85,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
         state, answer = flight_step(config, initial_state(config) if fresh else state, block)
         return answer
 
-    say = shell.voice("flightsw", arguments.quiet)
+    say = command_line.voice("flightsw", arguments.quiet)
     follower = Follower(config.codec)
     link = _join(arguments, config.codec, stop, say)
     gc.freeze()  # what was built before the loop lives through it: nothing there to collect
@@ -98,7 +100,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
                     raise
                 say(f"{error}; waiting for it to come back")
                 link.close()
-                link = shell.regain_link(arguments.bus, stop)
+                link = command_line.regain_link(arguments.bus, stop)
         return INTERRUPTED
     finally:
         if link is not None:
@@ -109,10 +111,10 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
 
 def _join(arguments: argparse.Namespace, codec, stop, say):
     """A link on a bus where nobody else flies; None if `stop` came first."""
-    from dbc.link.base import LinkError, is_shared
-    from dbc.link.occupied import occupied
+    from gnss_hil.dbc.bus.base import LinkError, is_shared
+    from gnss_hil.dbc.bus.probe import occupied
 
-    link = shell.await_link(arguments.bus, stop, say, 0 if arguments.once else None)
+    link = command_line.await_link(arguments.bus, stop, say, 0 if arguments.once else None)
     if link is not None and is_shared(arguments.bus) and occupied(link, codec, {"FLIGHT"}):
         link.close()
         raise LinkError(f"bus '{arguments.bus}': another flight software can be heard there")
@@ -121,7 +123,7 @@ def _join(arguments: argparse.Namespace, codec, stop, say):
 
 def _tell_rejections(codec, rejected) -> None:
     """What was heard and not used: where, how often, why, and with what consequence."""
-    from flightsw.rejections import rejection_table
+    from gnss_hil.flightsw.io.frame_statistics import rejection_table
 
     for reason, where, count, consequence in rejection_table(codec, rejected):
         print(f"flightsw: {count} x {reason} at {where}: {consequence}", file=sys.stderr, flush=True)

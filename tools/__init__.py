@@ -1,0 +1,1 @@
+"""The person at the bench: commands, runs, recordings, reports, studies, exports."""

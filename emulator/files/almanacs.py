@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime, satellites
-from emulator.files.text import FileError, read_text
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.files.text import FileError, read_text
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ MOSCOW_H = 3
 class Almanac:
     """Satellites of one system, each once, by number.
 
-    system        of `dbc.satellites`
+    system        of `dbc.common.satellites`
     number        (n,) PRN or slot
     healthy       (n,) bool, as the almanac has it
     reference_ns  (n,) GPS time its elements belong to: of applicability, or of the ascending node [ns]

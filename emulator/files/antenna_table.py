@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from emulator.files.text import FileError, read_text
-from emulator.signals.patterns import Pattern
+from gnss_hil.emulator.files.text import FileError, read_text
+from gnss_hil.emulator.signal.antenna_patterns import Pattern
 
 _LEAST_DB, _MOST_DB = -200.0, 100.0
 

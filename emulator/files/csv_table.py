@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime
-from emulator.files.text import FileError, read_text
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.files.text import FileError, read_text
 
 TIME = "UTC"
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.files.text import FileError, read_text
+from gnss_hil.emulator.files.text import FileError, read_text
 
 NO_VALUE = 9999
 DEFAULT_EXPONENT = -1

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from emulator.files.text import FileError, read_text
+from gnss_hil.emulator.files.text import FileError, read_text
 
 # Label in columns 61 to 80, beginning of the line, column of the first number.
 _FORMS = {

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from emulator.files.text import FileError
+from gnss_hil.emulator.files.text import FileError
 
 KINDS = ("EPH", "STO", "EOP", "ION")
 """Ephemeris, system time offset, Earth orientation parameters, ionosphere."""

@@ -15,10 +15,10 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime
-from emulator.files.columns import Lines
-from emulator.files.rinex_obs_header import Header, satellite_index
-from emulator.files.text import FileError
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.files.columns import Lines
+from gnss_hil.emulator.files.rinex_obs_header import Header, satellite_index
+from gnss_hil.emulator.files.text import FileError
 
 _SATELLITES_PER_LINE_2, _PER_LINE_2 = 12, 5
 _ON_ONE_LINE = 1_000_000

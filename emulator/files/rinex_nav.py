@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.files.rinex_blocks import blocks
-from emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
-from emulator.files.text import FileError, read_text
+from gnss_hil.emulator.files.rinex_blocks import blocks
+from gnss_hil.emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
+from gnss_hil.emulator.files.text import FileError, read_text
 
 _VERSION_2_TYPES = {"N": "G", "G": "R"}
 

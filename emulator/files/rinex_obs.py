@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import satellites
-from emulator.files.columns import Lines, decimals, flags
-from emulator.files.rinex_epochs import EPOCHS, Epochs
-from emulator.files.rinex_obs_header import Header, parse_header
-from emulator.files.text import FileError, read_text
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.files.columns import Lines, decimals, flags
+from gnss_hil.emulator.files.rinex_epochs import EPOCHS, Epochs
+from gnss_hil.emulator.files.rinex_obs_header import Header, parse_header
+from gnss_hil.emulator.files.text import FileError, read_text
 
 _FIELD, _DECIMALS = 14, 3
 """An observation is F14.3; loss of lock and strength, a digit each, follow."""

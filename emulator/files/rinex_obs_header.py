@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import satellites
-from emulator.files.text import FileError
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.files.text import FileError
 
 OLDEST, NEWEST = 2.0, 5.0
 """Versions [OLDEST, NEWEST) are read. Version 4 changed observation files in their codes only."""

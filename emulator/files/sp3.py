@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime, satellites
-from emulator.files.columns import Lines, decimals
-from emulator.files.text import FileError, read_text
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.files.columns import Lines, decimals
+from gnss_hil.emulator.files.text import FileError, read_text
 
 _FIELD, _DECIMALS = 14, 6
 """Every number is F14.6: kilometres, microseconds."""
@@ -67,7 +67,7 @@ class Sp3:
         return self.navigation()[0]
 
     def navigation(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Satellite index (k,), ascending, and column (k,) of those with a letter in `dbc.satellites`."""
+        """Satellite index (k,), ascending, and column (k,) of those with a letter of ours."""
         found = {_index(name): column for column, name in enumerate(self.name) if _index(name) is not None}
         index = np.array(sorted(found), np.int64)
         return index, np.array([found[k] for k in index.tolist()], np.int64)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from emulator.files.text import FileError, read_text
+from gnss_hil.emulator.files.text import FileError, read_text
 
 _LENGTH = 69
 

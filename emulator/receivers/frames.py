@@ -14,16 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime, satellites
-from dbc.codec import Codec
-from dbc.contract import ATTITUDE_NODE, MEASUREMENT_KINDS, TIME_NODE, VALUES
-from dbc.forms import Form, form
-from dbc.frames import WIDTH, FrameBatch
-from emulator.receivers.channels import FULL, Numbers
-from emulator.receivers.commands import Commands
-from emulator.receivers.observe import Observations
-from emulator.world.almanac_orbits import Predictions
-from emulator.world.sky import SkyState
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.contract.batch_codec import Form, form
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
+from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, MEASUREMENT_KINDS, TIME_NODE, VALUES
+from gnss_hil.emulator.constellation.almanac.orbits import Predictions
+from gnss_hil.emulator.constellation.sky import SkyState
+from gnss_hil.emulator.receivers.emulated.channels import FULL, Numbers
+from gnss_hil.emulator.receivers.emulated.commands import Commands
+from gnss_hil.emulator.receivers.emulated.observables import Observations
 
 RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
 _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")

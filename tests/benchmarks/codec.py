@@ -8,7 +8,7 @@ import time
 import numpy as np
 from cantools.database import load_string
 
-from dbc.codec import codec
+from gnss_hil.dbc.contract.codec import codec
 
 BATCH = 240
 ROUNDS = 15

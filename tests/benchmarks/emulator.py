@@ -10,26 +10,26 @@ import time
 
 import numpy as np
 
-from dbc.frames import EMPTY
-from emulator import build
-from emulator.step import emulate_step
-from tests.emulator import bench
+from gnss_hil.dbc.contract.frames import EMPTY
+from gnss_hil.emulator import assemble
+from gnss_hil.emulator.step import emulate_step
+from tests.support import emulated
 
 WARM_UP, EPOCHS = 20, 300
 
 
 def epoch_ms(**receivers) -> tuple[np.ndarray, int]:
     """CPU milliseconds of each epoch, and frames of the last."""
-    the_world = bench.world(bench.craft(receivers={**bench.QUICK, **receivers}))
-    state, spent = build.initial_state(the_world), []
+    the_world = emulated.world(emulated.craft(receivers={**emulated.QUICK, **receivers}))
+    state, spent = assemble.initial_state(the_world), []
     # Every channel under command, as after the flight software has taken over.
-    taken = bench.run(the_world, 1)[1][0]
-    seen = bench.channels(taken)
+    taken = emulated.run(the_world, 1)[1][0]
+    seen = emulated.channels(taken)
     orders = [
-        bench.command(int(r), int(c), bench.TRACK, bench.satellites.name(int(s)))
+        emulated.command(int(r), int(c), emulated.TRACK, emulated.satellites.name(int(s)))
         for r, c, s in zip(seen["receiver"], seen["channel"], seen["sat"], strict=True)
     ]
-    inbox = bench.sealed(*orders)
+    inbox = emulated.sealed(*orders)
     for epoch in range(WARM_UP + EPOCHS):
         begun = time.process_time_ns()
         state, sent, _ = emulate_step(the_world, state, {"soyuz": inbox}, epoch)

@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tools.cli import main
+from gnss_hil.tools.command_line.main import main
 
 GOALS = {
     "inline": (250, ("--bus", "inline")),

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 
 import pytest
 
-from tests.conformance.buses import BUSES, ON_KERNEL
+from tests.support.buses import BUSES, ON_KERNEL
 
 
 def kernel_has_vcan() -> bool:

@@ -18,9 +18,10 @@ import can
 import numpy as np
 import pytest
 
-from dbc.frames import batch, from_wire, to_wire
-from dbc.link.base import LinkClosed, LinkError, open_link
-from dbc.link.hub import QUEUE_BYTES, Hub, PrivateFolder
+from gnss_hil.dbc.bus.base import LinkClosed, LinkError, open_link
+from gnss_hil.dbc.bus.hub import QUEUE_BYTES, Hub
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.contract.frames import batch, from_wire, to_wire
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
 
 KERNEL_BUFFERS_BYTES = 4 << 20  # generous for what two stream sockets hold

@@ -1,4 +1,4 @@
-"""What `dbc.link.base.Link` promises, on every bus."""
+"""What `dbc.bus.base.Link` promises, on every bus."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import time
 import numpy as np
 import pytest
 
-from dbc.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from dbc.link.base import LinkClosed
+from gnss_hil.dbc.bus.base import LinkClosed
+from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
 
 
 def numbered(n: int, can_id: int = 0x100, first: int = 0) -> FrameBatch:

@@ -8,10 +8,10 @@ from importlib import resources
 import pytest
 from cantools.database import load_string
 
-from dbc.contract import BENCH_FIRST, BENCH_LAST, KINDS, MAX_RECEIVERS, messages
-from dbc.generate import dbc_text
+from gnss_hil.dbc.contract.generate import dbc_text
+from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KINDS, MAX_RECEIVERS, messages
 
-CHECKED_IN = resources.files("dbc").joinpath("gnss.dbc")
+CHECKED_IN = resources.files("gnss_hil.dbc.contract").joinpath("gnss.dbc")
 
 
 def test_checked_in_file_is_what_the_generator_writes():

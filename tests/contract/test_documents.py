@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dbc.codec import codec
-from dbc.document import document
-from dbc.e2e import fresh_counters, protect
-from dbc.frames import batch
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.document import document
+from gnss_hil.dbc.contract.e2e import fresh_counters, protect
+from gnss_hil.dbc.contract.frames import batch
 
 DOCS = Path(__file__).parents[2] / "docs"
 CODEC = codec(4)

@@ -14,15 +14,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dbc.frames import EMPTY, FrameBatch
-from emulator import build
-from emulator.step import emulate_step
-from flightsw import attitude, consistency, position, ranging
-from flightsw.combine import together
-from flightsw.earth import LIGHT_MPS, ROTATION_RPS
-from flightsw.step import flight_step, initial_state
-from tools.arguments import unchanged
-from tools.plan import make
+from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch
+from gnss_hil.emulator import assemble
+from gnss_hil.emulator.step import emulate_step
+from gnss_hil.flightsw.app.step import flight_step, initial_state
+from gnss_hil.flightsw.attitude import attitude
+from gnss_hil.flightsw.estimation import all_in_view, position
+from gnss_hil.flightsw.integrity import exclusion
+from gnss_hil.flightsw.measurement import range_model
+from gnss_hil.flightsw.orbit.earth import LIGHT_MPS, ROTATION_RPS
+from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.tools.run_config.plan import make
 
 GUIDE = Path(__file__).parents[2] / "docs" / "integrate.md"
 EPOCHS, WARM = 160, 60
@@ -61,23 +63,25 @@ def moved_on(m):
 
 
 MISTAKES = (
-    Mistake("pseudorange / c as the flight time", ranging, "flight_angle_rad",
+    Mistake("pseudorange / c as the flight time", range_model, "flight_angle_rad",
             lambda turn: lambda s, a: turn(s, a) + ROTATION_RPS * 1e-3),
-    Mistake("satellites not rotated", ranging, "flight_angle_rad", lambda turn: lambda s, a: 0 * turn(s, a)),
-    Mistake("rotated the wrong way", ranging, "flight_angle_rad", lambda turn: lambda s, a: -turn(s, a)),
-    Mistake("Shapiro delay left out", ranging, "shapiro_m", lambda delay: lambda s, a, r: 0 * r),
-    Mistake("lever arms left out", together, "levers_ecef",
+    Mistake(
+        "satellites not rotated", range_model, "flight_angle_rad", lambda turn: lambda s, a: 0 * turn(s, a)),
+    Mistake("rotated the wrong way", range_model, "flight_angle_rad", lambda turn: lambda s, a: -turn(s, a)),
+    Mistake("Shapiro delay left out", range_model, "shapiro_m", lambda delay: lambda s, a, r: 0 * r),
+    Mistake("lever arms left out", all_in_view, "levers_ecef",
             lambda levers: lambda at, body: tuple(0 * x for x in levers(at, body))),
-    Mistake("lever arms with the wrong sign", together, "levers_ecef",
+    Mistake("lever arms with the wrong sign", all_in_view, "levers_ecef",
             lambda levers: lambda at, body: tuple(-x for x in levers(at, body))),
     Mistake("quaternion taken the other way", attitude, "dcm_from_quaternion",
             lambda dcm: lambda q: dcm(q).T),
-    Mistake("satellites moved on to the time of reception", together, "solve", measured(moved_on)),
-    Mistake("`clock_m` subtracted", together, "solve", measured(lambda m: replace(m, clock_m=-m.clock_m))),
-    Mistake("`clock_m` left out", together, "solve", measured(lambda m: replace(m, clock_m=0 * m.clock_m))),
+    Mistake("satellites moved on to the time of reception", all_in_view, "solve", measured(moved_on)),
+    Mistake("`clock_m` subtracted", all_in_view, "solve", measured(lambda m: replace(m, clock_m=-m.clock_m))),
+    Mistake(
+        "`clock_m` left out", all_in_view, "solve", measured(lambda m: replace(m, clock_m=0 * m.clock_m))),
     Mistake("no GLONASS offset", position, "clock_columns",
             lambda columns: lambda domain, glonass: columns(domain, 0 * glonass > 0)),
-    Mistake("measurements of the epoch before", together, "solve", late),
+    Mistake("measurements of the epoch before", all_in_view, "solve", late),
 )  # fmt: skip
 
 
@@ -94,7 +98,7 @@ class Recording:
 def recording() -> Recording:
     plan = make(unchanged("soyuz-quiet"))
     (name,), (config,) = plan.names, plan.flights
-    emulated, flown, answer = build.initial_state(plan.world), initial_state(config), EMPTY
+    emulated, flown, answer = assemble.initial_state(plan.world), initial_state(config), EMPTY
     blocks, truth_m = [], []
     for epoch in range(EPOCHS):
         emulated, sent, rows = emulate_step(plan.world, emulated, {name: answer}, epoch)
@@ -121,7 +125,7 @@ def test_without_a_mistake_there_is_no_error(recording):
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.phrase)
 def test_a_mistake_costs_what_the_guide_says(mistake, recording, monkeypatch):
-    monkeypatch.setattr(consistency, "agree", lambda *_: True)
+    monkeypatch.setattr(exclusion, "agree", lambda *_: True)
     monkeypatch.setattr(
         mistake.module, mistake.function, mistake.wrong(getattr(mistake.module, mistake.function))
     )

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from dbc import e2e, frames, gpstime, satellites
-from dbc.codec import codec
-from emulator import build
-from emulator.step import emulate_step
-from tests.emulator import bench
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.contract import e2e, frames
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.emulator import assemble
+from gnss_hil.emulator.step import emulate_step
+from tests.support import emulated
 
 LIGHT = 299_792_458.0
 OMEGA = 7.2921151467e-5
 
-_RANGE = bench.CODEC.kinds["RANGE"]
+_RANGE = emulated.CODEC.kinds["RANGE"]
 ROUNDING_M = 2 * float(_RANGE.factor[_RANGE.signals.index("pseudorange_m")])
 """What rounding to the bus's resolution leaves of range (1/2), clock (1/2) and coordinates (sqrt(3)/2)."""
 
@@ -27,7 +28,7 @@ def phase_centres(truth):
     """ECEF positions (4, 3) of the antennas from truth's quaternion, written out with Hamilton's product."""
     w, *v = truth["quaternion_body_from_ecef"]
     v = -np.array(v)  # ecef from body: the conjugate of a passive body-from-ecef quaternion, v' = q* v q
-    lever = bench.VEHICLE.lever_arm_body_m
+    lever = emulated.VEHICLE.lever_arm_body_m
     turned = lever - 2 * w * np.cross(v, lever) + 2 * np.cross(v, np.cross(v, lever))
     return truth["position_ecef_m"] + turned
 
@@ -44,7 +45,7 @@ def predicted_range_m(seen, truth):
         flight = distance / LIGHT
     r1, r2 = np.linalg.norm(satellite, axis=0), np.linalg.norm(antenna, axis=0)
     shapiro = 2 * 3.986004418e14 / LIGHT**2 * np.log((r1 + r2 + distance) / (r1 + r2 - distance))
-    clock = LIGHT * truth["clock_s"][bench.VEHICLE.clock_domain[receiver]]
+    clock = LIGHT * truth["clock_s"][emulated.VEHICLE.clock_domain[receiver]]
     offset = np.where(seen["sat_system"] == satellites.GLONASS, 30e-9 * LIGHT, 0.0)
     return distance + shapiro + clock + offset - seen["clock_m"]
 
@@ -52,16 +53,16 @@ def predicted_range_m(seen, truth):
 @pytest.fixture(scope="module")
 def quiet():
     """Ten epochs without noise, receivers that need no time to acquire, clocks wandering by +-1 ms."""
-    soyuz = bench.craft(
-        receivers=bench.QUICK, factors=bench.QUIET, clock={"amplitude_ms": 1.0, "period_s": 5400}
+    soyuz = emulated.craft(
+        receivers=emulated.QUICK, factors=emulated.QUIET, clock={"amplitude_ms": 1.0, "period_s": 5400}
     )
-    return bench.run(bench.world(soyuz), 10)
+    return emulated.run(emulated.world(soyuz), 10)
 
 
 def test_every_pseudorange_obeys_the_contract(quiet):
     _, blocks, truths = quiet
     for block, truth in zip(blocks, truths, strict=True):
-        seen = bench.channels(block)
+        seen = emulated.channels(block)
         assert len(seen["sat"]) == 24
         assert len(set(seen["sat_system"])) == 2
         assert np.abs(seen["pseudorange_m"] - predicted_range_m(seen, truth)).max() < ROUNDING_M
@@ -75,9 +76,9 @@ def test_clocks_move_the_ranges(quiet):
 
 def test_range_rate_is_the_derivative_of_the_carrier():
     """At 0.1 s over 0.4 s: fourth-order differences of the phase, rounded to 0.2 mm, tell 1 mm/s."""
-    soyuz = bench.craft(receivers=bench.QUICK, factors=bench.QUIET, clock={"amplitude_ms": 1.0})
-    _, blocks, _ = bench.run(bench.world(soyuz, interval_s=0.1), 5)
-    seen = [bench.channels(block) for block in blocks]
+    soyuz = emulated.craft(receivers=emulated.QUICK, factors=emulated.QUIET, clock={"amplitude_ms": 1.0})
+    _, blocks, _ = emulated.run(emulated.world(soyuz, interval_s=0.1), 5)
+    seen = [emulated.channels(block) for block in blocks]
     wave = LIGHT / np.where(seen[2]["sat_system"] == 0, 1575.42e6, 1602e6 + 562.5e3 * seen[2]["frequency"])
     phase = [wave * s["phase_cyc"] for s in seen]
     difference = (8 * (phase[3] - phase[1]) - (phase[4] - phase[0])) / 1.2
@@ -87,11 +88,11 @@ def test_range_rate_is_the_derivative_of_the_carrier():
 
 def test_phase_follows_range_without_slip(quiet):
     _, blocks, _ = quiet
-    first = bench.channels(blocks[0])
+    first = emulated.channels(blocks[0])
     wave = LIGHT / np.where(first["sat_system"] == 0, 1575.42e6, 1602e6 + 562.5e3 * first["frequency"])
     apart = []
     for block in blocks:
-        seen = bench.channels(block)
+        seen = emulated.channels(block)
         assert (seen["sat"] == first["sat"]).all()
         assert (seen["slips"] == first["slips"]).all()
         apart.append(seen["pseudorange_m"] - wave * seen["phase_cyc"])
@@ -104,7 +105,7 @@ def test_phase_follows_range_without_slip(quiet):
 
 def test_satellite_velocity_is_the_derivative_of_its_position(quiet):
     _, blocks, _ = quiet
-    before, now, after = (bench.channels(blocks[k]) for k in (0, 1, 2))
+    before, now, after = (emulated.channels(blocks[k]) for k in (0, 1, 2))
     for axis in "xyz":
         moved = (after[f"{axis}_m"] - before[f"{axis}_m"]) / 2
         # Transmission instants are not one second apart: 7 km/s of range change moves them by 24 us.
@@ -136,7 +137,7 @@ def test_order_of_a_block(quiet):
 
 def test_status_counts_and_tags(quiet):
     _, blocks, truths = quiet
-    status, tag = bench.decode(blocks[5], "STATUS"), bench.decode(blocks[5], "TAG")
+    status, tag = emulated.decode(blocks[5], "STATUS"), emulated.decode(blocks[5], "TAG")
     assert status["frames"].tolist() == [61] * 4
     assert status["channels_tracking"].tolist() == [6] * 4
     assert status["almanac_satellites"].tolist() == [48] * 4
@@ -146,7 +147,7 @@ def test_status_counts_and_tags(quiet):
 
 def test_the_tag_does_not_tell_the_clock(quiet):
     _, blocks, truths = quiet
-    tags = [bench.decode(block, "TAG")["tag_offset_ns"] for block in blocks]
+    tags = [emulated.decode(block, "TAG")["tag_offset_ns"] for block in blocks]
     clocks_ns = [1e9 * truth["clock_s"][0] for truth in truths]
     assert not np.mod(tags, 100).any()
     assert np.ptp(clocks_ns - np.array(tags)[:, 0]) > 10
@@ -154,12 +155,12 @@ def test_the_tag_does_not_tell_the_clock(quiet):
 
 def test_time_mark_and_heartbeats(quiet):
     _, blocks, _ = quiet
-    mark, gps, fine = (bench.decode(blocks[4], kind) for kind in ("TIME_MARK", "TIME_GPS", "TIME_FINE"))
+    mark, gps, fine = (emulated.decode(blocks[4], kind) for kind in ("TIME_MARK", "TIME_GPS", "TIME_FINE"))
     assert (mark["session"][0], mark["epoch"][0]) == (7, 4)
     t_ns = gpstime.from_week(int(gps["week"][0]), int(gps["second"][0]), int(fine["nanosecond"][0]))
     assert gpstime.iso(t_ns) == "2012-10-31T00:15:04"
     assert fine["leap"][0] == 16
-    beat = bench.decode(blocks[4], "HEARTBEAT")
+    beat = emulated.decode(blocks[4], "HEARTBEAT")
     assert beat["receiver"].tolist() == [1, 2, 3, 4, 9, 10]
     assert set(beat["contract_hash"].tolist()) == {codec(4).hash}
 
@@ -167,8 +168,15 @@ def test_time_mark_and_heartbeats(quiet):
 def test_utc_keeps_its_leap_seconds_and_the_earth_does_not():
     """Across the leap second of 2012-06-30: 23:59:60 UTC begins at 00:00:15 GPS."""
     time = {"start_gps": "2012-07-01T00:00:13", "duration_s": 6}
-    _, blocks, truths = bench.run(bench.world(time=time), 6)
-    assert [int(bench.decode(block, "TIME_FINE")["leap"][0]) for block in blocks] == [15, 15, 15, 16, 16, 16]
+    _, blocks, truths = emulated.run(emulated.world(time=time), 6)
+    assert [int(emulated.decode(block, "TIME_FINE")["leap"][0]) for block in blocks] == [
+        15,
+        15,
+        15,
+        16,
+        16,
+        16,
+    ]
     moved = np.diff([truth["position_ecef_m"] for truth in truths], axis=0)
     assert np.abs(np.diff(np.linalg.norm(moved, axis=1))).max() < 1  # a jump would be 480 m
 
@@ -184,21 +192,21 @@ def test_frames_pass_the_receivers_checks_in_every_epoch(quiet):
 
 def test_attitude_on_the_bus_is_truth(quiet):
     _, blocks, truths = quiet
-    first, second = bench.decode(blocks[2], "ATT_Q01"), bench.decode(blocks[2], "ATT_Q23")
+    first, second = emulated.decode(blocks[2], "ATT_Q01"), emulated.decode(blocks[2], "ATT_Q23")
     sent = [first["q0"][0], first["q1"][0], second["q2"][0], second["q3"][0]]
     assert np.abs(sent - truths[2]["quaternion_body_from_ecef"]).max() < 1e-7
-    rate = bench.decode(blocks[2], "ATT_RATE")
+    rate = emulated.decode(blocks[2], "ATT_RATE")
     assert rate["wy_rps"][0] == pytest.approx(truths[2]["rate_body_rps"][1], abs=2e-6)
     assert abs(rate["wy_rps"][0]) == pytest.approx(2 * np.pi / 5570, rel=0.01)
 
 
 def test_whole_almanac_passes_in_its_cycle_from_receivers_in_turn():
-    the_world = bench.world()
-    _, blocks, _ = bench.run(the_world, 40)
+    the_world = emulated.world()
+    _, blocks, _ = emulated.run(the_world, 40)
     for cycle in range(2):
         seen = {}
         for epoch in range(20 * cycle, 20 * cycle + 20):
-            xy, z, v = (bench.decode(blocks[epoch], kind) for kind in ("ALM_XY", "ALM_Z", "ALM_V"))
+            xy, z, v = (emulated.decode(blocks[epoch], kind) for kind in ("ALM_XY", "ALM_Z", "ALM_V"))
             truth = the_world.sky.at(the_world.start_ns + epoch * the_world.interval_ns)
             for i, index in enumerate(satellites.index(xy["sat_system"], xy["sat_number"]).tolist()):
                 row = the_world.row_of[index]
@@ -220,34 +228,36 @@ def test_truth_in_view_is_a_set_of_satellites(quiet):
         if int(truths[0]["in_view"][system]) >> number & 1
     }
     assert len(names) == truths[0]["satellites_visible"] > 20
-    assert set(bench.channels(blocks[0])["sat"].tolist()) <= names
+    assert set(emulated.channels(blocks[0])["sat"].tolist()) <= names
 
 
 def test_same_inputs_same_bytes_and_nothing_is_modified():
-    the_world = bench.world(bench.craft(receivers=bench.QUICK))
-    states, blocks, _ = bench.run(the_world, 5)
-    _, again, _ = bench.run(bench.world(bench.craft(receivers=bench.QUICK)), 5)
+    the_world = emulated.world(emulated.craft(receivers=emulated.QUICK))
+    states, blocks, _ = emulated.run(the_world, 5)
+    _, again, _ = emulated.run(emulated.world(emulated.craft(receivers=emulated.QUICK)), 5)
     assert [b.data.tobytes() for b in blocks] == [b.data.tobytes() for b in again]
-    _, repeated, _ = bench.run(the_world, 1, state=states[1], first=2)
+    _, repeated, _ = emulated.run(the_world, 1, state=states[1], first=2)
     assert repeated[0].data.tobytes() == blocks[2].data.tobytes()
 
 
 def test_noise_depends_neither_on_commands_nor_on_other_craft():
     """The same satellite at the same receiver and epoch has the same error, whoever asked for it."""
-    quiet_world = bench.world(bench.craft(receivers=bench.QUICK, factors=bench.QUIET))
-    noisy = bench.craft(receivers=bench.QUICK)
-    orders = {1: bench.sealed(bench.command(1, 0, bench.RELEASE), bench.command(1, 1, bench.RELEASE))}
+    quiet_world = emulated.world(emulated.craft(receivers=emulated.QUICK, factors=emulated.QUIET))
+    noisy = emulated.craft(receivers=emulated.QUICK)
+    orders = {
+        1: emulated.sealed(emulated.command(1, 0, emulated.RELEASE), emulated.command(1, 1, emulated.RELEASE))
+    }
 
     def errors(noisy_world, given):
-        clean = bench.channels(bench.run(quiet_world, 3, given)[1][2])
-        disturbed = bench.channels(bench.run(noisy_world, 3, given)[1][2])
+        clean = emulated.channels(emulated.run(quiet_world, 3, given)[1][2])
+        disturbed = emulated.channels(emulated.run(noisy_world, 3, given)[1][2])
         assert (clean["sat"] == disturbed["sat"]).all()
         keys = zip(clean["receiver"].tolist(), clean["sat"].tolist(), strict=True)
         return dict(zip(keys, (disturbed["pseudorange_m"] - clean["pseudorange_m"]).tolist(), strict=True))
 
-    alone = errors(bench.world(noisy), None)
-    commanded = errors(bench.world(noisy), orders)
-    accompanied = errors(bench.world(noisy, bench.craft("progress", receivers=bench.QUICK)), None)
+    alone = errors(emulated.world(noisy), None)
+    commanded = errors(emulated.world(noisy), orders)
+    accompanied = errors(emulated.world(noisy, emulated.craft("progress", receivers=emulated.QUICK)), None)
     assert len(set(alone.values())) == 24
     assert 0.05 < np.std(list(alone.values())) < 3
     assert alone == accompanied
@@ -257,25 +267,28 @@ def test_noise_depends_neither_on_commands_nor_on_other_craft():
 
 
 def test_other_seed_other_noise():
-    one, two = (bench.run(bench.world(bench.craft(receivers=bench.QUICK), seed=s), 1)[1][0] for s in (1, 2))
-    assert (bench.channels(one)["range_rate_mps"] != bench.channels(two)["range_rate_mps"]).all()
+    one, two = (
+        emulated.run(emulated.world(emulated.craft(receivers=emulated.QUICK), seed=s), 1)[1][0]
+        for s in (1, 2)
+    )
+    assert (emulated.channels(one)["range_rate_mps"] != emulated.channels(two)["range_rate_mps"]).all()
 
 
 def test_two_craft_have_a_bus_each():
-    the_world = bench.world(bench.craft("soyuz", receivers=bench.QUICK), bench.craft("progress"))
-    state = build.initial_state(the_world)
+    the_world = emulated.world(emulated.craft("soyuz", receivers=emulated.QUICK), emulated.craft("progress"))
+    state = assemble.initial_state(the_world)
     _, sent, truth = emulate_step(the_world, state, {}, 0)
     assert list(sent) == ["soyuz", "progress"]
     assert truth["craft"].tolist() == [0, 1]
-    assert len(bench.channels(sent["soyuz"])["sat"]) == 24
-    assert len(bench.channels(sent["progress"])["sat"]) == 0
+    assert len(emulated.channels(sent["soyuz"])["sat"]) == 24
+    assert len(emulated.channels(sent["progress"])["sat"]) == 0
 
 
 def test_whatever_a_bus_may_carry_does_not_raise():
     """Random frames of every form, commands among them; the emulator goes on and answers none."""
-    the_world = bench.world()
+    the_world = emulated.world()
     random = np.random.Generator(np.random.PCG64(3))
-    state = build.initial_state(the_world)
+    state = assemble.initial_state(the_world)
     for epoch in range(20):
         n = 60
         can_id = random.integers(0x000, 0x800, n).astype(np.uint32)
@@ -290,5 +303,5 @@ def test_whatever_a_bus_may_carry_does_not_raise():
             random.integers(0, 256, (n, 8)).astype(np.uint8),
         )
         state, sent, _ = emulate_step(the_world, state, {"soyuz": noise}, epoch)
-        assert len(bench.channels(sent["soyuz"])["sat"]) == 24
+        assert len(emulated.channels(sent["soyuz"])["sat"]) == 24
     assert state.units[0].refused.sum() > 100

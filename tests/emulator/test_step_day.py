@@ -6,11 +6,11 @@ Epochs stand on whole minutes, where ephemerides change and signals come from th
 import numpy as np
 import pytest
 
-from emulator import build
-from emulator.step import emulate_step
-from tests.emulator import bench
+from gnss_hil.emulator import assemble
+from gnss_hil.emulator.step import emulate_step
 from tests.emulator.test_step import ROUNDING_M, predicted_range_m
 from tests.realdata import data_file
+from tests.support import emulated
 
 EPOCHS = range(0, 1415, 5)  # minutes, from 00:15 to the end of the day
 
@@ -27,16 +27,16 @@ def real_sky():
     [pytest.param(dict, id="nominal"), pytest.param(real_sky, id="real", marks=pytest.mark.realdata)],
 )
 def test_a_day_of_pseudoranges(sky):
-    receivers = {**bench.QUICK, "autonomous": "boresight"}
-    soyuz = bench.craft(receivers=receivers, factors=bench.QUIET, clock={"amplitude_ms": 1.0})
-    the_world = bench.world(soyuz, interval_s=60.0, sky=sky())
-    state, worst, satellites_seen = build.initial_state(the_world), 0.0, set()
+    receivers = {**emulated.QUICK, "autonomous": "boresight"}
+    soyuz = emulated.craft(receivers=receivers, factors=emulated.QUIET, clock={"amplitude_ms": 1.0})
+    the_world = emulated.world(soyuz, interval_s=60.0, sky=sky())
+    state, worst, satellites_seen = assemble.initial_state(the_world), 0.0, set()
     for epoch in EPOCHS:
         state, sent, truth = emulate_step(the_world, state, {}, epoch)
-        seen = bench.channels(sent["soyuz"])
+        seen = emulated.channels(sent["soyuz"])
         worst = max(worst, np.abs(seen["pseudorange_m"] - predicted_range_m(seen, truth[0])).max())
         satellites_seen |= set(seen["sat"].tolist())
-        assert len(seen["sat"]) == bench.decode(sent["soyuz"], "STATUS")["channels_tracking"].sum()
+        assert len(seen["sat"]) == emulated.decode(sent["soyuz"], "STATUS")["channels_tracking"].sum()
         assert len(seen["sat"]) >= 12
         assert not seen["health"].any()
     print(f"largest closure error: {1e3 * worst:.2f} mm, {len(satellites_seen)} satellites")

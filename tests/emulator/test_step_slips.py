@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dbc import satellites
-from tests.emulator import bench
+from gnss_hil.dbc.common import satellites
 from tests.realdata import data_file
+from tests.support import emulated
 
 LIGHT = 299_792_458.0
 JUMP_M = 0.05
@@ -17,7 +17,7 @@ JUMP_M = 0.05
 def steps(blocks):
     """{(receiver, channel, satellite): (range steps [m], phase steps [m], slips)} of channels that deliver
     throughout, epoch by epoch: what range and phase moved by, less what the range rates of both ends say."""
-    seen = [bench.channels(block) for block in blocks]
+    seen = [emulated.channels(block) for block in blocks]
     names = "receiver", "channel", "sat"
     keys = [zip(*(s[name].tolist() for name in names), strict=True) for s in seen]
     rows = [{key: i for i, key in enumerate(of_epoch)} for of_epoch in keys]
@@ -40,7 +40,7 @@ def steps(blocks):
 
 
 def boresight():
-    return bench.craft(receivers={**bench.QUICK, "autonomous": "boresight"}, factors=bench.QUIET)
+    return emulated.craft(receivers={**emulated.QUICK, "autonomous": "boresight"}, factors=emulated.QUIET)
 
 
 class Changing:
@@ -64,11 +64,11 @@ class Changing:
 
 @pytest.mark.parametrize("jump_m", [0.0, 0.5])
 def test_a_new_ephemeris_is_one_slip_of_its_satellite_and_of_no_other(jump_m):
-    the_world = bench.world(boresight())
-    name = bench.tracked(bench.run(the_world, 1)[1][0], 1)[0]
+    the_world = emulated.world(boresight())
+    name = emulated.tracked(emulated.run(the_world, 1)[1][0], 1)[0]
     row = int(the_world.row_of[satellites.parse(name)])
     change_ns = the_world.start_ns + 3 * the_world.interval_ns
-    _, blocks, _ = bench.run(replace(the_world, sky=Changing(the_world.sky, row, change_ns, jump_m)), 7)
+    _, blocks, _ = emulated.run(replace(the_world, sky=Changing(the_world.sky, row, change_ns, jump_m)), 7)
     found = steps(blocks)
     assert len(found) >= 20
     for (_, _, sat), (range_m, phase_m, slips) in found.items():
@@ -76,7 +76,7 @@ def test_a_new_ephemeris_is_one_slip_of_its_satellite_and_of_no_other(jump_m):
         assert slips.tolist() == [0, 0, int(changed), 0, 0, 0]
         assert range_m[2] == pytest.approx(changed * jump_m, abs=3e-3)
         assert np.abs(phase_m[slips == 0]).max() < 3e-3
-    after = bench.channels(blocks[3])
+    after = emulated.channels(blocks[3])
     assert (after["phase_cyc"][after["sat"] == satellites.parse(name)] < 1).all()
 
 
@@ -88,9 +88,9 @@ def test_the_real_sky_jumps_only_with_a_slip(start, known):
         "gps": [str(data_file("navigation/brdc3050.12n.gz"))],
         "glonass": [str(data_file("navigation/brdc3050.12g.gz"))],
     }
-    the_world = bench.world(boresight(), sky=sky, time={"start_gps": start, "duration_s": 60})
-    order = bench.sealed(*(bench.command(r, 5, bench.TRACK, known) for r in (1, 2, 3, 4)))
-    _, blocks, _ = bench.run(the_world, 9, {1: order})
+    the_world = emulated.world(boresight(), sky=sky, time={"start_gps": start, "duration_s": 60})
+    order = emulated.sealed(*(emulated.command(r, 5, emulated.TRACK, known) for r in (1, 2, 3, 4)))
+    _, blocks, _ = emulated.run(the_world, 9, {1: order})
     found = steps(blocks[1:])
     jumps = {}
     for (_, _, sat), (range_m, phase_m, slips) in found.items():

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from emulator import scenario
-from emulator.world.earth import eci_to_ecef, rotation_angle_rad
-from emulator.world.orbit import build_orbit, state_of_elements
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.earth.constants import eci_to_ecef, rotation_angle_rad
+from gnss_hil.emulator.orbits.dynamics import build_orbit, state_of_elements
 
 brahe = pytest.importorskip("brahe")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.cli import main
+from gnss_hil.tools.command_line.main import main
 
 LINES = 1500
 
@@ -29,7 +29,7 @@ def fed(command: list[str], log: list[bytes]) -> str:
 
 
 def test_cantools_decodes_every_frame_from_the_command_line(log):
-    dbc = str(resources.files("dbc") / "gnss.dbc")
+    dbc = str(resources.files("gnss_hil.dbc.contract") / "gnss.dbc")
     text = fed([sys.executable, "-m", "cantools", "decode", "--single-line", dbc], log)
     lines = text.splitlines()
     assert len(lines) == len(log)

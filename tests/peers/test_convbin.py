@@ -8,8 +8,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from emulator.files import rinex_obs
-from emulator.files.text import read_text
+from gnss_hil.emulator.files import rinex_obs
+from gnss_hil.emulator.files.text import read_text
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata

@@ -13,8 +13,8 @@ import erfa
 import numpy as np
 import pytest
 
-from emulator import scenario
-from emulator.world.orbit import build_orbit, state_of_elements
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.orbits.dynamics import build_orbit, state_of_elements
 
 hy = pytest.importorskip("heyoka")
 

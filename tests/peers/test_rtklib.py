@@ -13,9 +13,9 @@ import numpy as np
 import polars
 import pytest
 
-from dbc import vehicle
-from tests.peers.rtklib import OWN_WEIGHTS, solve
-from tools.cli import main
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.tools.command_line.main import main
+from tests.support.rtklib import OWN_WEIGHTS, solve
 
 ALL_ALIKE = (
     "code_noise_m=0", "code_floor_m=1", "ura_scale=0", "exclude_satellites=0", "inconsistent=fix",

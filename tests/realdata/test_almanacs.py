@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dbc import gpstime, satellites
-from emulator.files import almanacs
-from emulator.world import almanac_orbits
-from emulator.world.nominal import nominal_glonass
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.constellation.almanac import orbits
+from gnss_hil.emulator.constellation.nominal import nominal_glonass
+from gnss_hil.emulator.files import almanacs
+from gnss_hil.tools.command_line import main
 from tests.realdata import data_file
-from tests.system import buslog
-from tools import cli
+from tests.support import buslog
 
 pytestmark = pytest.mark.realdata
 
@@ -35,7 +35,7 @@ def test_almanacs_of_two_months_meet():
     index = satellites.index(satellites.GPS, yuma.number)
     middle_ns = int(yuma.reference_ns[0] + sem.reference_ns[0]) // 2
     rows = np.arange(len(index))
-    one, other = (almanac_orbits.hold(index, [part]).at(rows, middle_ns) for part in (yuma, sem))
+    one, other = (orbits.hold(index, [part]).at(rows, middle_ns) for part in (yuma, sem))
     apart_km = np.linalg.norm(one.pos_ecef_m - other.pos_ecef_m, axis=1) / 1e3
     # G32, not yet in service in March, is on its way to its slot: 34 000 km from there.
     stayed = sem.healthy & yuma.healthy
@@ -51,7 +51,7 @@ def test_glonass_flies_in_its_slots():
     assert bulletin.number.tolist() == list(range(1, 25))
     assert bulletin.healthy.all()
     t_ns = int(bulletin.reference_ns.max()) + 7 * 86400 * 10**9
-    told = almanac_orbits.hold(satellites.index(satellites.GLONASS, bulletin.number), [bulletin]).at(
+    told = orbits.hold(satellites.index(satellites.GLONASS, bulletin.number), [bulletin]).at(
         np.arange(24), t_ns
     )
     slots = nominal_glonass(t_ns).sample(np.array([t_ns]), np.zeros(1))[0][0, 0]
@@ -110,7 +110,7 @@ orbit = {{altitude_km = 415, inclination_deg = 51.6}}
 """)
     out = folder / "run"
     arguments = ("--bus", "inline", "--quiet", "--no-report", "--out", str(out))
-    assert cli.main(["run", str(folder / "old.toml"), *arguments]) == 0
+    assert main.main(["run", str(folder / "old.toml"), *arguments]) == 0
     return out
 
 
@@ -129,7 +129,7 @@ def test_frames_carry_the_old_almanac_and_its_age(run):
     """Decoded by cantools: what SEM says of the minute, 250 m steps; ten days is the oldest age there is."""
     yuma, sem = yuma_and_sem()
     index = satellites.index(satellites.GPS, yuma.number)
-    held, flown = (almanac_orbits.hold(index, [part]) for part in (sem, yuma))
+    held, flown = (orbits.hold(index, [part]) for part in (sem, yuma))
     start_ns = gpstime.from_calendar(datetime(2016, 4, 2, 19, 45))
     from_almanac_m, from_sky_m, seen = [], [], set()
     for epoch in buslog.read(run / "bus.log", DBC)[:20]:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from emulator.files import antenna_table
-from emulator.signals import budget
+from gnss_hil.emulator.files import antenna_table
+from gnss_hil.emulator.signal import link_budget
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata
@@ -40,7 +40,10 @@ def test_panels_against_mean_gains_of_other_satellites(shipped, published, loss_
     to 22 deg the improved panel agrees within 0.1 dB: panel 1 may be the same piece. Main lobe within 0.7 dB,
     first side lobe (from 26 deg) within 1.6 dB; the null between moves from panel to panel.
     """
-    ours, theirs = budget.shipped(shipped), antenna_table.read(data_file(f"antenna_patterns/{published}.txt"))
+    ours, theirs = (
+        link_budget.shipped(shipped),
+        antenna_table.read(data_file(f"antenna_patterns/{published}.txt")),
+    )
     apart = np.interp(theirs.angle_deg, ours.angle_deg, ours.gain_db) - loss_db - theirs.gain_db
     assert np.abs(apart[theirs.angle_deg <= 18]).max() < 0.7
     assert np.abs(apart[theirs.angle_deg >= 26]).max() < 1.6
@@ -49,7 +52,7 @@ def test_panels_against_mean_gains_of_other_satellites(shipped, published, loss_
 def test_the_old_blocks_table_is_typed_as_published():
     """Czopek & Shollenberger's mean, as NASA tabulates it: no judge of the pattern, only of the typing."""
     ours, theirs = (
-        budget.shipped("gps-iia"),
+        link_budget.shipped("gps-iia"),
         antenna_table.read(data_file("antenna_patterns/GPSIIA_L1MEAN.txt")),
     )
     assert ours.gain_db[: len(theirs.gain_db)] == pytest.approx(theirs.gain_db)
@@ -57,7 +60,7 @@ def test_the_old_blocks_table_is_typed_as_published():
 
 def test_glonass_main_lobe_against_another_table():
     """A table of unstated source: shape within 1.7 dB to 18 deg."""
-    ours = budget.shipped("glonass-m")
+    ours = link_budget.shipped("glonass-m")
     theirs = antenna_table.read(data_file("antenna_patterns/RadPatt_derived.csv"), "Gt_GLOL1_dB")
     lobe = theirs.angle_deg <= 18
     apart = (np.interp(theirs.angle_deg, ours.angle_deg, ours.gain_db) - ours.gain_db.max()) - (

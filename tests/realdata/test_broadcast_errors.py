@@ -7,13 +7,14 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import satellites
-from emulator import scenario
-from emulator.factors.sky import EphemerisError
-from emulator.world import ephemeris_errors
-from emulator.world.constellation import ORBIT_RADIUS_M
-from emulator.world.navigation import from_files
-from tests.realdata import data_file, sp3
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M
+from gnss_hil.emulator.constellation.broadcast.navigation import from_files
+from gnss_hil.emulator.error_models import ephemeris_error
+from gnss_hil.emulator.error_models.params_sky import EphemerisError
+from tests.realdata import data_file
+from tests.support import sp3
 
 pytestmark = pytest.mark.realdata
 
@@ -43,7 +44,7 @@ def real(system):
     columns = np.searchsorted(constellation.index, precise.index[common])
     pos, _, said = constellation.sample(precise.t_ns, np.array((-0.5, 0.0, 0.5)))
     centre = precise.pos_ecef_m[:, common]
-    axes = ephemeris_errors.orbital_axes(centre, (pos[:, 2] - pos[:, 0])[:, columns])
+    axes = ephemeris_error.orbital_axes(centre, (pos[:, 2] - pos[:, 0])[:, columns])
     off = np.stack([np.einsum("tnk,tnk->tn", pos[:, 1, columns] - centre, axis) for axis in axes], -1)
     good = (said.available & said.healthy)[:, columns] & (np.abs(off).max(axis=2) < WILD_M)
     off[~good] = np.nan

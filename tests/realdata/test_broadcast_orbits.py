@@ -8,13 +8,14 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime, satellites
-from emulator import scenario
-from emulator.files import rinex_nav
-from emulator.world.earth import LIGHT_MPS
-from emulator.world.navigation import from_files
-from emulator.world.sky import build_sky
-from tests.realdata import data_file, sp3
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.constellation.broadcast.navigation import from_files
+from gnss_hil.emulator.constellation.sky import build_sky
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.files import rinex_nav
+from tests.realdata import data_file
+from tests.support import sp3
 
 pytestmark = pytest.mark.realdata
 

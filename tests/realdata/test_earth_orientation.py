@@ -8,13 +8,13 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime, vehicle
-from emulator import scenario
-from emulator.build import build_world
-from emulator.files import finals
-from emulator.named_files import anchor
-from emulator.world import frames
-from emulator.world.rotations import dcm_of_quaternion
+from gnss_hil.dbc.common import gpstime, vehicle
+from gnss_hil.emulator.assemble import build_world
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config.named_files import anchor
+from gnss_hil.emulator.earth import frames
+from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata

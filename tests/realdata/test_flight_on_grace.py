@@ -15,17 +15,17 @@ import numpy as np
 import pytest
 from scipy.interpolate import BarycentricInterpolator
 
-from dbc import gpstime
-from dbc.contract import VALUES
-from emulator.files import rinex_obs, sp3
-from flightsw.assign import Options
-from flightsw.consistency import STRICT, Rules
-from flightsw.epoch import Measurements
-from flightsw.ionosphere_free import ionosphere_free
-from flightsw.latch import at_mark
-from flightsw.position import Fix, solve
-from flightsw.ranges import Ranges, of_one_signal
-from flightsw.sigma import Noise
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.emulator.files import rinex_obs, sp3
+from gnss_hil.flightsw.assignment.registry import Options
+from gnss_hil.flightsw.estimation.position import Fix, solve
+from gnss_hil.flightsw.estimation.propagate_to_mark import at_mark
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
+from gnss_hil.flightsw.io.epoch import Measurements
+from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
+from gnss_hil.flightsw.measurement.noise import Noise
+from gnss_hil.flightsw.measurement.observables import Ranges, of_one_signal
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata

@@ -13,9 +13,9 @@ from datetime import date, datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime
-from emulator.files import rinex_obs, sp3
-from emulator.world import phase_centre, precise
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.constellation import phase_centre, precise
+from gnss_hil.emulator.files import rinex_obs, sp3
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata

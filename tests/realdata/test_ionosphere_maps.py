@@ -9,16 +9,16 @@ import numpy as np
 import pyrtklib
 import pytest
 
-from dbc import gpstime
-from emulator.factors.ionosphere import Ionosphere
-from emulator.files import ionex
-from emulator.signals.ionosphere.delay import delay_m
-from emulator.signals.ionosphere.prepare import build_field
-from emulator.signals.ionosphere.presets import PRESETS
-from emulator.signals.ionosphere.slant import slant_tec_tecu
-from tests.emulator.signals.ionosphere.rtklib import doubles
-from tests.emulator.signals.ionosphere.sky import craft_m, satellites_m, seen
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.error_models.params_ionosphere import Ionosphere
+from gnss_hil.emulator.files import ionex
+from gnss_hil.emulator.signal.ionosphere.delay import delay_m
+from gnss_hil.emulator.signal.ionosphere.prepare import build_field
+from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
+from gnss_hil.emulator.signal.ionosphere.slant import slant_tec_tecu
 from tests.realdata import data_file
+from tests.support.ionosphere_sky import craft_m, satellites_m, seen
+from tests.support.rtklib_ionosphere import doubles
 
 pytestmark = pytest.mark.realdata
 

@@ -12,12 +12,12 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime
-from emulator.world import forces
-from emulator.world.attitude import lvlh
-from emulator.world.earth import ROTATION_RPS, eci_to_ecef, rotation_angle_rad
-from emulator.world.orbit import CraftState, Orbit
-from emulator.world.rotations import dcm_321, dcm_of_quaternion
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.attitude.profile import lvlh
+from gnss_hil.emulator.earth.constants import ROTATION_RPS, eci_to_ecef, rotation_angle_rad
+from gnss_hil.emulator.numerics.rotations import dcm_321, dcm_of_quaternion
+from gnss_hil.emulator.orbits import forces
+from gnss_hil.emulator.orbits.dynamics import CraftState, Orbit
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata

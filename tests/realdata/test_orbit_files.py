@@ -7,12 +7,13 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime
-from emulator.files import csv_table, oem, tle
-from emulator.world import frames, trajectory
-from emulator.world.attitude_table import COLUMNS, TabulatedAttitude
-from emulator.world.earth import ROTATION_RPS
-from emulator.world.trajectory import Trajectory
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.attitude.table import COLUMNS, TabulatedAttitude
+from gnss_hil.emulator.earth import frames
+from gnss_hil.emulator.earth.constants import ROTATION_RPS
+from gnss_hil.emulator.files import csv_table, oem, tle
+from gnss_hil.emulator.orbits import trajectory
+from gnss_hil.emulator.orbits.trajectory import Trajectory
 from tests.realdata import data_file
 
 pytestmark = pytest.mark.realdata
@@ -66,8 +67,8 @@ def test_the_station_turns_as_its_gyros_said():
 def test_two_line_elements_carry_the_gps_satellites_of_a_day(tmp_path):
     """TLE set of 2012-11-01 against the broadcast orbits of the day before: 2.7 km in the median when others
     compared them. Some sets are old or of manoeuvring satellites."""
-    from emulator.files import rinex_nav
-    from emulator.world import gps
+    from gnss_hil.emulator.constellation.broadcast import gps
+    from gnss_hil.emulator.files import rinex_nav
 
     moment = gpstime.from_calendar(datetime(2012, 10, 31, 12, 0, 30))
     records = rinex_nav.read(data_file("navigation/brdc3050.12n.gz")).records["G"]

@@ -8,12 +8,13 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime
-from emulator import scenario
-from emulator.files import finals
-from emulator.world import forces, frames
-from emulator.world.earth import ROTATION_RPS, eci_to_ecef, rotation_angle_rad
-from emulator.world.orbit import Orbit
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.earth import frames
+from gnss_hil.emulator.earth.constants import ROTATION_RPS, eci_to_ecef, rotation_angle_rad
+from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.orbits import forces
+from gnss_hil.emulator.orbits.dynamics import Orbit
 from tests.realdata import data_file
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]

@@ -8,14 +8,14 @@ from datetime import date, datetime
 import numpy as np
 import pytest
 
-from dbc import satellites
-from emulator import scenario
-from emulator.files import sp3
-from emulator.world import phase_centre, precise
-from emulator.world.earth import LIGHT_MPS
-from emulator.world.navigation import from_files
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.constellation import phase_centre, precise
+from gnss_hil.emulator.constellation.broadcast.navigation import from_files
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.files import sp3
 from tests.realdata import data_file
-from tests.realdata import sp3 as other_reader
+from tests.support import sp3 as other_reader
 
 pytestmark = pytest.mark.realdata
 

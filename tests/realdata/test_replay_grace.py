@@ -15,8 +15,8 @@ from io import StringIO
 import polars
 import pytest
 
+from gnss_hil.tools.command_line import main
 from tests.realdata import data_file
-from tools import cli
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]
 
@@ -47,7 +47,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("grace")
     sp3 = [x for k in (1, 2, 3) for x in ("--sp3", str(data_file(f"grace_b_2010-07-27/COD1594{k}.EPH.gz")))]
     out = folder / "run"
-    status = cli.main([
+    status = main.main([
         "run", "replay", "--obs", str(data_file("grace_b_2010-07-27/GRCB2080.10D.gz")), *sp3,
         "--reference", str(reference(folder)), "--ionosphere-free", "--bus", "inline", "--quiet",
         "--no-report", "--out", str(out),

@@ -10,9 +10,9 @@ import json
 
 import pytest
 
-from emulator.scenario import shipped
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.main import main
 from tests.realdata import data_file
-from tools.cli import main
 
 pytestmark = pytest.mark.realdata
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.runs import DURATION
-from tools.cli import main
+from gnss_hil.tools.command_line.main import main
+from tests.support.runs import DURATION
 
 pytest.register_assert_rewrite("tests.system.mistakes")
 

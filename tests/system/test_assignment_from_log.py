@@ -16,10 +16,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.system import buslog
+from tests.support import buslog
 
-DBC = Path(str(resources.files("dbc") / "gnss.dbc"))
-VEHICLE = tomllib.loads((resources.files("dbc") / "vehicles" / "soyuz-ms.toml").read_text("utf-8"))
+DBC = Path(str(resources.files("gnss_hil.dbc.contract") / "gnss.dbc"))
+VEHICLE = tomllib.loads((resources.files("gnss_hil.dbc") / "vehicles" / "soyuz-ms.toml").read_text("utf-8"))
 
 # A satellite nobody tracks is known from the almanac only: 250 m steps, up to 20 s of linear extrapolation.
 TIE_DEG = 0.02
@@ -36,7 +36,17 @@ def epochs(request, tmp_path_factory):
 
 def flown(scenario, tmp_path_factory, *options):
     out = tmp_path_factory.mktemp("run") / "out"
-    command = [sys.executable, "-m", "tools.cli", "run", scenario, "--duration", "700", "--bus", "inline"]
+    command = [
+        sys.executable,
+        "-m",
+        "gnss_hil.tools.command_line.main",
+        "run",
+        scenario,
+        "--duration",
+        "700",
+        "--bus",
+        "inline",
+    ]
     subprocess.run([*command, "--out", str(out), *options], check=True, capture_output=True)
     return buslog.read(out / "bus.log", DBC)
 

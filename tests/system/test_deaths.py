@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from dbc.link.hub import Hub
-from dbc.link.private import PrivateFolder
-from tests.system.runs import FILES, children_of, started, summary_of, wait_for_frames
-from tools.cli import main
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.tools.command_line.main import main
+from tests.support.runs import FILES, children_of, started, summary_of, wait_for_frames
 
 
 @pytest.mark.parametrize("bus", ["inline", "embedded"])

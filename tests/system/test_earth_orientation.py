@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tools.cli import main
+from gnss_hil.tools.command_line.main import main
 
 # finals2000A.all of the IERS, to the end of bulletin A's columns for UT1.
 FINALS = """\

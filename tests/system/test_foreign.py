@@ -14,24 +14,24 @@ from datetime import datetime
 import polars as pl
 import pytest
 
-from dbc.codec import codec
-from dbc.link.bench import session_of
-from dbc.link.hub import Hub
-from dbc.link.private import PrivateFolder
-from tests.system.runs import DURATION, sha, summary_of
-from tools.arguments import unchanged
-from tools.bench import watch
-from tools.bench.children import StatusReader
-from tools.bench.line import Line
-from tools.bench.sequence import Sequencer
-from tools.bench.taps import Ear
-from tools.cli import main
-from tools.live.progress import Progress
-from tools.plan import make
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.lockstep.messages import session_of
+from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.live.progress import Progress
+from gnss_hil.tools.processes import supervision
+from gnss_hil.tools.processes.bus_session import Line
+from gnss_hil.tools.processes.bus_tap import Ear
+from gnss_hil.tools.processes.children import StatusReader
+from gnss_hil.tools.recording.sequence import Sequencer
+from gnss_hil.tools.run_config.plan import make
+from tests.support.runs import DURATION, sha, summary_of
 
 OTHER = """\
 import os, sys
-from flightsw.__main__ import main
+from gnss_hil.flightsw.__main__ import main
 here = os.environ
 assert here["GNSS_HIL_CRAFT"] == "soyuz"
 assert os.path.isabs(here["GNSS_HIL_VEHICLE"])
@@ -60,15 +60,25 @@ def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path,
 
 def test_a_flight_software_that_you_start_yourself_joins(inline, tmp_path):
     folder = tmp_path / "run"
-    command = [sys.executable, "-m", "tools.cli", "run", "--flight", "external", "--out", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "gnss_hil.tools.command_line.main",
+        "run",
+        "--flight",
+        "external",
+        "--out",
+        str(folder),
+    ]
     bench = subprocess.Popen([*command, "--duration", DURATION], stderr=subprocess.PIPE, text=True)
     line = bench.stderr.readline()
     bus = line.split(" on ")[1].split(",")[0]
     assert line.startswith("waiting for the flight software of soyuz on embedded:")
     command = [
         sys.executable,
+        "-P",
         "-m",
-        "flightsw",
+        "gnss_hil.flightsw",
         "--once",
         "--bus",
         bus,
@@ -118,12 +128,14 @@ def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, 
     plan = make(unchanged("soyuz"))
     display = Progress(plan, quiet=True)
     line = Line(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
-    rounds = watch.Watch([line], display, watch.ReportingMaster(None, StatusReader(reading)), [], lockstep)
+    rounds = supervision.Watch(
+        [line], display, supervision.ReportingMaster(None, StatusReader(reading)), [], lockstep
+    )
     for epoch, unanswered in statuses:
         said = {"epoch": epoch, "epochs_unanswered": unanswered}
         os.write(writing, json.dumps(said).encode() + b"\n")
         rounds.round()
-    assert capsys.readouterr().err == (watch.NO_ANSWER + "\n") * notes
+    assert capsys.readouterr().err == (supervision.NO_ANSWER + "\n") * notes
     os.close(reading)
     os.close(writing)
 
@@ -139,8 +151,8 @@ def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
 
 EMULATOR = """\
 import os, sys
-from dbc.link.bench import session_of
-from emulator.__main__ import main
+from gnss_hil.dbc.lockstep.messages import session_of
+from gnss_hil.emulator.__main__ import main
 here = os.environ
 assert here["GNSS_HIL_CRAFT"] == "soyuz" and os.path.isabs(here["GNSS_HIL_VEHICLE"])
 words = [here["GNSS_HIL_SCENARIO"], "--bus", here["GNSS_HIL_BUS"], "--pace", here["GNSS_HIL_PACE"]]
@@ -174,9 +186,18 @@ def test_another_emulator_is_started_with_what_it_needs(inline, tmp_path, capsys
 def test_both_sides_may_be_started_by_hand_and_before_the_bench(inline, tmp_path):
     with PrivateFolder() as private:
         bus = f"embedded:{private / 'mine'}"
-        flight = [sys.executable, "-m", "flightsw", "--bus", bus, "--vehicle", str(inline / "vehicle.toml")]
+        flight = [
+            sys.executable,
+            "-P",
+            "-m",
+            "gnss_hil.flightsw",
+            "--bus",
+            bus,
+            "--vehicle",
+            str(inline / "vehicle.toml"),
+        ]
         emulator = [
-            sys.executable, "-m", "emulator", str(inline / "scenario.toml"), "--bus", bus,
+            sys.executable, "-P", "-m", "gnss_hil.emulator", str(inline / "scenario.toml"), "--bus", bus,
             "--session", str(session_of(1)),
         ]  # fmt: skip
         peers = [
@@ -217,9 +238,9 @@ def test_the_record_has_the_time_that_the_emulator_says(tmp_path, monkeypatch):
 
 PLAYER = """\
 import os, sys, time
-from dbc.codec import codec
-from dbc.link.base import open_link
-from tools.log.candump import parse_lines
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.tools.recording.formats.candump import parse_lines
 _, _, frames = parse_lines(open(sys.argv[1], "rb").read())
 frames = frames[[codec(4).sender_of[i] != "FLIGHT" for i in frames.can_id]]
 marks = [i for i in range(len(frames)) if frames.can_id[i] == 0x10] + [len(frames)]

@@ -16,9 +16,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dbc.vehicle import find
-from tests.system.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded, session_of
-from tools.cli import main
+from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.tools.command_line.main import main
+from tests.support.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded, session_of
 
 EXAMPLE = ROOT / "examples" / "fsw_c"
 AGREEMENT_M = 0.001  # of two least squares with the same weights; found: 0.14 mm, the step of the bus
@@ -32,7 +32,11 @@ pytestmark = pytest.mark.skipif(
 
 def build(folder: Path, target: str = "all") -> None:
     """`make` into a folder; nothing of the example's own may be warned about."""
-    bench = [f"PYTHON={sys.executable}", f"GNSS_HIL={sys.executable} -m tools.cli", f"BUILD={folder}"]
+    bench = [
+        f"PYTHON={sys.executable}",
+        f"GNSS_HIL={sys.executable} -m gnss_hil.tools.command_line.main",
+        f"BUILD={folder}",
+    ]
     done = subprocess.run(
         ["make", "-C", EXAMPLE, "-j2", "CC=gcc", *bench, target], capture_output=True, text=True
     )
@@ -191,8 +195,8 @@ def test_a_damaged_frame_costs_its_channel_and_no_more(fsw, epochs, tmp_path):
 
 def test_a_satellite_that_lies_is_left_out(fsw, epochs, tmp_path):
     """A pseudorange 3 km too long, as a sender's own fault: correctly protected."""
-    from dbc.codec import codec
-    from dbc.e2e import crc
+    from gnss_hil.dbc.contract.codec import codec
+    from gnss_hil.dbc.contract.e2e import crc
 
     with Feeder(fsw, tmp_path) as bench:
         for epoch in epochs[:60]:

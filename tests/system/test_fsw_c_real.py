@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dbc import e2e
-from dbc.frames import batch
-from dbc.vehicle import find, load
-from flightsw.step import configure, flight_step, initial_state
+from gnss_hil.dbc.common.vehicle import find, load
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.frames import batch
+from gnss_hil.flightsw.app.step import configure, flight_step, initial_state
+from gnss_hil.tools.command_line.main import main
+from tests.support.feeder import Feeder, Frame, decoded, recorded
 from tests.system import test_fsw_c as example
-from tests.system.feeder import Feeder, Frame, decoded, recorded
-from tools.cli import main
 
 pytestmark = example.pytestmark
 TIME_FINE, RANGE, RATE, L2P = 0x012, 0x100, 0x101, 3

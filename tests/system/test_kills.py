@@ -20,12 +20,12 @@ from pathlib import Path
 
 import pytest
 
-from dbc.codec import codec
-from dbc.frames import FrameBatch
-from dbc.link.private import PrivateFolder
-from tests.system.runs import FILES, children_of
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.recording.formats.candump import parse_lines
+from tests.support.runs import FILES, children_of
 from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
-from tools.log.candump import parse_lines
 
 KILLS, SEED, AT_ONCE = 50, 3, 2
 ENDS_WITHIN_S, WRITES_WITHIN_S = 5.0, 30.0
@@ -74,7 +74,7 @@ def until(condition, seconds: float) -> bool:
 def killed_run(kill: Kill, folder: Path, bus: str = "embedded") -> str:
     """One run with one death; what is wrong with how it ended, "" if nothing is."""
     words = ["--duration", "1d", "--bus", bus, "--pace", kill.pace, "--no-report", "--quiet"]
-    command = [sys.executable, "-m", "tools.cli", "run", *words, "--out", str(folder)]
+    command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", "run", *words, "--out", str(folder)]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     log = folder / "bus.log"
     try:
@@ -106,7 +106,7 @@ def _ended_badly(kill: Kill, status: int, said: str) -> str:
 def _incomplete(kill: Kill, folder: Path) -> str:
     """What the folder lacks; of a dead supervisor's after a report."""
     if kill.victim == "supervisor":
-        command = [sys.executable, "-m", "tools.cli", "report", str(folder)]
+        command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", "report", str(folder)]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode or done.stderr:
             return f"report ended with {done.returncode}: {done.stderr}"
@@ -138,6 +138,15 @@ def test_whoever_is_killed_the_rest_ends_and_the_record_is_kept(tmp_path, monkey
             faults = list(pool.map(lambda kill: killed_run(kill, tmp_path / f"{kill.number}"), kills(KILLS)))
         told = [f"{kill}: {fault}" for kill, fault in zip(kills(KILLS), faults, strict=True) if fault]
         assert not told, "\n".join(told)
-        last = [sys.executable, "-m", "tools.cli", "run", "--duration", "5", "--out", str(tmp_path / "last")]
+        last = [
+            sys.executable,
+            "-m",
+            "gnss_hil.tools.command_line.main",
+            "run",
+            "--duration",
+            "5",
+            "--out",
+            str(tmp_path / "last"),
+        ]
         subprocess.run(last, check=True, capture_output=True)
         assert not list(temporary.iterdir()), "sockets of the dead are left"

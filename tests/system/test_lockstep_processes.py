@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dbc import vehicle
-from dbc.codec import codec
-from dbc.contract import BENCH_FIRST
-from dbc.frames import from_wire
-from dbc.link import bench
-from dbc.link.hub import Hub, PrivateFolder
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.frames import from_wire
+from gnss_hil.dbc.contract.messages import BENCH_FIRST
+from gnss_hil.dbc.lockstep import messages
 
 CODEC = codec(4)
 VEHICLE = vehicle.find("soyuz-ms")
@@ -40,7 +41,15 @@ class Bench:
         self.wire.setdefault(peer, bytearray()).extend(wire)
 
     def start(self, module: str, *arguments: str) -> subprocess.Popen:
-        command = [sys.executable, "-m", module, "--bus", f"embedded:{self.hub.path}", *arguments]
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            f"gnss_hil.{module}",
+            "--bus",
+            f"embedded:{self.hub.path}",
+            *arguments,
+        ]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         self.processes.append(process)
         return process
@@ -96,8 +105,8 @@ def played(wire: dict[int, bytearray]) -> tuple[str, int]:
     )
     answers, start = {}, 0
     repeated = 0
-    for row in bench.rows(flight):
-        done = bench.decode(flight, row)
+    for row in messages.rows(flight):
+        done = messages.decode(flight, row)
         answer = flight[row - done.count : row].data.tobytes()
         assert answers.setdefault(done.epoch, answer) == answer, "a repeated answer differs"
         repeated += start == done.epoch + 1
@@ -297,7 +306,7 @@ MISTAKES = [
     ("arguments", "status", "line"), MISTAKES, ids=lambda v: v if isinstance(v, str) else None
 )
 def test_a_mistake_is_one_clear_line(arguments, status, line, capsys):
-    main = import_module(f"{arguments[0]}.__main__").main
+    main = import_module(f"gnss_hil.{arguments[0]}.__main__").main
     try:
         got = main([*arguments[1:], "--quiet"])
     except SystemExit as exit_:
@@ -311,7 +320,7 @@ def test_a_mistake_is_one_clear_line(arguments, status, line, capsys):
 @pytest.mark.parametrize("module", ["emulator", "flightsw"])
 def test_help_has_examples(module):
     done = subprocess.run(
-        [sys.executable, "-m", module, "--help"],
+        [sys.executable, "-m", f"gnss_hil.{module}", "--help"],
         capture_output=True,
         text=True,
     )

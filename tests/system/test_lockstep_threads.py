@@ -8,15 +8,15 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from dbc.codec import codec
-from dbc.frames import EMPTY, concat
-from dbc.link.base import LinkClosed
-from dbc.link.conductor import Bus, Conductor, MissingNodes, parse_pace
-from dbc.link.follow import follow
-from dbc.link.follower import Follower
-from dbc.link.inline import InlineBus
-from dbc.link.occupied import occupied
-from tests.dbc.bench_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
+from gnss_hil.dbc.bus.base import LinkClosed
+from gnss_hil.dbc.bus.inline import InlineBus
+from gnss_hil.dbc.bus.probe import occupied
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.frames import EMPTY, concat
+from gnss_hil.dbc.lockstep.master_loop import Bus, Conductor, MissingNodes, parse_pace
+from gnss_hil.dbc.lockstep.slave import Follower
+from gnss_hil.dbc.lockstep.slave_loop import follow
+from tests.support.lockstep_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
 
 
 class Flight:

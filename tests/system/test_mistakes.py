@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from dbc.vehicle import find
-from tests.system.mistakes import PROGRAM, gets_its_line_and_status, label, table
+from gnss_hil.dbc.common.vehicle import find
+from tests.support.mistakes import PROGRAM, gets_its_line_and_status, label, table
 
 TABLE = table(r"""
 [2]

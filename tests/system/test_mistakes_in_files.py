@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from dbc.vehicle import find
-from emulator.scenario import shipped
-from tests.system.mistakes import gets_its_line_and_status, label, table
-from tools.cli import main
+from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.main import main
+from tests.support.mistakes import gets_its_line_and_status, label, table
 
 SOYUZ = shipped()["soyuz"].read_text("utf-8")
 VEHICLE = find("soyuz-ms").read_text("utf-8")

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.mistakes import PROGRAM
-from tools.cli import COMMANDS, main
+from gnss_hil.tools.command_line.main import COMMANDS, main
+from tests.support.mistakes import PROGRAM
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")

@@ -23,16 +23,16 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dbc.codec import codec
-from dbc.contract import VALUES
-from dbc.frames import EFF_FLAG, RTR_FLAG
-from dbc.generate import dbc_text
-from dbc.link.hub import Hub
-from dbc.link.private import PrivateFolder
-from dbc.vehicle import find
-from tests.system.feeder import DONE, HEARTBEAT, pack
-from tests.system.receiver_py import EXAMPLE, PROGRAM, VEHICLE, start
-from tools.cli import main
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG
+from gnss_hil.dbc.contract.generate import dbc_text
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.tools.command_line.main import main
+from tests.support.feeder import DONE, HEARTBEAT, pack
+from tests.support.receiver_py import EXAMPLE, PROGRAM, VEHICLE, start
 
 EPOCHS = 310
 AGREEMENT_M = 0.01
@@ -139,7 +139,7 @@ def test_another_contract_is_told_and_not_flown():
         spec = f"embedded:{hub.path}"
         receiver = start({"GNSS_HIL_BUS": spec})
         words = ["--vehicle", "soyuz-ms", "--bus", spec, "--once", "--quiet"]
-        flight = subprocess.Popen([sys.executable, "-m", "flightsw", *words])
+        flight = subprocess.Popen([sys.executable, "-P", "-m", "gnss_hil.flightsw", *words])
         line = receiver.stderr.readline()
         assert receiver.poll() is None
         for process in (receiver, flight):

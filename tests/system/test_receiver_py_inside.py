@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from dbc.codec import codec
-from dbc.frames import FrameBatch, concat
-from dbc.link.base import open_link
-from tests.system.receiver_py import VEHICLE, start
+from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.frames import FrameBatch, concat
+from tests.support.receiver_py import VEHICLE, start
 
 EPOCHS = 60
 AGREEMENT_M = 0.01
@@ -34,7 +34,7 @@ def test_the_python_receiver_flies_on_vcan(tmp_path):
     truth = tmp_path / "truth.csv"
     words = ["--vehicle", str(VEHICLE), "--bus", SPEC, "--once", "--quiet"]
     link = open_link(SPEC)
-    flight = subprocess.Popen([sys.executable, "-m", "flightsw", *words])
+    flight = subprocess.Popen([sys.executable, "-P", "-m", "gnss_hil.flightsw", *words])
     receiver = start({"GNSS_HIL_BUS": SPEC, "GNSS_HIL_DURATION": str(EPOCHS)}, truth)
     heard = []
     while receiver.poll() is None:

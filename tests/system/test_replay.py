@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from dbc.link.base import open_link
-from dbc.link.bench import session_of
-from dbc.link.private import PrivateFolder
-from emulator.scenario import shipped
-from tests.system.runs import children_of, summary_of
-from tools.cli import main
-from tools.log.candump import parse_lines
+from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.lockstep.messages import session_of
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.recording.formats.candump import parse_lines
+from tests.support.runs import children_of, summary_of
 
 DURATION = "50"
 
@@ -36,7 +36,7 @@ def socket():
 
 
 def started(*words: str) -> subprocess.Popen:
-    command = [sys.executable, "-m", "tools.cli", *words]
+    command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", *words]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

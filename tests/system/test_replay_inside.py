@@ -15,14 +15,14 @@ from pathlib import Path
 
 import pytest
 
-from dbc.contract import FLIGHT_NODE
-from dbc.link.base import open_link
-from dbc.link.bench import END_ID
+from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.dbc.lockstep.messages import END_ID
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines
+from gnss_hil.tools.recording.formats.recording import Recording
+from gnss_hil.tools.replay.recorded_run import open_tape
 from tests.system.test_socketcan_inside import Candump
-from tools.cli import main
-from tools.log.candump import format_lines, parse_lines
-from tools.log.recording import Recording
-from tools.replay.tape import open_tape
 
 pytestmark = pytest.mark.socketcan
 
@@ -46,7 +46,17 @@ def log(tmp_path_factory) -> Path:
 @pytest.fixture
 def flight():
     """Our flight software on vcan0, ready."""
-    words = [sys.executable, "-m", "flightsw", "--vehicle", "soyuz-ms", "--bus", BUS, "--quiet"]
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "gnss_hil.flightsw",
+        "--vehicle",
+        "soyuz-ms",
+        "--bus",
+        BUS,
+        "--quiet",
+    ]
     link = open_link(BUS)
     process = subprocess.Popen(words)
     end_s = time.monotonic() + 60

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.system import browser
-from tools.cli import main
+from gnss_hil.tools.command_line.main import main
+from tests.support import browser
 
 TITLES = (
     "Assignment", "Sky of antenna fore", "Sky of antenna starboard", "Sky of antenna aft",

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.runs import children_of
+from tests.support.runs import children_of
 from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
 
 pytestmark = pytest.mark.slow
 
 DURATION_S = 600
-FLY = f"{shlex.quote(sys.executable)} -m flightsw --quiet --once"
+FLY = f"{shlex.quote(sys.executable)} -m gnss_hil.flightsw --quiet --once"
 
 
 def command(folder: Path, *more: str) -> list[str]:
@@ -28,7 +28,7 @@ def command(folder: Path, *more: str) -> list[str]:
     return [
         sys.executable,
         "-m",
-        "tools.cli",
+        "gnss_hil.tools.command_line.main",
         "run",
         "soyuz",
         "--quiet",

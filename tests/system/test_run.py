@@ -10,13 +10,13 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dbc.vehicle import find
-from emulator.scenario import shipped
+from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.run_config.plan import make
 from tests.realdata import data_file
-from tests.system.runs import DURATION, FILES, sha, summary_of
-from tools.arguments import unchanged
-from tools.cli import main
-from tools.plan import make
+from tests.support.runs import DURATION, FILES, sha, summary_of
 
 FIX_COLUMNS = (
     "craft t_gps_s valid x_ecef_m y_ecef_m z_ecef_m vx_ecef_mps vy_ecef_mps vz_ecef_mps clock_bias_m "

@@ -8,9 +8,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dbc import vehicle
-from emulator.scenario import shipped
-from tools.cli import main
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.main import main
 
 NEED_FILES = {"replay", "iss-flown"}
 """Scenarios of real data, which nobody ships."""

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tools import vcan
+from gnss_hil.tools.processes import vcan
 
 ROOT = Path(__file__).parents[2]
 

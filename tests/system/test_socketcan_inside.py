@@ -18,14 +18,14 @@ import can
 import polars as pl
 import pytest
 
-from dbc import vehicle
-from dbc.contract import BENCH_FIRST
-from dbc.frames import EFF_FLAG, RTR_FLAG, batch, concat
-from dbc.link.base import LinkError, open_link
+from gnss_hil.dbc.bus.base import LinkError, open_link
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, batch, concat
+from gnss_hil.dbc.contract.messages import BENCH_FIRST
+from gnss_hil.tools.command_line.main import main
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
-from tests.dbc.bench_frames import mark
+from tests.support.lockstep_frames import mark
 from tests.system.test_fsw_c import AGREEMENT_M, build, distances_m
-from tools.cli import main
 
 VEHICLE = vehicle.find("soyuz-ms")
 
@@ -144,8 +144,13 @@ def test_an_interface_that_is_down_says_how_to_raise_it():
         subprocess.run(["ip", "link", "set", "vcan1", "up"], check=True)
 
 
-def run(*command: str, **more) -> subprocess.Popen:
-    return subprocess.Popen([sys.executable, "-m", *command], stderr=subprocess.PIPE, text=True, **more)
+def run(module: str, *command: str, **more) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", f"gnss_hil.{module}", *command],
+        stderr=subprocess.PIPE,
+        text=True,
+        **more,
+    )
 
 
 def test_an_emulator_refuses_a_bus_where_another_one_plays(link):
@@ -161,7 +166,7 @@ def test_an_emulator_refuses_a_bus_where_another_one_plays(link):
 
 def test_a_run_refuses_a_bus_where_another_bench_plays(link, tmp_path):
     folder = tmp_path / "run"
-    bench = run("tools.cli", "run", "--bus", "socketcan:vcan0", "--out", str(folder))
+    bench = run("tools.command_line.main", "run", "--bus", "socketcan:vcan0", "--out", str(folder))
     while bench.poll() is None:
         link.send(mark(5))
         time.sleep(1.0)  # the rhythm of a bench at real time
@@ -252,7 +257,9 @@ def epochs_played(status: Path) -> int:
 
 def test_a_monitor_reads_vcan_whatever_is_on_it(link):
     before = listeners()
-    monitor = run("tools.cli", "monitor", "--bus", "socketcan:vcan0", stdout=subprocess.PIPE)
+    monitor = run(
+        "gnss_hil.tools.command_line.main", "monitor", "--bus", "socketcan:vcan0", stdout=subprocess.PIPE
+    )
     end_s = time.monotonic() + 60
     while listeners() == before:
         assert monitor.poll() is None and time.monotonic() < end_s

@@ -8,10 +8,10 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from tests.system import buslog
+from tests.support import buslog
 
 AXES = ("x", "y", "z")
-DBC = Path(str(resources.files("dbc") / "gnss.dbc"))
+DBC = Path(str(resources.files("gnss_hil.dbc.contract") / "gnss.dbc"))
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ import json
 
 import pytest
 
-from emulator.scenario import shipped
-from tools.cli import main
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.main import main
 
 METRES_PER_MS = (6.8, 7.8)
 

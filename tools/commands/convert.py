@@ -7,7 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tools.errors import PROGRAM, Mistake
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,10 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    from tools.folder import LOG, naming
-    from tools.log.convert import convert
-    from tools.log.recording import Recording, format_of
-    from tools.log.ticker import Ticker
+    from gnss_hil.tools.common.ticker import Ticker
+    from gnss_hil.tools.recording.formats.convert import convert
+    from gnss_hil.tools.recording.formats.recording import Recording, format_of
+    from gnss_hil.tools.recording.run_folder import LOG, naming
 
     source, out = arguments.input, arguments.output
     source = source / LOG if source.is_dir() else source

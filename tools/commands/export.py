@@ -7,7 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tools.errors import PROGRAM, Mistake
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
 
 FOLDER = "export"
 KINDS = ("rinex", "oem", "sp3")
@@ -39,12 +39,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     kind, folder = arguments.kind, arguments.run
     _check(arguments)
-    from tools.export import heard
+    from gnss_hil.tools.export import run_data
 
-    scenario, craft = heard.read(folder)
+    scenario, craft = run_data.read(folder)
     remarks: list[str] = []
     if kind == "rinex":
-        from tools.export.rinex import Choices, files_of
+        from gnss_hil.tools.export.rinex import Choices, files_of
 
         choices = Choices(arguments.shapiro, not arguments.pz90, not arguments.no_navigation)
         files, remarks = files_of(scenario, craft, choices)
@@ -72,10 +72,10 @@ def _check(arguments: Namespace) -> None:
 
 def _courses(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
     """OEM files, one a craft, or one SP3 file."""
-    from tools.export import course, oem, sp3
-    from tools.export.rinex import File
+    from gnss_hil.tools.export import oem, sp3, time_series
+    from gnss_hil.tools.export.rinex import File
 
-    courses = course.of_truth(folder, craft) if true else course.of_fixes(craft)
+    courses = time_series.of_truth(folder, craft) if true else time_series.of_fixes(craft)
     if kind == "sp3":
         orbits = sp3.of_craft(courses)
         return [File(f"{scenario}.sp3", sp3.text_of(orbits), f"{len(orbits.t_ns)} epochs")]

@@ -7,7 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tools.errors import Mistake
+from gnss_hil.tools.common.errors import Mistake
 
 PARTS = ("html", "dbc", "hash", "budget")
 DEFAULT_FILE = "gnss-hil-icd.html"
@@ -58,7 +58,7 @@ def run(arguments: Namespace) -> int:
     elif part == "budget":
         _print_budget(scenario or DEFAULT_SCENARIO)
     else:
-        from dbc.codec import codec
+        from gnss_hil.dbc.contract.codec import codec
 
         contract = codec(arguments.receivers or 4)
         sys.stdout.write(contract.text if part == "dbc" else f"{contract.hash:08x}\n")
@@ -82,8 +82,8 @@ def _asked(arguments: Namespace) -> tuple[str, str | None]:
 
 
 def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -> None:
-    from tools.icd.page import document
-    from tools.icd.subject import subject
+    from gnss_hil.tools.icd.page import document
+    from gnss_hil.tools.icd.subject import subject
 
     page = document(subject(scenario, receivers))
     if out is None and not sys.stdout.isatty():
@@ -95,8 +95,8 @@ def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -
 
 
 def _print_budget(name: str) -> None:
-    from tools.arguments import unchanged
-    from tools.plan import make
+    from gnss_hil.tools.command_line.arguments import unchanged
+    from gnss_hil.tools.run_config.plan import make
 
     plan = make(unchanged(name), refuse_overload=False)
     for craft, vehicle, budget in zip(plan.names, plan.vehicles, plan.budgets, strict=True):

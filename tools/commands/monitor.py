@@ -7,8 +7,8 @@ import sys
 import time
 from argparse import Namespace
 
-from tools import arguments as shared
-from tools.errors import INTERRUPTED, PROGRAM, Failed, Mistake
+from gnss_hil.tools.command_line import arguments as shared
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Failed, Mistake
 
 TURN_S = 0.1
 
@@ -49,12 +49,12 @@ def _receivers(text: str) -> int:
 
 
 def run(arguments: Namespace) -> int:
-    from dbc.codec import codec
-    from dbc.link.base import open_link
-    from dbc.link.stopping import Stop
-    from tools.monitor.choice import Choice
-    from tools.monitor.find import running_bus
-    from tools.monitor.words import Words
+    from gnss_hil.dbc.bus.base import open_link
+    from gnss_hil.dbc.contract.codec import codec
+    from gnss_hil.dbc.process.shutdown import Stop
+    from gnss_hil.tools.monitor.discovery import running_bus
+    from gnss_hil.tools.monitor.filter import Choice
+    from gnss_hil.tools.monitor.format import Words
 
     contract = codec(_contract(arguments))
     words = Words(contract)
@@ -73,7 +73,7 @@ def run(arguments: Namespace) -> int:
 def _contract(arguments: Namespace) -> int:
     if arguments.vehicle is None:
         return arguments.receivers or 4
-    from dbc import vehicle
+    from gnss_hil.dbc.common import vehicle
 
     antennas = vehicle.load(vehicle.find(arguments.vehicle)).antennas
     if arguments.receivers not in (None, antennas):
@@ -83,11 +83,11 @@ def _contract(arguments: Namespace) -> int:
 
 def _listen(arguments: Namespace, spec: str, link, contract, choice, words, stop) -> int:
     """Until the time is over, somebody says stop, or the bus ends; the exit status."""
-    from dbc.link.base import LinkClosed
-    from tools.live.terminal import Terminal, can_draw
-    from tools.monitor.show import Piped, Table
-    from tools.monitor.station import Station
-    from tools.monitor.table import totals
+    from gnss_hil.dbc.bus.base import LinkClosed
+    from gnss_hil.tools.live.terminal import Terminal, can_draw
+    from gnss_hil.tools.monitor.output import Piped, Table
+    from gnss_hil.tools.monitor.stats import Station
+    from gnss_hil.tools.monitor.table import totals
 
     station = Station(contract)
     on_terminal = can_draw(sys.stdout)

@@ -7,8 +7,8 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tools.arguments import EXTERNAL, OURS, pace, seconds
-from tools.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.command_line.arguments import EXTERNAL, OURS, pace, seconds
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 
 LIMIT_S = 10.0
 
@@ -89,20 +89,20 @@ def _session(text: str) -> int:
 
 def run(arguments: Namespace) -> int:
     settle(arguments)
-    from dbc.link.hub import PrivateFolder
-    from dbc.link.stopping import Stop
-    from tools.replay import company, keeping, source, stage
+    from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+    from gnss_hil.dbc.process.shutdown import Stop
+    from gnss_hil.tools.replay import output, peer, session, source
 
     found = source.find(arguments.run, arguments.craft, arguments.vehicle)
-    keeping.check(arguments.out, arguments.report, arguments.force, found)
+    output.check(arguments.out, arguments.report, arguments.force, found)
     say = _silent if arguments.quiet else _say
-    with Stop() as stop, PrivateFolder() as private, company.bus(arguments.bus, private, say) as spec:
-        played, folder = stage.play(arguments, found, spec, private, say, stop)
+    with Stop() as stop, PrivateFolder() as private, peer.bus(arguments.bus, private, say) as spec:
+        played, folder = session.play(arguments, found, spec, private, say, stop)
     for line in _account(arguments, played):
         print(line)
     if folder is not None:
         print(flush=True)
-        keeping.report(folder, found, arguments, played)
+        output.report(folder, found, arguments, played)
     if stop():
         return INTERRUPTED
     return 1 if arguments.same and played.comparison.different else 0
@@ -128,7 +128,7 @@ def settle(a: Namespace) -> None:
     if a.require == "none" and a.pace == "lockstep":
         raise Mistake("--require none in lockstep: every epoch would wait for an answer; use --pace realtime")
     if other:
-        from tools.bench import sides
+        from gnss_hil.tools.processes import sides
 
         sides.check(Namespace(**{**vars(a), "flight": a.flight or OURS, "emulator": a.emulator or OURS}))
 

@@ -7,7 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from tools.errors import PROGRAM, Mistake
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def run(arguments: Namespace) -> int:
 
 def _compared(first: Path, second: Path, out: Path | None) -> int:
     """Figures side by side on stdout, plots in a page."""
-    from tools.page import compare
+    from gnss_hil.tools.report import compare
 
     runs = compare.read(first), compare.read(second)
     path = out or first / f"compare-{runs[1].name}.html"
@@ -50,9 +50,9 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
 
 def _again(folder: Path, out: Path | None) -> int:
     """Everything that a run's log tells, anew."""
-    from tools.folder import LOG, SCENARIO
-    from tools.results import assemble
-    from tools.results.text import missed, render
+    from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
+    from gnss_hil.tools.results import assemble
+    from gnss_hil.tools.results.text import missed, render
 
     for name in (SCENARIO, LOG):
         if not (folder / name).is_file():
@@ -73,12 +73,12 @@ def _again(folder: Path, out: Path | None) -> int:
 
 def draw(folder: Path, facts, summary, digests, out: Path | None = None) -> list[str]:
     """report.html, its path on stdout; a line if it cannot be written: the figures are safe by then."""
-    from tools.folder import SUMMARY
-    from tools.page import report
+    from gnss_hil.tools.recording.run_folder import SUMMARY
+    from gnss_hil.tools.report import run_report
 
-    path = out or folder / report.REPORT
+    path = out or folder / run_report.REPORT
     try:
-        report.write(folder, facts, summary, digests, path)
+        run_report.write(folder, facts, summary, digests, path)
     except OSError as error:
         return [f"{error.filename or path}: {error.strerror}; the figures are in {SUMMARY}"]
     print(f"report:     {path}")

@@ -12,8 +12,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from tools.arguments import EXTERNAL, OURS, add_changes, add_scenario, bus, pace
-from tools.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.command_line.arguments import EXTERNAL, OURS, add_changes, add_scenario, bus, pace
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,9 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     check_combination(arguments)
-    from tools import plan as plans
-    from tools.bench import sides
-    from tools.folder import RunFolder, default_path, naming
+    from gnss_hil.tools.processes import sides
+    from gnss_hil.tools.recording.run_folder import RunFolder, default_path, naming
+    from gnss_hil.tools.run_config import plan as plans
 
     plan = plans.make(arguments)
     _tell_dropped(plan)
@@ -58,7 +58,7 @@ def run(arguments: Namespace) -> int:
                 f"--bus {arguments.bus}: each of {len(plan.names)} craft has its own bus; use embedded"
             )
         if not arguments.bus.startswith("embedded:"):
-            from tools.bench.taps import check_bus
+            from gnss_hil.tools.processes.bus_tap import check_bus
 
             check_bus(arguments.bus, plan.codecs[0], sides.awaited(plan.codecs[0], arguments))
     folder = RunFolder(arguments.out or default_path(plan.scenario.name))
@@ -101,7 +101,7 @@ def check_combination(arguments: Namespace) -> None:
     if arguments.junit:
         _check_junit(arguments.junit)
     if (arguments.flight, arguments.emulator) != (OURS, OURS):
-        from tools.bench import sides
+        from gnss_hil.tools.processes import sides
 
         sides.check(arguments)
 
@@ -146,11 +146,11 @@ class _Recording:
 
 def _play(plan, arguments: Namespace, folder, recording: _Recording):
     """The run itself: outcome, and live digests where no log is kept."""
-    from tools.bench.recorder import Recorder
-    from tools.folder import LOG, TRUTH
-    from tools.live.display import open_display
-    from tools.results.assemble import bus_names
-    from tools.results.digest import Digest
+    from gnss_hil.tools.decoder.digest import Digest
+    from gnss_hil.tools.live.display import open_display
+    from gnss_hil.tools.recording.recorder import Recorder
+    from gnss_hil.tools.recording.run_folder import LOG, TRUTH
+    from gnss_hil.tools.results.assemble import bus_names
 
     digests = {}
     time = plan.scenario.time
@@ -182,27 +182,27 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
 
 
 def _play_inline(plan, arguments, folder, recorder, display, stop):
-    from emulator.journal import TruthLog
-    from emulator.truth import TRUTH as ROW
-    from tools.bench import inline
-    from tools.folder import TRUTH
+    from gnss_hil.emulator.journal import TruthLog
+    from gnss_hil.emulator.truth import TRUTH as ROW
+    from gnss_hil.tools.processes import inline
+    from gnss_hil.tools.recording.run_folder import TRUTH
 
     with TruthLog(folder / TRUTH, ROW, plan.names) as truth:
         return inline.play(plan, recorder, truth, display, stop)
 
 
 def _play_processes(plan, arguments, folder, recorder, display, stop):
-    from tools.bench import supervisor
+    from gnss_hil.tools.processes import supervisor
 
     return supervisor.play(plan, arguments, folder, recorder, display, stop)
 
 
 def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
-    from tools.commands import report
-    from tools.folder import naming
-    from tools.results import assemble, junit
-    from tools.results.text import missed, render
+    from gnss_hil.tools.commands import report
+    from gnss_hil.tools.recording.run_folder import naming
+    from gnss_hil.tools.results import assemble, junit
+    from gnss_hil.tools.results.text import missed, render
 
     with naming(folder.path):
         digests = digests or assemble.from_log(folder.path, plan.names, plan.codecs)

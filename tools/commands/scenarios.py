@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    from emulator.scenario import shipped
+    from gnss_hil.emulator.config.scenario import shipped
 
     files = shipped()
     width = max(map(len, files))
@@ -23,7 +23,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _description(path) -> str:
-    from emulator.scenario import parse, read
+    from gnss_hil.emulator.config.scenario import parse, read
 
     scenario = parse(read(path), str(path))
     return f"{scenario.description} ({scenario.time.duration_s:g} s)"

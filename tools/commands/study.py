@@ -7,14 +7,14 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from dbc.link.shell import seconds
-from tools.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.dbc.process.command_line import seconds
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 
 SCENARIO = "pair"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    from emulator.factors.registry import FACTORS
+    from gnss_hil.emulator.error_models.registry import FACTORS
 
     add = parser.add_argument
     add("which", choices=["factors"], metavar="factors", help="one error factor at a time, on two craft")
@@ -36,10 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     import json
 
-    from emulator.factors.registry import FACTORS
-    from tools.study import page
-    from tools.study.factors import ALONE, Effect, figures
-    from tools.study.runs import Job, play_all
+    from gnss_hil.emulator.error_models.registry import FACTORS
+    from gnss_hil.tools.study import page
+    from gnss_hil.tools.study.factors import ALONE, Effect, figures
+    from gnss_hil.tools.study.runs import Job, play_all
 
     if arguments.jobs < 1:
         raise Mistake(f"--jobs {arguments.jobs}: one at least")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from argparse import Namespace
 
-from tools.errors import Mistake
+from gnss_hil.tools.common.errors import Mistake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    from tools import vcan
+    from gnss_hil.tools.processes import vcan
 
     command = arguments.command[1:] if arguments.command[:1] == ["--"] else arguments.command
     if arguments.what == "up":

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import satellites
-from dbc.contract import VALUES
-from emulator.observed.signals import SIGNALS
-from emulator.world.earth import LIGHT_MPS
-from tools.errors import Mistake
-from tools.export.heard import Rows
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.export.run_data import Rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

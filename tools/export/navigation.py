@@ -14,18 +14,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime, satellites
-from emulator.files.rinex_nav import Records
-from emulator.scenario import Scenario
-from emulator.world import glonass, gps
-from emulator.world.constellation import Constellation
-from emulator.world.earth import LIGHT_MPS
-from emulator.world.messages import Stretch, records
-from emulator.world.navigation import from_files
-from emulator.world.sky import NOMINAL
-from tools.errors import Mistake
-from tools.export.heard import Heard, Rows
-from tools.export.rinex_text import comments, labelled, leap_seconds, opening
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.emulator.constellation.base import Constellation
+from gnss_hil.emulator.constellation.broadcast import glonass, gps
+from gnss_hil.emulator.constellation.broadcast.messages import Stretch, records
+from gnss_hil.emulator.constellation.broadcast.navigation import from_files
+from gnss_hil.emulator.constellation.sky import NOMINAL
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.files.rinex_nav import Records
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.export.rinex_text import comments, labelled, leap_seconds, opening
+from gnss_hil.tools.export.run_data import Heard, Rows
 
 _LETTERS = {"gps": "G", "glonass": "R"}
 _LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2

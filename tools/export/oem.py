@@ -12,9 +12,9 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from dbc import gpstime
-from tools.errors import Mistake
-from tools.export.course import Course
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.export.time_series import Course
 
 FRAME = "ITRF2000"
 _GAP = 1.5

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from emulator.world.rotations import dcm_of_quaternions
-from flightsw import ranging
-from flightsw.earth import ROTATION_RPS
-from tools.export.codes import codes_of
-from tools.export.heard import Array, Heard, Rows
+from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
+from gnss_hil.flightsw.measurement import range_model
+from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
+from gnss_hil.tools.export.codes import codes_of
+from gnss_hil.tools.export.run_data import Array, Heard, Rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,12 +56,12 @@ def reduced(heard: Heard, shapiro: bool) -> Reduced:
     rows = distinct(placed)
     lever_m, lever_mps = _levers(heard, rows)
     centre_m, centre_mps = heard.position_m[rows.epoch], heard.velocity_mps[rows.epoch]
-    antenna = ranging.rays(rows.pos_sv_m.T, (centre_m + lever_m).T)
-    centre = ranging.rays(rows.pos_sv_m.T, centre_m.T)
+    antenna = range_model.rays(rows.pos_sv_m.T, (centre_m + lever_m).T)
+    centre = range_model.rays(rows.pos_sv_m.T, centre_m.T)
     nearer_m = centre.range_m - antenna.range_m
     if not shapiro:
         away_m = np.linalg.norm(centre.pos_sv_m.T - centre_m, axis=1)
-        nearer_m = nearer_m - ranging.shapiro_m(centre.pos_sv_m, centre_m.T, away_m)
+        nearer_m = nearer_m - range_model.shapiro_m(centre.pos_sv_m, centre_m.T, away_m)
     # d|p - x|/dt seen from both places; the satellite's motion in the axes of reception.
     approach = rows.vel_sv_mps - centre_mps
     rate_mps = np.einsum("ik,ki->k", centre.los - antenna.los, approach) + np.einsum(

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator.scenario import Scenario, ScenarioError
-from tools.errors import Mistake
-from tools.export import navigation, rinex_obs, satellite_orbits, sp3
-from tools.export.heard import Heard
-from tools.export.reduce import distinct, one_clock, reduced
-from tools.export.rinex_obs import Station
+from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.export import navigation, rinex_obs, satellite_orbits, sp3
+from gnss_hil.tools.export.reduce import distinct, one_clock, reduced
+from gnss_hil.tools.export.rinex_obs import Station
+from gnss_hil.tools.export.run_data import Heard
 
 NAVIGATION, SATELLITES = "broadcast.nav", "satellites.sp3"
 _STRANGE_M = 100.0

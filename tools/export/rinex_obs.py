@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime, satellites
-from tools.export.codes import Codes, codes_of
-from tools.export.heard import Array, Heard, Rows
-from tools.export.rinex_text import comments, instant, labelled, leap_seconds, opening
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.tools.export.codes import Codes, codes_of
+from gnss_hil.tools.export.rinex_text import comments, instant, labelled, leap_seconds, opening
+from gnss_hil.tools.export.run_data import Array, Heard, Rows
 
 BLANK = " " * 16
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 
-from dbc import gpstime
-from tools.errors import PROGRAM
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.tools.common.errors import PROGRAM
 
 VERSION = 3.04
 """Of both kinds of file: GLONASS navigation records of 3.05 have a line more, which older readers trip on."""

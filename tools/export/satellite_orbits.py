@@ -12,10 +12,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from dbc import gpstime, satellites
-from emulator.world.constellation import Constellation
-from emulator.world.earth import LIGHT_MPS
-from tools.export.sp3 import Orbits
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.constellation.base import Constellation
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.tools.export.sp3 import Orbits
 
 STEP_NS = 30 * gpstime.NS_PER_S
 _MARGIN_NS = 6 * STEP_NS

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import gpstime
-from tools.errors import Mistake
-from tools.export.course import Course
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.export.time_series import Course
 
 _NO_CLOCK = 999_999.999999
 _MOST, _A_LINE = 85, 17

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from tools.icd.contract import Layout
-from tools.icd.markup import Markup, svg, tag
+from gnss_hil.tools.icd.contract import Layout
+from gnss_hil.tools.icd.markup import Markup, svg, tag
 
 if TYPE_CHECKING:
     from cantools.database.can import Signal

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from dbc.e2e import Verdict
-from flightsw.rejections import CONSEQUENCE, Reason
-from tools.budget import Budget
-from tools.icd import charts, maths, messages, prose, protection, sequence, timing
-from tools.icd.contract import Contract
-from tools.icd.markup import Markup, figure, table, tag, text
+from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.flightsw.io.frame_statistics import CONSEQUENCE, Reason
+from gnss_hil.tools.icd import charts, maths, messages, prose, protection, sequence, timing
+from gnss_hil.tools.icd.contract import Contract
+from gnss_hil.tools.icd.markup import Markup, figure, table, tag, text
+from gnss_hil.tools.run_config.frame_budget import Budget
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The sequences of the bench's protocol. A test plays them through `dbc.link`: what each side answers is what
+"""The sequences of the bench's protocol. A test plays them through `dbc.bus`: what each side answers is what
 is drawn.
 
 Epochs are written k, k+1, .. or as numbers, as the bench frames carry them.
@@ -6,7 +6,7 @@ Epochs are written k, k+1, .. or as numbers, as the bench frames carry them.
 
 from __future__ import annotations
 
-from tools.icd.sequence import Chart, Does, Pause, Sent
+from gnss_hil.tools.icd.sequence import Chart, Does, Pause, Sent
 
 EMULATOR, FLIGHT = "emulator", "flight software"
 

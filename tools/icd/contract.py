@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from dbc.codec import Codec
-from dbc.contract import KIND_BY_NAME
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.messages import KIND_BY_NAME
 
 if TYPE_CHECKING:
     from cantools.database import Database

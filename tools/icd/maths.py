@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from tools.icd.markup import Markup, decimal, tag, text
-from tools.icd.prose import inline
+from gnss_hil.tools.icd.markup import Markup, decimal, tag, text
+from gnss_hil.tools.icd.prose import inline
 
 _TOKEN = re.compile(r"\s*(?:(\d+(?:\.\d+)?(?:e[+-]?\d+)?)|([A-Za-z]\w*'*)|([-+/^=|()\[\],]))")
 _CONSTANT = re.compile(r"(\w+) = ([\d.]+(?:e[+-]?\d+)?) (\S+)")

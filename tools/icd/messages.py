@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dbc.contract import HEARTBEAT_BASE, node_names
-from tools.icd import bits, idmap
-from tools.icd.contract import GROUPS, Contract, Group, Layout
-from tools.icd.markup import Markup, decimal, figure, table, tag, text
-from tools.icd.prose import paragraph
+from gnss_hil.dbc.contract.messages import HEARTBEAT_BASE, node_names
+from gnss_hil.tools.icd import bits, idmap
+from gnss_hil.tools.icd.contract import GROUPS, Contract, Group, Layout
+from gnss_hil.tools.icd.markup import Markup, decimal, figure, table, tag, text
+from gnss_hil.tools.icd.prose import paragraph
 
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal

@@ -8,10 +8,10 @@ from html import unescape
 from importlib import resources
 from importlib.metadata import version
 
-from dbc.contract import BIT_RATE
-from tools.errors import PROGRAM
-from tools.icd.chapters import CHAPTERS, Subject, render
-from tools.icd.markup import Markup, table, tag, text
+from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.tools.common.errors import PROGRAM
+from gnss_hil.tools.icd.chapters import CHAPTERS, Subject, render
+from gnss_hil.tools.icd.markup import Markup, table, tag, text
 
 _SUBHEADING = re.compile(r'<h3 id="([^"]+)">(.*?)</h3>')
 
@@ -26,7 +26,7 @@ _HATCH = Markup(
 def document(subject: Subject) -> str:
     """The page; well-formed XML that a browser reads as HTML."""
     bodies = [render(chapter, number, subject) for number, chapter in enumerate(CHAPTERS, 1)]
-    style = Markup(resources.files("tools.icd").joinpath("style.css").read_text("utf-8"))
+    style = Markup(resources.files("gnss_hil.tools.icd").joinpath("style.css").read_text("utf-8"))
     head = tag.head(
         tag.meta(charset="utf-8"),
         tag.meta(name="viewport", content="width=device-width, initial-scale=1"),

@@ -1,4 +1,4 @@
-"""Protection worked out by hand: what `dbc.e2e` computes for a frame, with every step between."""
+"""Protection worked out by hand: what `dbc.contract.e2e` computes for a frame, with every step between."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dbc import e2e
-from dbc.codec import Codec
-from dbc.e2e import COUNTERS, TABLE, Verdict
-from dbc.frames import FrameBatch, batch
-from tools.icd.markup import Markup, table, tag, text
-from tools.icd.prose import paragraph
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.e2e import COUNTERS, TABLE, Verdict
+from gnss_hil.dbc.contract.frames import FrameBatch, batch
+from gnss_hil.tools.icd.markup import Markup, table, tag, text
+from gnss_hil.tools.icd.prose import paragraph
 
 EPOCH = 37
 

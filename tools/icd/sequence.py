@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tools.icd.markup import Markup, svg, tag
+from gnss_hil.tools.icd.markup import Markup, svg, tag
 
 _WIDTH, _LEFT, _RIGHT = 900, 230, 670
 _TOP, _STEP, _NOTE = 34, 30, 22

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from dbc.codec import codec
-from dbc.vehicle import Vehicle
-from tools.arguments import DEFAULT_SCENARIO, unchanged
-from tools.budget import budget
-from tools.errors import Mistake
-from tools.icd.chapters import Bus, Subject
-from tools.icd.contract import load
-from tools.plan import Plan, make
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.tools.command_line.arguments import DEFAULT_SCENARIO, unchanged
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.icd.chapters import Bus, Subject
+from gnss_hil.tools.icd.contract import load
+from gnss_hil.tools.run_config.frame_budget import budget
+from gnss_hil.tools.run_config.plan import Plan, make
 
 
 def subject(scenario: str | None, receivers: int | None) -> Subject:

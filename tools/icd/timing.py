@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from dbc.contract import BIT_RATE
-from tools.budget import WORST_BITS, Budget, Row, typical_bits
-from tools.icd.markup import Markup, svg, table, tag, text
-from tools.icd.prose import paragraph
+from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.tools.icd.markup import Markup, svg, table, tag, text
+from gnss_hil.tools.icd.prose import paragraph
+from gnss_hil.tools.run_config.frame_budget import WORST_BITS, Budget, Row, typical_bits
 
 _WIDTH, _LEFT, _RIGHT = 900, 60, 90
 _BAR, _GAP_SHARE = 34, 0.12

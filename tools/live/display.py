@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 from typing import Protocol
 
-from dbc.frames import FrameBatch
-from tools.live.progress import Progress
-from tools.live.terminal import Terminal, can_draw
-from tools.plan import Plan
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.live.progress import Progress
+from gnss_hil.tools.live.terminal import Terminal, can_draw
+from gnss_hil.tools.run_config.plan import Plan
 
 
 class Display(Protocol):
@@ -33,6 +33,6 @@ def open_display(plan: Plan, truth: Path, quiet: bool, plain: bool = False) -> D
     the run goes on, `plain` asks for lines in any case."""
     if quiet or plain or not can_draw(sys.stderr):
         return Progress(plan, quiet=quiet)
-    from tools.live.view import LiveView
+    from gnss_hil.tools.live.view import LiveView
 
     return LiveView(plan, truth, Terminal(sys.stderr))

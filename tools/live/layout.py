@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from dbc import gpstime, satellites
-from dbc.contract import VALUES
-from tools.live.progress import clock
-from tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
-from tools.live.standings import CraftStanding, RunStanding
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.tools.live.progress import clock
+from gnss_hil.tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
+from gnss_hil.tools.live.summary import CraftStanding, RunStanding
 
 _LOCK = VALUES["Lock"]
 _FULL = "FULL"

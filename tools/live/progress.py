@@ -6,9 +6,9 @@ import sys
 import time
 from typing import TextIO
 
-from dbc.frames import FrameBatch
-from tools.live.watch import Standing, standing
-from tools.plan import Plan
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.live.glance import Standing, standing
+from gnss_hil.tools.run_config.plan import Plan
 
 TERMINAL_S = 0.2
 PIPE_S = 10.0

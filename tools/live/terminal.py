@@ -10,7 +10,7 @@ import select
 from collections.abc import Sequence
 from typing import TextIO
 
-from tools.live.screen import Line, painted
+from gnss_hil.tools.live.screen import Line, painted
 
 # ECMA-48 and xterm's private modes: alternate screen (1049), wrapping (7), cursor (25).
 ENTER = "\x1b[?1049h\x1b[?7l\x1b[?25l\x1b[2J"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc import satellites
-from dbc.codec import Codec
-from dbc.contract import CHANNELS, VALUES
-from dbc.frames import FrameBatch
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
 
 _TRACK = {label: raw for raw, label in VALUES["Action"].items()}["TRACK"]
 _ACCEPTED = {label: raw for raw, label in VALUES["AckResult"].items()}["ACCEPTED"]

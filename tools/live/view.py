@@ -7,16 +7,16 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from dbc.codec import Codec
-from dbc.frames import FrameBatch
-from dbc.vehicle import Vehicle
-from tools.live.judge import Judge
-from tools.live.layout import screen
-from tools.live.sight import Sight, sight
-from tools.live.standings import CraftStanding, RunStanding
-from tools.live.tally import Tally
-from tools.live.terminal import Terminal
-from tools.plan import Plan
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.decoder.counters import Tally
+from gnss_hil.tools.decoder.epoch_snapshot import Sight, sight
+from gnss_hil.tools.live.layout import screen
+from gnss_hil.tools.live.live_error import Judge
+from gnss_hil.tools.live.summary import CraftStanding, RunStanding
+from gnss_hil.tools.live.terminal import Terminal
+from gnss_hil.tools.run_config.plan import Plan
 
 DRAW_S = 0.25
 PACE_WINDOW = 12

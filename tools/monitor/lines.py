@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc.e2e import Verdict
-from dbc.frames import FrameBatch
-from tools.log.candump import format_lines
-from tools.monitor.words import Words, identifier
+from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.monitor.format import Words, identifier
+from gnss_hil.tools.recording.formats.candump import format_lines
 
 ROOM_FRAMES = 1 << 16
 """Frames that may wait to be written."""

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dbc.frames import ERR_FLAG, FrameBatch
-from tools.live.layout import age
-from tools.live.screen import Line, Span, fitted, line, parted
-from tools.monitor.choice import Choice
-from tools.monitor.station import Station
-from tools.monitor.words import Words, check, identifier, payload
+from gnss_hil.dbc.contract.frames import ERR_FLAG, FrameBatch
+from gnss_hil.tools.live.layout import age
+from gnss_hil.tools.live.screen import Line, Span, fitted, line, parted
+from gnss_hil.tools.monitor.filter import Choice
+from gnss_hil.tools.monitor.format import Words, check, identifier, payload
+from gnss_hil.tools.monitor.stats import Station
 
 _WIDTH = {"id": 3, "message": 16, "sender": 6, "Hz": 7, "frames": 8, "check": 14, "faults": 6, "age": 5}
 _LEFT = ("id", "message", "sender", "check")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dbc.codec import Codec
-from dbc.frames import SFF_MASK, FrameBatch
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 
 
 @dataclass(slots=True)

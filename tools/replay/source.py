@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from dbc import vehicle as vehicles
-from dbc.codec import codec
-from emulator.scenario import Scenario
-from tools.errors import Mistake
-from tools.folder import LOG, SCENARIO
-from tools.log.recording import Recording
-from tools.plan import vehicle_name
-from tools.replay.tape import Tape, open_tape
-from tools.results import assemble
+from gnss_hil.dbc.common import vehicle as vehicles
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.recording.formats.recording import Recording
+from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
+from gnss_hil.tools.replay.recorded_run import Tape, open_tape
+from gnss_hil.tools.results import assemble
+from gnss_hil.tools.run_config.plan import vehicle_name
 
 
 @dataclass(frozen=True, slots=True, eq=False)

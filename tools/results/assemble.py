@@ -9,15 +9,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
-from dbc import vehicle
-from dbc.codec import Codec, codec
-from emulator import scenario as scenarios
-from emulator.scenario import Scenario
-from tools.errors import Mistake
-from tools.folder import FACTS, LOG, SCENARIO, SUMMARY, TRUTH, write_json
-from tools.results import tables, truth
-from tools.results.digest import Digest
-from tools.results.summary import build
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract.codec import Codec, codec
+from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.recording.run_folder import FACTS, LOG, SCENARIO, SUMMARY, TRUTH, write_json
+from gnss_hil.tools.results import tables, truth
+from gnss_hil.tools.results.summary import build
 
 
 class _Bus(BaseModel):

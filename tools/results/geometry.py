@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc.satellites import GLONASS, NUMBERS, SATELLITES
+from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS, SATELLITES
 
 _SINGULAR = 1e-9
 """Smallest eigenvalue of the normal equations, satellites of unit weight, below which there is no PDOP."""

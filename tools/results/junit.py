@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from tools.results.text import missed
+from gnss_hil.tools.results.text import missed
 
 
 def write(path: Path, summary: Mapping[str, Any], failures: Sequence[str]) -> None:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from dbc.codec import Codec
-from dbc.contract import BIT_RATE
-from tools.results.digest import Digest
-from tools.results.truth import Truth
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.results.truth import Truth
 
 
 def _number(value) -> float | int | None:

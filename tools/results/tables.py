@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from dbc import satellites
-from dbc.codec import Codec
-from dbc.contract import VALUES
-from dbc.gpstime import NS_PER_S
-from tools.log.candump import read_chunks
-from tools.results.digest import Digest
-from tools.results.truth import Truth
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.recording.formats.candump import read_chunks
+from gnss_hil.tools.results.truth import Truth
 
 _ROWS_PER_PART = 200_000
 _TRUTH_ROWS = 10_000

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tools.page.document import Page, card, table
-from tools.page.figure import Plot, axis, layout, line, numbers
-from tools.page.thin import extremes
-from tools.study.factors import COLUMNS, Effect
+from gnss_hil.tools.report.decimate import extremes
+from gnss_hil.tools.report.document import Page, card, table
+from gnss_hil.tools.report.figure import Plot, axis, layout, line, numbers
+from gnss_hil.tools.study.factors import COLUMNS, Effect
 
 _NOTE = (
     "Every run differs from the first only by its factor. Errors are those of fixes against the truth; the "

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dbc.codec import Codec
-from dbc.frames import EMPTY, SFF_MASK, FrameBatch
-from emulator import build
-from emulator.step import emulate_step
-from flightsw import step as flight
-from flightsw.position import Fix
-from tools.plan import Plan
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch
+from gnss_hil.emulator import assemble
+from gnss_hil.emulator.step import emulate_step
+from gnss_hil.flightsw.app import step as flight
+from gnss_hil.flightsw.estimation.position import Fix
+from gnss_hil.tools.run_config.plan import Plan
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class Errors:
 def play(plan: Plan, told: Callable[[int], None] = lambda epoch: None) -> Errors:
     """All epochs of a plan of two craft; `told` hears of each."""
     names, configs = plan.names, plan.flights
-    emulated = build.initial_state(plan.world)
+    emulated = assemble.initial_state(plan.world)
     flown = [flight.initial_state(config) for config in configs]
     answers = dict.fromkeys(names, EMPTY)
     epochs = plan.scenario.time.epochs

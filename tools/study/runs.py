@@ -9,9 +9,9 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import TextIO
 
-from tools.errors import Mistake
-from tools.study.factors import ALONE
-from tools.study.pair import Errors, play
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.study.factors import ALONE
+from gnss_hil.tools.study.pair import Errors, play
 
 TURN_DEG = 60.0
 """Roll of the second craft where it shall see other satellites, or the same on other antennas."""
@@ -29,8 +29,8 @@ class Job:
 
     def plan(self):
         """The run's plan; Mistake, ScenarioError or VehicleError if there is none."""
-        from tools import plan
-        from tools.arguments import unchanged
+        from gnss_hil.tools.command_line.arguments import unchanged
+        from gnss_hil.tools.run_config import plan
 
         arguments: Namespace = unchanged(self.scenario)
         arguments.duration, arguments.interval = self.duration_s, self.interval_s
@@ -42,7 +42,7 @@ class Job:
 
     def _change(self, document: dict) -> None:
         """The factor on, with the scenario's parameters where it has some; the second craft turned."""
-        from emulator.factors.registry import FACTORS
+        from gnss_hil.emulator.error_models.registry import FACTORS
 
         if self.factor != ALONE:
             owners = [document["sky"]] if FACTORS[self.factor].scope == "sky" else document["craft"]

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dbc import gpstime, satellites
-from emulator.files import almanacs
-from emulator.files.text import FileError
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.files import almanacs
+from gnss_hil.emulator.files.text import FileError
 
 # PRN 1 as the US Coast Guard published it for 2016-04-02 and 2016-03-02.
 YUMA = """******** Week 866 almanac for PRN-01 ********

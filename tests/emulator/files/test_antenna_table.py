@@ -5,8 +5,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from emulator.files import antenna_table
-from emulator.files.text import FileError
+from gnss_hil.emulator.files import antenna_table
+from gnss_hil.emulator.files.text import FileError
 
 
 def test_comments_tabs_and_the_other_side_of_the_cut():

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from emulator.files.columns import Lines, decimals, flags
+from gnss_hil.emulator.files.columns import Lines, decimals, flags
 
 
 def read(text, places):

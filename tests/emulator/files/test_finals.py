@@ -7,9 +7,9 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime
-from emulator.files import finals
-from emulator.files.text import FileError
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.files.text import FileError
 
 # finals2000A.all of the IERS, three days of 2011, to the end of bulletin A's columns for UT1.
 TEXT = """\

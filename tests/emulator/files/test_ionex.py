@@ -8,8 +8,8 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from emulator.files import ionex
-from emulator.files.text import FileError
+from gnss_hil.emulator.files import ionex
+from gnss_hil.emulator.files.text import FileError
 
 
 def line(text, label):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from emulator.files import ionosphere_header
-from emulator.files.text import FileError
+from gnss_hil.emulator.files import ionosphere_header
+from gnss_hil.emulator.files.text import FileError
 
 
 def line(text, label):

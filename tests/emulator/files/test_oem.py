@@ -5,9 +5,9 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from dbc import gpstime
-from emulator.files import oem
-from emulator.files.text import FileError
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.files import oem
+from gnss_hil.emulator.files.text import FileError
 
 KEYWORDS = """CCSDS_OEM_VERS = 2.0
 CREATION_DATE = 2020-01-01T00:00:00

@@ -7,8 +7,8 @@ from datetime import datetime
 
 import pytest
 
-from emulator.files import rinex_nav
-from emulator.files.text import FileError
+from gnss_hil.emulator.files import rinex_nav
+from gnss_hil.emulator.files.text import FileError
 
 GPS_2 = """\
      2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dbc import gpstime, satellites
-from emulator.files import rinex_obs
-from emulator.files.text import FileError
-from tests.emulator.files.observations import GPS_2, MIXED_3, header_line, version_3_tags_in
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.files import rinex_obs
+from gnss_hil.emulator.files.text import FileError
+from tests.support.rinex_observations import GPS_2, MIXED_3, header_line, version_3_tags_in
 
 NAN = np.nan
 

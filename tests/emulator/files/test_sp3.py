@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dbc import gpstime, satellites
-from emulator.files import sp3
-from emulator.files.text import FileError
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.files import sp3
+from gnss_hil.emulator.files.text import FileError
 
 C_FILE = """\
 #cP2009  4  1  0  0  0.00000000       2 ORBIT IGS05 HLM  IGS

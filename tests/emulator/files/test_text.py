@@ -7,8 +7,8 @@ import gzip
 import hatanaka
 import pytest
 
-from emulator.files.text import FileError, read_text
-from tests.emulator.files.observations import GPS_2, KNOWN_3
+from gnss_hil.emulator.files.text import FileError, read_text
+from tests.support.rinex_observations import GPS_2, KNOWN_3
 
 
 @pytest.mark.parametrize("text", [GPS_2, KNOWN_3], ids=["compact RINEX 1", "compact RINEX 3"])

@@ -5,10 +5,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from dbc.frames import WIDTH
-from emulator.receivers import frames
-from emulator.receivers.observe import Observations
-from tests.emulator import bench
+from gnss_hil.dbc.contract.frames import WIDTH
+from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.emulated.observables import Observations
+from tests.support import emulated
 
 
 def observations(n_channels):
@@ -25,7 +25,7 @@ def observations(n_channels):
 
 
 def part(seen):
-    the_world = bench.world()
+    the_world = emulated.world()
     paper, sky = the_world.craft[0].stationery, the_world.sky.at(the_world.start_ns)
     return frames.receivers_part(paper, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int), 48)
 
@@ -39,16 +39,16 @@ def test_a_channel_with_a_value_that_does_not_fit_is_left_out_whole(name, value)
     column = getattr(seen, name).copy()
     column[1] = value
     block = frames.block([part(replace(seen, **{name: column}))], 0)
-    assert bench.decode(block, "STATUS")["frames"].tolist() == [21, 31, 1, 1]
-    assert bench.decode(block, "STATUS")["channels_tracking"].tolist() == [2, 3, 0, 0]
-    assert bench.channels(block)["channel"].tolist() == [0, 2, 0, 1, 2]
+    assert emulated.decode(block, "STATUS")["frames"].tolist() == [21, 31, 1, 1]
+    assert emulated.decode(block, "STATUS")["channels_tracking"].tolist() == [2, 3, 0, 0]
+    assert emulated.channels(block)["channel"].tolist() == [0, 2, 0, 1, 2]
     assert len(block) == 5 * 10 + 8
 
 
 def test_signal_strength_saturates():
     seen = replace(observations(1), cn0_dbhz=np.array([80.0, 45.13]))
     block = frames.block([part(seen)], 0)
-    assert bench.channels(block)["cn0_dbhz"].tolist() == [63.75, 45.25]
+    assert emulated.channels(block)["cn0_dbhz"].tolist() == [63.75, 45.25]
     assert block.data.shape == (len(block), WIDTH)
 
 

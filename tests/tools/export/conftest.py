@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.tools.export.runs import played
-from tools.export import heard
+from gnss_hil.tools.export import run_data
+from tests.support.exported import played
 
 
 @pytest.fixture(scope="session")
@@ -16,5 +16,5 @@ def run(tmp_path_factory):
 @pytest.fixture(scope="session")
 def told(run):
     """Scenario and craft of the run, as its bus told them."""
-    scenario, (craft,) = heard.read(run)
+    scenario, (craft,) = run_data.read(run)
     return scenario, craft

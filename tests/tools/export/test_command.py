@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.tools.export.runs import played
-from tools.cli import main
+from gnss_hil.tools.command_line.main import main
+from tests.support.exported import played
 
 
 def test_files_go_where_they_are_wanted(run, tmp_path, capsys):
@@ -46,7 +46,7 @@ def test_a_mistake_is_one_line(words, said, run, tmp_path, capsys):
 
 
 def test_a_signal_without_a_code_is_named(run, capsys, monkeypatch):
-    monkeypatch.setattr("tools.export.codes.SIGNALS", {})
+    monkeypatch.setattr("gnss_hil.tools.export.codes.SIGNALS", {})
     assert main(["export", "rinex", str(run)]) == 2
     assert "signal L1CA of system gps has no RINEX code" in capsys.readouterr().err
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from emulator.files import sp3 as reader
-from tools.errors import Mistake
-from tools.export import course, sp3
-from tools.export import oem as ours
-from tools.export.course import Course
+from gnss_hil.emulator.files import sp3 as reader
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.export import oem as ours
+from gnss_hil.tools.export import sp3, time_series
+from gnss_hil.tools.export.time_series import Course
 
 
 @pytest.fixture(scope="module")
 def fixes(told) -> Course:
-    (course_of_craft,) = course.of_fixes([told[1]])
+    (course_of_craft,) = time_series.of_fixes([told[1]])
     return course_of_craft
 
 
@@ -75,7 +75,7 @@ def test_uneven_epochs_make_no_table(fixes):
 
 
 def test_truth_is_where_the_craft_was(run, told, fixes):
-    (true,) = course.of_truth(run, [told[1]])
+    (true,) = time_series.of_truth(run, [told[1]])
     rows = np.searchsorted(true.t_ns, fixes.t_ns)
     assert len(true.t_ns) == 90
     assert np.abs(true.position_m[rows] - fixes.position_m).max() < 0.01

@@ -10,12 +10,12 @@ import numpy as np
 import polars
 import pytest
 
-from emulator.files import rinex_nav, rinex_obs
-from tools.export import navigation, rinex
-from tools.export.codes import codes_of
-from tools.export.heard import Rows
-from tools.export.reduce import one_clock, reduced
-from tools.export.rinex_obs import loss_of_lock
+from gnss_hil.emulator.files import rinex_nav, rinex_obs
+from gnss_hil.tools.export import navigation, rinex
+from gnss_hil.tools.export.codes import codes_of
+from gnss_hil.tools.export.reduce import one_clock, reduced
+from gnss_hil.tools.export.rinex_obs import loss_of_lock
+from gnss_hil.tools.export.run_data import Rows
 
 
 @pytest.fixture(scope="module")

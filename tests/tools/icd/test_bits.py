@@ -7,9 +7,9 @@ from itertools import pairwise
 import pytest
 from cantools.database import load_string
 
-from dbc.generate import dbc_text
-from tests.tools.icd.pages import by_id, subject_of, tree
-from tools.icd import bits
+from gnss_hil.dbc.contract.generate import dbc_text
+from gnss_hil.tools.icd import bits
+from tests.support.icd_pages import by_id, subject_of, tree
 
 
 def drawn(section) -> dict[tuple[str, int], int]:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.tools.icd.pages import page
+from tests.support.icd_pages import page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 

@@ -6,15 +6,15 @@ import re
 
 import pytest
 
-from dbc.frames import FrameBatch, concat
-from dbc.link import bench
-from dbc.link.follower import Follower, Task
-from dbc.link.lockstep import Barrier, Exchange
-from tests.dbc import bench_frames
-from tests.dbc.bench_frames import CODEC, SESSION
-from tests.tools.icd.pages import tree
-from tools.icd.charts import CHARTS, COMMAND, EMULATOR, FLIGHT, LOST_SYNC, RESTART, START
-from tools.icd.sequence import Chart, Sent
+from gnss_hil.dbc.contract.frames import FrameBatch, concat
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.dbc.lockstep.master import Barrier, Exchange
+from gnss_hil.dbc.lockstep.slave import Follower, Task
+from gnss_hil.tools.icd.charts import CHARTS, COMMAND, EMULATOR, FLIGHT, LOST_SYNC, RESTART, START
+from gnss_hil.tools.icd.sequence import Chart, Sent
+from tests.support import lockstep_frames
+from tests.support.icd_pages import tree
+from tests.support.lockstep_frames import CODEC, SESSION
 
 EPOCH = {"k": 10, "k+1": 11, "k+n": 15, "n-1": 20, "n": 21, "0": 0}
 SESSIONS = {"session": SESSION, "old session": SESSION, "new session": SESSION + 1}
@@ -40,10 +40,10 @@ def kind(sent: Sent) -> str:
 def of_emulator(chart: Chart, sent: Sent) -> FrameBatch:
     epoch, session = epoch_of(sent), session_of(chart, sent)
     if kind(sent) == "block":
-        return bench_frames.block(epoch, session=session)
+        return lockstep_frames.block(epoch, session=session)
     if kind(sent) == "SYNC":
-        return bench_frames.sync(epoch, 6, session)
-    return bench.encode(bench.END_ID, session, epoch, bench.END_REASON["COMPLETED"])
+        return lockstep_frames.sync(epoch, 6, session)
+    return messages.encode(messages.END_ID, session, epoch, messages.END_REASON["COMPLETED"])
 
 
 def drawn_answers(chart: Chart) -> list[tuple[str, int, int]]:
@@ -65,9 +65,11 @@ def played_answers(chart: Chart) -> tuple[list[tuple[str, int, int]], list[Task]
             tasks.append(work.task)
             frames = work.block
             if work.task is Task.STEP:
-                frames = follower.answer(bench_frames.navigation(1))
-            spoken = [bench.decode(frames, row) for row in bench.rows(frames)]
-            answers += [("DONE", said.session, said.epoch) for said in spoken if said.can_id == bench.DONE_ID]
+                frames = follower.answer(lockstep_frames.navigation(1))
+            spoken = [messages.decode(frames, row) for row in messages.rows(frames)]
+            answers += [
+                ("DONE", said.session, said.epoch) for said in spoken if said.can_id == messages.DONE_ID
+            ]
     return answers, tasks
 
 
@@ -90,11 +92,11 @@ def test_the_emulator_takes_the_answers_as_drawn():
                 exchange = (
                     exchange if exchange and exchange.session == session else Exchange(CODEC, session, {})
                 )
-                exchange.open(epoch_of(sent), bench_frames.measurements(6))
+                exchange.open(epoch_of(sent), lockstep_frames.measurements(6))
                 opened.append(epoch_of(sent))
             elif kind(sent) == "DONE" and not sent.lost and exchange:
-                done = bench_frames.done(epoch_of(sent), 3, session_of(chart, sent))
-                exchange.hear(concat((bench_frames.navigation(1), done)))
+                done = lockstep_frames.done(epoch_of(sent), 3, session_of(chart, sent))
+                exchange.hear(concat((lockstep_frames.navigation(1), done)))
                 answered += [epoch_of(sent)] * exchange.answered
         assert answered == opened, chart.title
 
@@ -105,9 +107,9 @@ def test_the_barrier_opens_at_the_heartbeat_drawn():
     assert START.arrows[:first_block] == hearts
     barrier = Barrier(CODEC)
     assert barrier.missing
-    barrier.hear(bench_frames.heartbeat(contract_hash=1))
+    barrier.hear(lockstep_frames.heartbeat(contract_hash=1))
     assert barrier.missing
-    barrier.hear(bench_frames.heartbeat())
+    barrier.hear(lockstep_frames.heartbeat())
     assert not barrier.missing
 
 
@@ -117,7 +119,7 @@ def test_a_new_session_starts_from_nothing():
         if sent.by == EMULATOR:
             for work in follower.hear(of_emulator(RESTART, sent), 0.0):
                 fresh.append(work.fresh)
-                follower.answer(bench_frames.navigation(1))
+                follower.answer(lockstep_frames.navigation(1))
     assert fresh == [True, True]
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from dbc.vehicle import find
-from emulator.scenario import shipped
-from tests.tools.icd.pages import page
-from tools.cli import main
+from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.emulator.config.scenario import shipped
+from gnss_hil.tools.command_line.main import main
+from tests.support.icd_pages import page
 
 PROGRAM = shutil.which("gnss-hil", path=str(Path(sys.executable).parent))
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 from cantools.database import load_string
 
-from dbc.codec import codec
-from dbc.generate import dbc_text
-from tests.tools.icd.pages import by_id, page, subject_of, tree, words
-from tools.icd import prose
-from tools.icd.chapters import CHAPTERS, section
-from tools.icd.messages import number, readers
-from tools.icd.page import document
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.generate import dbc_text
+from gnss_hil.tools.icd import prose
+from gnss_hil.tools.icd.chapters import CHAPTERS, section
+from gnss_hil.tools.icd.messages import number, readers
+from gnss_hil.tools.icd.page import document
+from tests.support.icd_pages import by_id, page, subject_of, tree, words
 
 DOCS = Path(__file__).parents[3] / "docs"
 SIZES = [1, 4, 8]

@@ -6,9 +6,9 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from tools.icd import maths, prose
-from tools.icd.chapters import _FORMULAS
-from tools.icd.maths import FormulaError, parse
+from gnss_hil.tools.icd import maths, prose
+from gnss_hil.tools.icd.chapters import _FORMULAS
+from gnss_hil.tools.icd.maths import FormulaError, parse
 
 
 def read(formula: str) -> str:

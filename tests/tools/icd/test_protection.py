@@ -7,10 +7,10 @@ import re
 import e2e.p11
 import pytest
 
-from dbc.codec import codec
-from tests.tools.icd.pages import tree, words
-from tools.icd import prose, protection
-from tools.icd.protection import VECTORS, crc_steps
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.tools.icd import prose, protection
+from gnss_hil.tools.icd.protection import VECTORS, crc_steps
+from tests.support.icd_pages import tree, words
 
 CODEC = codec(4)
 EXAMPLES = [e for e in tree().iter("table") if e.get("class") == "crc"]
@@ -66,8 +66,8 @@ def test_counter_states_are_those_of_the_contracts_table():
 
 
 def test_every_reason_has_its_consequence():
-    from dbc.e2e import Verdict
-    from flightsw.rejections import Reason
+    from gnss_hil.dbc.contract.e2e import Verdict
+    from gnss_hil.flightsw.io.frame_statistics import Reason
 
     (table,) = [e for e in tree().iter("table") if e.get("class") == "reasons"]
     told = [words(tr[0]) for tr in table.iter("tr")][1:]

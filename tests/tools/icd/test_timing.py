@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from dbc.contract import FLIGHT_NODE
-from emulator.build import initial_state
-from emulator.step import emulate_step
-from tests.tools.icd.pages import subject_of, tree, words
-from tools.arguments import unchanged
-from tools.icd import prose, timing
-from tools.plan import make
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.emulator.assemble import initial_state
+from gnss_hil.emulator.step import emulate_step
+from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.tools.icd import prose, timing
+from gnss_hil.tools.run_config.plan import make
+from tests.support.icd_pages import subject_of, tree, words
 
 (BUS,) = subject_of().buses
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.runs import children_of
-from tests.tools.live.terminals import Session, row
+from tests.support.runs import children_of
+from tests.support.terminals import Session, row
 
 FIT = " soyuz  00:"
 

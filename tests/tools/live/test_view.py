@@ -11,20 +11,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from dbc import satellites
-from dbc.e2e import Verdict
-from dbc.frames import FrameBatch, batch, concat
-from tests.tools.live.flown import EPOCHS, epochs, soyuz, write_truth
-from tools.live import display, layout
-from tools.live.judge import Judge
-from tools.live.layout import age, arranged, screen
-from tools.live.progress import Progress
-from tools.live.screen import line, parted, plain, printable, width_of, wrapped
-from tools.live.sight import off_boresight_rad, sight
-from tools.live.standings import CraftStanding, RunStanding
-from tools.live.tally import Tally
-from tools.live.view import LiveView
-from tools.results.digest import Digest
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
+from gnss_hil.tools.decoder.counters import Tally
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.decoder.epoch_snapshot import off_boresight_rad, sight
+from gnss_hil.tools.live import display, layout
+from gnss_hil.tools.live.layout import age, arranged, screen
+from gnss_hil.tools.live.live_error import Judge
+from gnss_hil.tools.live.progress import Progress
+from gnss_hil.tools.live.screen import line, parted, plain, printable, width_of, wrapped
+from gnss_hil.tools.live.summary import CraftStanding, RunStanding
+from gnss_hil.tools.live.view import LiveView
+from tests.support.live_runs import EPOCHS, epochs, soyuz, write_truth
 
 PLAN = soyuz()
 (CODEC,), (VEHICLE,) = PLAN.codecs, PLAN.vehicles

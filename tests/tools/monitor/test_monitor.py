@@ -13,15 +13,16 @@ from contextlib import contextmanager
 
 import pytest
 
-from dbc.frames import batch
-from dbc.link import bench
-from dbc.link.base import open_link
-from dbc.link.hub import Hub, PrivateFolder
-from tests.tools.live.flown import epochs
-from tests.tools.live.terminals import Session, row
-from tools.cli import main
-from tools.monitor import find
-from tools.monitor.lines import ROOM_FRAMES
+from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.contract.frames import batch
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.monitor import discovery
+from gnss_hil.tools.monitor.lines import ROOM_FRAMES
+from tests.support.live_runs import epochs
+from tests.support.terminals import Session, row
 
 
 @contextmanager
@@ -36,7 +37,7 @@ def bus():
 
 def monitor(spec: str, *more: str, **pipes) -> subprocess.Popen:
     pipes = {"stdout": subprocess.PIPE, **pipes}
-    command = [sys.executable, "-m", "tools.cli", "monitor", "--bus", spec, *more]
+    command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", "monitor", "--bus", spec, *more]
     return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **pipes)
 
 
@@ -81,7 +82,7 @@ def test_only_what_is_asked_for_is_shown_raw_lines_are_candumps():
 def test_a_bus_that_goes_away_is_one_line_and_a_run_that_ends_is_none():
     for farewell, status, says in (
         ((), 1, r"gnss-hil: bus embedded:\S+: the hub closed the bus"),
-        ((bench.encode(bench.END_ID, 1, 10, 0),), 0, "gnss-hil: the bench has ended its run"),
+        ((messages.encode(messages.END_ID, 1, 10, 0),), 0, "gnss-hil: the bench has ended its run"),
     ):
         with bus() as (hub, spec, link):
             process = monitor(spec)
@@ -170,13 +171,23 @@ def test_the_bus_of_a_run_is_found_and_the_run_does_not_mind(tmp_path, monkeypat
     """Found without a path; nothing is lost; the monitor ends with the run."""
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     folder = tmp_path / "run"
-    command = [sys.executable, "-m", "tools.cli", "run", "--pace", "x20", "--duration", "1d", "--quiet"]
+    command = [
+        sys.executable,
+        "-m",
+        "gnss_hil.tools.command_line.main",
+        "run",
+        "--pace",
+        "x20",
+        "--duration",
+        "1d",
+        "--quiet",
+    ]
     run = subprocess.Popen([*command, "--out", str(folder)], stdout=subprocess.PIPE, text=True)
     log, end = folder / "bus.log", time.monotonic() + 60
     while not (log.exists() and log.stat().st_size):
         assert run.poll() is None and time.monotonic() < end
         time.sleep(0.05)
-    command = [sys.executable, "-m", "tools.cli", "monitor", "--only", "NAV_STATUS"]
+    command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", "monitor", "--only", "NAV_STATUS"]
     listener = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     said = [listener.stdout.readline() for _ in range(20)]
     run.send_signal(signal.SIGINT)
@@ -219,10 +230,10 @@ def test_which_bus_is_asked_when_there_is_none_or_more_than_one(capsys, monkeypa
         (first / "can0").touch()  # no socket
         with socket.socket(socket.AF_UNIX) as dead:  # a bench that was killed leaves its socket
             dead.bind(str(second / "can0"))
-        assert find.sockets(str(tmp_path)) == []
+        assert discovery.sockets(str(tmp_path)) == []
 
 
 def test_without_a_bench_there_is_one_clear_line(capsys, monkeypatch):
-    monkeypatch.setattr(find, "sockets", lambda parent: [])
+    monkeypatch.setattr(discovery, "sockets", lambda parent: [])
     assert main(["monitor"]) == 3
     assert capsys.readouterr().err.startswith("gnss-hil: --bus embedded: no bench is running")

@@ -7,11 +7,11 @@ import shutil
 
 import pytest
 
-from emulator import scenario as scenarios
-from tools.cli import main
-from tools.errors import Mistake
-from tools.folder import FACTS, LOG, SCENARIO
-from tools.results import assemble
+from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.recording.run_folder import FACTS, LOG, SCENARIO
+from gnss_hil.tools.results import assemble
 
 WHOLE = {
     "scenario": "soyuz", "seed": 1, "policy": "visible", "pace": "lockstep",

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dbc import codec
-from tools.results.digest import Digest, Traffic
-from tools.results.summary import build, frames_summary
-from tools.results.text import render
+from gnss_hil.dbc.contract import codec
+from gnss_hil.tools.decoder.digest import Digest, Traffic
+from gnss_hil.tools.results.summary import build, frames_summary
+from gnss_hil.tools.results.text import render
 
 CODEC = codec.codec(4)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dbc import codec, e2e
-from dbc.frames import FrameBatch, batch, concat
-from tools.results import tables
-from tools.results.digest import Digest
-from tools.results.summary import build
+from gnss_hil.dbc.contract import codec, e2e
+from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.results import tables
+from gnss_hil.tools.results.summary import build
 
 polars = pytest.importorskip("polars")
 

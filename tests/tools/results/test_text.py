@@ -10,20 +10,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dbc import vehicle
-from dbc.bits import frame_bits
-from dbc.frames import batch
-from emulator import scenario as scenarios
-from emulator.journal import TruthLog
-from emulator.truth import TRUTH
-from tools import toml
-from tools.arguments import unchanged
-from tools.budget import WORST_BITS, budget, typical_bits
-from tools.live.progress import Progress, clock
-from tools.live.watch import Standing
-from tools.plan import make
-from tools.results import truth
-from tools.results.summary import errors_against_truth, judge, metrics, statistics
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract.bits import frame_bits
+from gnss_hil.dbc.contract.frames import batch
+from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.emulator.journal import TruthLog
+from gnss_hil.emulator.truth import TRUTH
+from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.tools.common import toml
+from gnss_hil.tools.live.glance import Standing
+from gnss_hil.tools.live.progress import Progress, clock
+from gnss_hil.tools.results import truth
+from gnss_hil.tools.results.summary import errors_against_truth, judge, metrics, statistics
+from gnss_hil.tools.run_config.frame_budget import WORST_BITS, budget, typical_bits
+from gnss_hil.tools.run_config.plan import make
 
 NAMES = st.text(st.characters(codec="utf-8"), min_size=1, max_size=8)
 VALUES = st.recursive(

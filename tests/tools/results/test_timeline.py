@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dbc.bits import frame_bits
-from dbc.frames import concat
-from tests.tools.results.test_digest import FIVE, SECOND, USED, Sender, digested, frames_of, navigation
-from tools.results.tables import epoch_columns, fix_columns
+from gnss_hil.dbc.contract.bits import frame_bits
+from gnss_hil.dbc.contract.frames import concat
+from gnss_hil.tools.results.tables import epoch_columns, fix_columns
+from tests.tools.decoder.test_digest import FIVE, SECOND, USED, Sender, digested, frames_of, navigation
 
 QUATERNION = (0.5, -0.5, 0.5, -0.5)
 

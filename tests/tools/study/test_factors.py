@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from tools.cli import main
-from tools.study.factors import largest, rms
+from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.study.factors import largest, rms
 
 
 @pytest.fixture(scope="module")

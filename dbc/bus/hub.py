@@ -1,0 +1,303 @@
+"""The embedded bus: one thread that passes frames between processes, in one order, losing none.
+
+A peer is a stream of `struct can_frame`. What one sends goes to all others and to the taps, never back.
+Everything passes through one thread, so all receivers and taps see the frames of all senders in the same
+order. A receiver that falls behind fills its queue; then nobody else is read until it catches up.
+"""
+
+from __future__ import annotations
+
+import errno
+import math
+import os
+import selectors
+import socket
+import struct
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from gnss_hil.dbc.bus.base import LinkError
+from gnss_hil.dbc.bus.embedded import CHUNK, FRAME, SUN_PATH_BYTES
+from gnss_hil.dbc.contract.frames import WIDTH
+
+QUEUE_BYTES = 1 << 20
+"""A peer with more than this waiting for it holds the others back (65,536 frames)."""
+
+ACCEPT_AGAIN_S = 0.2
+"""How long those who connect wait at least where a process has no file descriptor left."""
+
+_NO_ROOM = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+
+Tap = Callable[[int, bytes], None]
+"""Called in the hub's thread with the sender's number and whole frames, in bus order."""
+
+PeerWatch = Callable[[int, bool], None]
+"""Called in the hub's thread with a peer's number: True it joined, False it is gone."""
+
+
+@dataclass(eq=False, slots=True)
+class _Peer:
+    """One connection. `tail` is the beginning of a frame that has not come whole; `queue` waits to leave;
+    `full_s` is when it began to hold the others back."""
+
+    number: int
+    sock: socket.socket
+    tail: bytes = b""
+    queue: deque[memoryview] = field(default_factory=deque)
+    queued: int = 0
+    deaf: bool = False
+    interest: int = selectors.EVENT_READ
+    process: int = 0
+    full_s: float = math.inf
+
+    def offer(self, wire: bytes) -> None:
+        if self.deaf:
+            return
+        self.queue.append(memoryview(wire))
+        self.queued += len(wire)
+        if len(self.queue) == 1:
+            self.flush()
+
+    def flush(self) -> None:
+        """Sends what the socket takes. A peer that shut its reading side stays as a sender."""
+        try:
+            while self.queue:
+                sent = self.sock.send(self.queue[0])
+                self.queued -= sent
+                if sent < len(self.queue[0]):
+                    self.queue[0] = self.queue[0][sent:]
+                else:
+                    self.queue.popleft()
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.deaf = True
+            self.queue.clear()
+            self.queued = 0
+
+
+class Hub:
+    """Serves one bus at `path` from its own thread until closed.
+
+    taps     see every frame, in bus order
+    watch    told who joins and who is gone
+    failure  what a tap or the watch raised; the bus was closed for it
+    """
+
+    def __init__(self, path: Path, taps: Sequence[Tap] = (), watch: PeerWatch = lambda number, here: None):
+        self.path = Path(path)
+        self.failure: BaseException | None = None
+        self.malformed = 0
+        self._taps = tuple(taps)
+        self._watch = watch
+        self._peers: dict[int, _Peer] = {}
+        self._full: set[int] = set()
+        self._joined = 0
+        self._listener = _listen(self.path)
+        self._wake, self._woken = socket.socketpair()
+        self._selector = selectors.DefaultSelector()
+        self._refusing = False
+        self._listen_on(self._listener)
+        self._selector.register(self._woken, selectors.EVENT_READ, self)
+        self._thread = threading.Thread(target=self._serve, name=f"hub {self.path.name}", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Hub:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    @property
+    def peers(self) -> int:
+        return len(self._peers)
+
+    def holding_back(self, seconds: float) -> list[tuple[int, int]]:
+        """Number and process of peers that do not read and so have held everybody back for so long."""
+        since_s = time.monotonic() - seconds
+        return [(peer.number, peer.process) for peer in list(self._peers.values()) if peer.full_s <= since_s]
+
+    def close(self) -> None:
+        """Ends the bus: every peer reads an end of file. May be called twice."""
+        with suppress(OSError):
+            self._wake.send(b"x")
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
+
+    def _serve(self) -> None:
+        try:
+            while self._turn():
+                pass
+        except BaseException as error:  # a tap's mistake must reach the supervisor, not die with the thread
+            self.failure = error
+        finally:
+            self._shut()
+
+    def _turn(self) -> bool:
+        refused = self._refusing
+        for key, events in self._selector.select(ACCEPT_AGAIN_S if self._refusing else None):
+            peer = key.data
+            if peer is self:
+                return False
+            if peer is None:
+                self._accept()
+                continue
+            if events & selectors.EVENT_WRITE:
+                peer.flush()
+                self._settle(peer)
+            if events & selectors.EVENT_READ and peer.interest & selectors.EVENT_READ:
+                self._read(peer)
+        if refused:
+            self._refuse(False)
+        return True
+
+    def _accept(self) -> None:
+        """Takes in everybody who is connecting."""
+        while True:
+            try:
+                sock, _ = self._listener.accept()
+            except OSError as error:  # nobody (any more)
+                if error.errno in _NO_ROOM:
+                    self._refuse(True)
+                return
+            sock.setblocking(False)
+            self._joined += 1
+            peer = _Peer(self._joined, sock, process=_process_of(sock))
+            self._selector.register(sock, peer.interest, peer)
+            self._peers[peer.number] = peer
+            self._apply_interest()
+            self._watch(peer.number, True)
+
+    def _refuse(self, refusing: bool) -> None:
+        """Let those who connect wait: no file descriptor is left, and the selector would not rest."""
+        if refusing != self._refusing:
+            self._refusing = refusing
+            (self._selector.unregister if refusing else self._listen_on)(self._listener)
+
+    def _listen_on(self, listener: socket.socket) -> None:
+        self._selector.register(listener, selectors.EVENT_READ, None)
+
+    def _read(self, peer: _Peer) -> None:
+        try:
+            wire = peer.sock.recv(CHUNK)
+        except BlockingIOError:
+            return
+        except OSError:
+            wire = b""
+        if not wire:
+            self._drop(peer)
+            return
+        self._accept()  # whoever connected before these bytes were sent must hear them
+        if peer.tail:
+            wire = peer.tail + wire
+        whole = len(wire) // FRAME * FRAME
+        if whole < len(wire):
+            wire, peer.tail = wire[:whole], wire[whole:]
+        else:
+            peer.tail = b""
+        self._forward(peer, self._sound(wire))
+
+    def _sound(self, wire: bytes) -> bytes:
+        """Without frames that claim more than eight bytes."""
+        if max(wire[4::FRAME], default=0) <= WIDTH:
+            return wire
+        frames = [wire[i : i + FRAME] for i in range(0, len(wire), FRAME)]
+        sound = [frame for frame in frames if frame[4] <= WIDTH]
+        self.malformed += len(frames) - len(sound)
+        return b"".join(sound)
+
+    def _forward(self, sender: _Peer, wire: bytes) -> None:
+        if not wire:
+            return
+        for peer in self._peers.values():
+            if peer is not sender:
+                peer.offer(wire)
+                self._settle(peer)
+        for tap in self._taps:
+            tap(sender.number, wire)
+
+    def _settle(self, peer: _Peer) -> None:
+        """Brings the selector in line with a peer's queue."""
+        full = peer.queued > QUEUE_BYTES
+        if full != (peer.number in self._full):
+            peer.full_s = time.monotonic() if full else math.inf
+            (self._full.add if full else self._full.discard)(peer.number)
+            self._apply_interest()
+        elif bool(peer.queue) != bool(peer.interest & selectors.EVENT_WRITE):
+            self._apply_interest()
+
+    def _apply_interest(self) -> None:
+        """A peer is read while nobody else's queue is full, and written while its own holds something."""
+        for peer in self._peers.values():
+            held_back = bool(self._full - {peer.number})
+            interest = selectors.EVENT_WRITE if peer.queue else 0
+            interest |= 0 if held_back else selectors.EVENT_READ
+            if interest == peer.interest:
+                continue
+            if not interest:
+                self._selector.unregister(peer.sock)
+            elif not peer.interest:
+                self._selector.register(peer.sock, interest, peer)
+            else:
+                self._selector.modify(peer.sock, interest, peer)
+            peer.interest = interest
+
+    def _drop(self, peer: _Peer) -> None:
+        if peer.interest:
+            self._selector.unregister(peer.sock)
+        peer.sock.close()
+        self.malformed += bool(peer.tail)
+        del self._peers[peer.number]
+        self._full.discard(peer.number)
+        self._apply_interest()
+        self._watch(peer.number, False)
+
+    def _shut(self) -> None:
+        for peer in self._peers.values():
+            peer.sock.close()
+        self._listener.close()
+        self._wake.close()
+        self._woken.close()
+        self._selector.close()
+        with suppress(FileNotFoundError):
+            self.path.unlink()
+
+
+def _process_of(sock: socket.socket) -> int:
+    """Who connected; SO_PEERCRED is pid, uid, gid."""
+    return struct.unpack("=3i", sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))[0]
+
+
+def _listen(path: Path) -> socket.socket:
+    if len(os.fsencode(path)) > SUN_PATH_BYTES:
+        raise LinkError(f"bus 'embedded:{path}': the path is longer than {SUN_PATH_BYTES} bytes")
+    _clear_away(path)
+    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        os.fchmod(sock.fileno(), 0o600)  # before bind, so that the name never exists with another mode
+        sock.bind(os.fspath(path))
+        sock.listen()
+    except OSError as error:
+        sock.close()
+        taken = "somebody is there already" if error.errno == errno.EADDRINUSE else error.strerror
+        raise LinkError(f"bus 'embedded:{path}': {taken or error}") from None
+    sock.setblocking(False)
+    return sock
+
+
+def _clear_away(path: Path) -> None:
+    """Removes the socket of a hub that died without removing it; anything else at `path` stays."""
+    if not path.is_socket():
+        return
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        try:
+            probe.connect(os.fspath(path))
+        except ConnectionRefusedError:
+            path.unlink(missing_ok=True)
+        except OSError:
+            return  # bind will say what is wrong

@@ -1,0 +1,115 @@
+"""The vehicle file: what flight software and emulator both know of the spacecraft, nominal.
+
+TOML, one table per antenna. Body axes: x fore, y starboard, z nadir when the craft flies in orbital
+attitude; origin in the centre of mass. See `dbc/vehicles/soyuz-ms.toml`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from gnss_hil.dbc.common.shipped_files import Files
+from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS
+
+Vector = tuple[float, float, float]
+
+
+class Strict(BaseModel):
+    """Unknown keys are mistakes; numbers are finite; nothing is coerced from text."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Antenna(Strict):
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,23}$")]
+    receiver: Annotated[int, Field(ge=1, le=MAX_RECEIVERS)]
+    channels: Annotated[int, Field(ge=1, le=CHANNELS)]
+    clock_domain: Annotated[int, Field(ge=0, le=7)] = 0
+    boresight_body: Vector
+    lever_arm_body_m: Vector
+    mask_deg: Annotated[float, Field(gt=0, le=180)]
+
+    @model_validator(mode="after")
+    def _boresight_is_a_direction(self):
+        norm = float(np.linalg.norm(self.boresight_body))
+        if abs(norm - 1) > 1e-3:
+            raise ValueError(f"boresight_body has length {norm:.4g}; a direction has length 1")
+        return self
+
+
+class VehicleFile(Strict):
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
+    antenna: Annotated[list[Antenna], Field(min_length=1, max_length=MAX_RECEIVERS)]
+
+    @model_validator(mode="after")
+    def _receivers_count_up(self):
+        numbers = [a.receiver for a in self.antenna]
+        if sorted(numbers) != list(range(1, len(numbers) + 1)):
+            raise ValueError(f"antenna receivers are {numbers}; each of 1 to {len(numbers)} once")
+        names = [a.name for a in self.antenna]
+        if len(set(names)) != len(names):
+            raise ValueError(f"antenna names are {names}; each must be different")
+        return self
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vehicle:
+    """The antennas as arrays, row a = receiver a + 1.
+
+    names             (m,)
+    channels          (m,) int
+    clock_domain      (m,) int
+    boresight_body    (m, 3) unit vectors
+    lever_arm_body_m  (m, 3) phase centre relative to the centre of mass [m]
+    mask_rad          (m,) largest angle off boresight [rad]
+    """
+
+    name: str
+    names: tuple[str, ...]
+    channels: NDArray[np.int64]
+    clock_domain: NDArray[np.int64]
+    boresight_body: NDArray[np.float64]
+    lever_arm_body_m: NDArray[np.float64]
+    mask_rad: NDArray[np.float64]
+
+    @property
+    def antennas(self) -> int:
+        return len(self.names)
+
+
+class VehicleError(ValueError):
+    """A vehicle file that cannot be used; the message is for people."""
+
+
+def from_model(model: VehicleFile) -> Vehicle:
+    rows = sorted(model.antenna, key=lambda a: a.receiver)
+    boresight = np.array([a.boresight_body for a in rows])
+    return Vehicle(
+        model.name,
+        tuple(a.name for a in rows),
+        np.array([a.channels for a in rows]),
+        np.array([a.clock_domain for a in rows]),
+        boresight / np.linalg.norm(boresight, axis=1, keepdims=True),
+        np.array([a.lever_arm_body_m for a in rows]),
+        np.deg2rad([a.mask_deg for a in rows]),
+    )
+
+
+FILES = Files("vehicle", "gnss_hil.dbc", "vehicles", VehicleFile, VehicleError)
+shipped, find = FILES.shipped, FILES.find
+
+
+def parse(text: str, origin: str) -> Vehicle:
+    """A vehicle from TOML text; VehicleError says what is wrong and where."""
+    return from_model(FILES.checked(FILES.document(text, origin), origin))
+
+
+def load(path: Path) -> Vehicle:
+    """A vehicle from a file; VehicleError says what is wrong and where."""
+    return from_model(FILES.checked(FILES.read(path), str(path)))

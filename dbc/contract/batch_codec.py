@@ -1,0 +1,163 @@
+"""Many frames of many kinds written or read at once.
+
+The codec works on the frames of one kind. An epoch brings two dozen kinds of a few frames each, and
+doing it kind by kind costs hundreds of array operations. A `Form` joins the layouts of its kinds into one
+table, one signal after another, and writes them in one pass; a `Reader` spreads layouts over the
+identifiers and reads a whole block in one. Both equal the codec bit for bit.
+
+Protection headers are written blank (`dbc.contract.e2e.protect` fills them in) and not read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, Layout
+from gnss_hil.dbc.contract.messages import HEADER_NAMES
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Form:
+    """Frames of k kinds to be written together, s payload signals one after another; a kind may repeat.
+
+    names   (u,) distinct signal names
+    pick    (s,) which name a signal has
+    starts  (k,) first signal of each frame
+    shifted whether any signal has an offset
+    shift, mask, factor, offset, raw_min, raw_max   (s, 1) as in the codec's layouts
+    """
+
+    kinds: tuple[str, ...]
+    names: tuple[str, ...]
+    pick: NDArray[np.intp]
+    starts: NDArray[np.intp]
+    shifted: bool
+    shift: NDArray[np.uint64]
+    mask: NDArray[np.uint64]
+    factor: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    raw_min: NDArray[np.float64]
+    raw_max: NDArray[np.float64]
+
+    def fill(self, n: int, values: Mapping[str, object]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+        """As `write`, from a scalar or (n,) for every name: a name in several kinds is one quantity."""
+        columns = np.empty((len(self.names), n))
+        for i, name in enumerate(self.names):
+            columns[i] = values[name]
+        return self.write(columns.take(self.pick, axis=0))
+
+    def write(self, values: NDArray[np.float64]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+        """Payloads (n, k, 8) from physical values (s, n), rounded half to even.
+
+        A value that its signal cannot carry saturates; nan is written as raw zero. Also returned is (n, k),
+        which frames say exactly what they were given: whoever must not send the others leaves them out.
+        """
+        scaled = (values - self.offset if self.shifted else values) / self.factor
+        np.rint(scaled, out=scaled)
+        raw = np.minimum(np.maximum(scaled, self.raw_min), self.raw_max)
+        fits = raw == scaled
+        if fits.all():
+            whole = np.ones((values.shape[1], len(self.kinds)), bool)
+        else:
+            whole = np.logical_and.reduceat(fits, self.starts, axis=0).T
+            raw[np.isnan(raw)] = 0
+        bits = raw.astype(np.int64).view(np.uint64)
+        bits &= self.mask
+        bits <<= self.shift
+        words = np.bitwise_or.reduceat(bits, self.starts, axis=0)
+        payloads = np.ascontiguousarray(words.T, "<u8").view(np.uint8)
+        return payloads.reshape(*whole.shape, 8), whole
+
+
+def form(codec: Codec, kinds: Sequence[str]) -> Form:
+    """The form of these kinds, in this order."""
+    layouts = [codec.kinds[kind] for kind in kinds]
+    rows = [_payload(layout) for layout in layouts]
+    signals = [layout.signals[i] for layout, r in zip(layouts, rows, strict=True) for i in r]
+    names = tuple(dict.fromkeys(signals))
+
+    def column(name: str) -> NDArray:
+        parts = [getattr(layout, name)[r] for layout, r in zip(layouts, rows, strict=True)]
+        return np.concatenate(parts)[:, None]
+
+    offset = column("offset")
+    return Form(
+        kinds=tuple(kinds),
+        names=names,
+        pick=np.array([names.index(s) for s in signals]),
+        starts=np.cumsum([0, *map(len, rows[:-1])]),
+        shifted=bool(offset.any()),
+        shift=column("shift"),
+        mask=column("mask"),
+        factor=column("factor"),
+        offset=offset,
+        raw_min=column("raw_min"),
+        raw_max=column("raw_max"),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reader:
+    """Payload signals by identifier, w the most that one of its kinds has.
+
+    signals  names by kind, in the order of the columns read
+    shifted  whether any signal has an offset
+    shift, mask, sign_bit, factor, offset   (2048, w) as in the codec's layouts
+    """
+
+    signals: Mapping[str, tuple[str, ...]]
+    shifted: bool
+    shift: NDArray[np.uint64]
+    mask: NDArray[np.uint64]
+    sign_bit: NDArray[np.int64]
+    factor: NDArray[np.float64]
+    offset: NDArray[np.float64]
+
+    def read(self, can_id: NDArray[np.uint32], words: NDArray[np.uint64]) -> NDArray[np.float64]:
+        """Physical values (n, w) of frames (n,), each payload as one little-endian word.
+
+        Columns that a kind does not have are zero, and so is all of an identifier of none of the kinds.
+        Unscaled signals are exact up to 53 bits.
+        """
+        row = can_id.astype(np.intp)
+        raw = words[:, None] >> self.shift.take(row, axis=0)
+        raw &= self.mask.take(row, axis=0)
+        raw = raw.view(np.int64)
+        sign_bit = self.sign_bit.take(row, axis=0)
+        raw ^= sign_bit
+        raw -= sign_bit
+        values = raw * self.factor.take(row, axis=0)
+        return values + self.offset.take(row, axis=0) if self.shifted else values
+
+
+def reader(codec: Codec, kinds: Sequence[str]) -> Reader:
+    """For the frames of these kinds, whichever receiver or node they come from."""
+    rows = {kind: _payload(codec.kinds[kind]) for kind in kinds}
+    numbers = [(kind, can_id) for (kind, _), can_id in codec.can_id_of.items() if kind in rows]
+    width = max(map(len, rows.values()))
+
+    def table(name: str) -> NDArray:
+        filled = np.zeros((IDENTIFIERS, width), getattr(codec.layouts[0], name).dtype)
+        for kind, can_id in numbers:
+            filled[can_id, : len(rows[kind])] = getattr(codec.kinds[kind], name)[rows[kind]]
+        return filled
+
+    offset = table("offset")
+    return Reader(
+        signals={kind: tuple(codec.kinds[kind].signals[i] for i in r) for kind, r in rows.items()},
+        shifted=bool(offset.any()),
+        shift=table("shift"),
+        mask=table("mask"),
+        sign_bit=table("sign_bit"),
+        factor=table("factor"),
+        offset=offset,
+    )
+
+
+def _payload(layout: Layout) -> list[int]:
+    """Rows of a layout's signals behind the protection header."""
+    return [i for i, name in enumerate(layout.signals) if name not in HEADER_NAMES]

@@ -1,0 +1,261 @@
+"""Encode and decode batches of frames.
+
+cantools reads the DBC once and is the authority for the layout; from it come shift, mask and scale
+tables, one row per *kind* (a layout that repeats per receiver is one kind), and everything after that
+is array arithmetic. Property tests hold both directions equal to cantools for every message.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib import resources
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.messages import CHANNELS, HEARTBEAT_BASE, MAX_RECEIVERS
+
+IDENTIFIERS = 2048
+_PREFIX = re.compile(r"^(?:RX(\d)_|(?:ATT|TIME|FLIGHT)_(?=HEARTBEAT$))")
+
+
+class CodecError(ValueError):
+    """A value that its signal cannot carry."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """Shift, mask and scale of one kind's signals; arrays (s,) over its signals in bit order."""
+
+    name: str
+    number: int
+    signals: tuple[str, ...]
+    shift: NDArray[np.uint64]
+    mask: NDArray[np.uint64]
+    sign_bit: NDArray[np.int64]
+    factor: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    raw_min: NDArray[np.float64]
+    raw_max: NDArray[np.float64]
+    integral: tuple[bool, ...]
+    protected: bool
+    key_shift: int
+    key_mask: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Codec:
+    """The contract as tables.
+
+    kinds        layouts by name
+    can_id_of    (kind name, number) -> identifier; number is the receiver's or node's, 0 otherwise
+    kind_of      (2048,) int16 kind number by identifier, -1 unknown
+    number_of    (2048,) int16 receiver or node number by identifier, 0 if the kind does not repeat
+    sender_of    (2048,) names of the sending node, '' unknown
+    protected_of, key_shift_of, key_mask_of   (2048,) protection by identifier
+    hash         first 4 bytes, big-endian, of SHA-256 of the DBC text
+    """
+
+    receivers: int
+    text: str
+    hash: int
+    kinds: Mapping[str, Layout]
+    layouts: tuple[Layout, ...]
+    can_id_of: Mapping[tuple[str, int], int]
+    kind_of: NDArray[np.int16]
+    number_of: NDArray[np.int16]
+    sender_of: tuple[str, ...]
+    protected_of: NDArray[np.bool_]
+    key_shift_of: NDArray[np.uint64]
+    key_mask_of: NDArray[np.uint64]
+
+    def decode(self, kind: str, data: NDArray[np.uint8]) -> dict[str, NDArray]:
+        """Signals of frames (n, 8) of one kind: name -> (n,), int64 where unscaled, else float64."""
+        layout = self.kinds[kind]
+        raw = _extract(layout, data)
+        physical = raw * layout.factor + layout.offset
+        return {
+            name: raw[:, i] if layout.integral[i] else physical[:, i] for i, name in enumerate(layout.signals)
+        }
+
+    def encode(self, kind: str, values: Mapping[str, NDArray], n: int | None = None) -> NDArray[np.uint8]:
+        """Payloads (n, 8) from name -> (n,) or scalar, rounded half to even.
+
+        Signals not named are zero (the protection header is filled in by `dbc.contract.e2e.protect`).
+        CodecError names the first value that does not fit, nan included.
+        """
+        plan = _plan(self.kinds[kind], tuple(values))
+        if n is None:
+            n = max(map(np.size, values.values()), default=1)
+        scaled = np.empty((len(values), n))
+        for row, value in zip(scaled, values.values(), strict=True):
+            row[:] = value
+        if plan.shifted:
+            scaled -= plan.offset
+        scaled /= plan.factor
+        np.rint(scaled, out=scaled)
+        with np.errstate(invalid="ignore"):  # nan and inf become the lowest integer, which never fits
+            raw = scaled.astype(np.int64)
+        if ((raw + plan.half) & plan.beyond).any():
+            raise CodecError(_misfit(plan, scaled))
+        raw &= plan.mask
+        words = plan.weight @ raw
+        return words.astype("<i8", copy=False).view(np.uint8).reshape(n, 8)
+
+    def key_of(self, can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.int64]:
+        """(n,) protected stream index: identifier * 32 + channel (0 where the kind has no key)."""
+        key = (_words(data) >> self.key_shift_of[can_id]) & self.key_mask_of[can_id]
+        return can_id.astype(np.int64) * CHANNELS + key.astype(np.int64)
+
+
+STREAMS = IDENTIFIERS * CHANNELS
+
+
+def _words(data: NDArray[np.uint8]) -> NDArray[np.uint64]:
+    return np.ascontiguousarray(data).view("<u8")[:, 0]
+
+
+def _extract(layout: Layout, data: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """(n, s) raw integers, sign extended."""
+    raw = ((_words(data)[:, None] >> layout.shift) & layout.mask).view(np.int64)
+    return (raw ^ layout.sign_bit) - layout.sign_bit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Plan:
+    """Columns (s, 1) of a layout for the signals one caller encodes, in the caller's order.
+
+    shifted whether any signal has an offset
+    half    added to a raw value, turns its allowed range into 0 .. mask
+    beyond  bits outside that range
+    weight  (s,) 2^shift: fields are disjoint, so packing is a dot product modulo 2^64
+    """
+
+    layout: Layout
+    rows: NDArray[np.intp]
+    shifted: bool
+    offset: NDArray[np.float64]
+    factor: NDArray[np.float64]
+    half: NDArray[np.int64]
+    beyond: NDArray[np.int64]
+    mask: NDArray[np.int64]
+    weight: NDArray[np.int64]
+
+
+@lru_cache(maxsize=512)
+def _plan(layout: Layout, names: tuple[str, ...]) -> _Plan:
+    rows = np.array([layout.signals.index(name) for name in names], np.intp)
+    mask = layout.mask[rows, None].view(np.int64)
+    return _Plan(
+        layout=layout,
+        rows=rows,
+        shifted=bool(layout.offset[rows].any()),
+        offset=layout.offset[rows, None],
+        factor=layout.factor[rows, None],
+        half=layout.sign_bit[rows, None],
+        beyond=~mask,
+        mask=mask,
+        weight=(np.uint64(1) << layout.shift[rows]).view(np.int64),
+    )
+
+
+def _misfit(plan: _Plan, raw: NDArray[np.float64]) -> str:
+    """The first value out of range, with the range."""
+    layout = plan.layout
+    low, high = layout.raw_min[plan.rows, None], layout.raw_max[plan.rows, None]
+    i, j = np.argwhere(~((raw >= low) & (raw <= high)))[0]
+    found, least, most = (
+        x * layout.factor[plan.rows[i]] + layout.offset[plan.rows[i]]
+        for x in (raw[i, j], low[i, 0], high[i, 0])
+    )
+    signal = layout.signals[plan.rows[i]]
+    return f"{layout.name}.{signal} = {found:g} does not fit; allowed {least:g} to {most:g}"
+
+
+def _layout(number: int, name: str, message) -> Layout:
+    signals = sorted(message.signals, key=lambda s: s.start)
+    attributes = message.dbc.attributes
+    key = attributes["E2EStreamKey"].value if "E2EStreamKey" in attributes else ""
+    key_signal = next((s for s in signals if s.name == key), None)
+    assert all(s.byte_order == "little_endian" and not s.is_float for s in signals)
+    bits = np.array([s.length for s in signals])
+    signed = np.array([s.is_signed for s in signals])
+    top = 2.0 ** (bits - signed)
+    return Layout(
+        name=name,
+        number=number,
+        signals=tuple(s.name for s in signals),
+        shift=np.array([s.start for s in signals], np.uint64),
+        mask=np.array([(1 << s.length) - 1 for s in signals], np.uint64),
+        sign_bit=np.array([1 << s.length - 1 if s.is_signed else 0 for s in signals], np.int64),
+        factor=np.array([float(s.scale) for s in signals]),
+        offset=np.array([float(s.offset) for s in signals]),
+        raw_min=np.where(signed, -top, 0.0),
+        raw_max=top - 1,
+        integral=tuple(s.scale == 1 and s.offset == 0 for s in signals),
+        protected="E2EProfile" in attributes,
+        key_shift=key_signal.start if key_signal else 0,
+        key_mask=(1 << key_signal.length) - 1 if key_signal else 0,
+    )
+
+
+def from_dbc(text: str, receivers: int) -> Codec:
+    """The codec of a DBC text."""
+    from cantools.database import load_string
+
+    database = load_string(text, database_format="dbc")
+    kinds: dict[str, Layout] = {}
+    can_id_of, senders = {}, [""] * IDENTIFIERS
+    kind_of = np.full(IDENTIFIERS, -1, np.int16)
+    number_of = np.zeros(IDENTIFIERS, np.int16)
+    protected = np.zeros(IDENTIFIERS, bool)
+    key_shift = np.zeros(IDENTIFIERS, np.uint64)
+    key_mask = np.zeros(IDENTIFIERS, np.uint64)
+    for message in database.messages:
+        can_id = message.frame_id
+        prefix = _PREFIX.match(message.name)
+        name = _PREFIX.sub("", message.name)
+        number = int(prefix[1]) if prefix and prefix[1] else 0
+        if name == "HEARTBEAT":
+            number = can_id - HEARTBEAT_BASE
+        layout = kinds.get(name)
+        if layout is None:
+            layout = kinds[name] = _layout(len(kinds), name, message)
+        kind_of[can_id] = layout.number
+        number_of[can_id] = number
+        senders[can_id] = message.senders[0]
+        protected[can_id] = layout.protected
+        key_shift[can_id] = layout.key_shift
+        key_mask[can_id] = layout.key_mask
+        can_id_of[name, number] = can_id
+    digest = hashlib.sha256(text.encode("ascii")).digest()
+    return Codec(
+        receivers=receivers,
+        text=text,
+        hash=int.from_bytes(digest[:4], "big"),
+        kinds=kinds,
+        layouts=tuple(kinds.values()),
+        can_id_of=can_id_of,
+        kind_of=kind_of,
+        number_of=number_of,
+        sender_of=tuple(senders),
+        protected_of=protected,
+        key_shift_of=key_shift,
+        key_mask_of=key_mask,
+    )
+
+
+@cache
+def codec(receivers: int = 4) -> Codec:
+    """The codec of the contract with this many receivers; four is the checked-in file."""
+    if not 1 <= receivers <= MAX_RECEIVERS:
+        raise ValueError(f"{receivers} receivers; a contract has 1 to {MAX_RECEIVERS}")
+    if receivers == 4:
+        return from_dbc(resources.files("gnss_hil.dbc.contract").joinpath("gnss.dbc").read_text("ascii"), 4)
+    from gnss_hil.dbc.contract.generate import dbc_text
+
+    return from_dbc(dbc_text(receivers), receivers)

@@ -1,0 +1,254 @@
+"""End-to-end protection: AUTOSAR E2E Profile 11, variant A.
+
+CRC in byte 0, counter 0..14 in the low nibble of byte 1, 16-bit data id (= the identifier) entering
+the CRC only (E2E_P11_DATAID_BOTH). The high nibble of byte 1 is payload by the profile; every message
+of this contract carries the epoch modulo 16 there. Source: AUTOSAR PRS E2E Protocol, Profile 11; CRC-8
+SAE J1850, polynomial 0x1D.
+
+A protected stream is (identifier, key): the key is the channel where a message has one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, STREAMS, Codec
+from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, SFF_MASK, FrameBatch
+
+COUNTERS = 15
+MAX_DELTA = 3
+"""A stream may lose MAX_DELTA - 1 frames in a row and still be accepted (as LOST)."""
+
+_POLYNOMIAL = 0x1D
+
+
+class Verdict(IntEnum):
+    """What became of a received frame. OK and LOST are accepted, all others rejected before decoding."""
+
+    OK = 0
+    LOST = 1
+    REPEATED = 2
+    WRONG_SEQUENCE = 3
+    CORRUPTED = 4
+    UNKNOWN_ID = 5
+    WRONG_LENGTH = 6
+    REMOTE = 7
+    EXTENDED = 8
+    ERROR_FRAME = 9
+    MIXED_EPOCH = 10
+
+
+CONSEQUENCE: dict[Verdict, str] = {
+    Verdict.LOST: "frame used; at least one before it is missing",
+    Verdict.REPEATED: "frame ignored, the first one stands",
+    Verdict.WRONG_SEQUENCE: "frame ignored, the stream restarts from its counter",
+    Verdict.CORRUPTED: "frame ignored, its channel is out of this epoch",
+    Verdict.UNKNOWN_ID: "frame ignored, not in the contract",
+    Verdict.WRONG_LENGTH: "frame ignored, not in the contract",
+    Verdict.REMOTE: "frame ignored, the contract has no remote frames",
+    Verdict.EXTENDED: "frame ignored, the contract has 11-bit identifiers only",
+    Verdict.ERROR_FRAME: "frame ignored, the controller reports a bus error",
+    Verdict.MIXED_EPOCH: "frame ignored, it belongs to another epoch",
+}
+
+
+def _crc_table() -> NDArray[np.uint8]:
+    table = np.arange(256, dtype=np.uint16)
+    for _ in range(8):
+        table = np.where(table & 0x80, (table << 1) ^ _POLYNOMIAL, table << 1) & 0xFF
+    return table.astype(np.uint8)
+
+
+TABLE = _crc_table()
+"""(256,) uint8 CRC of each byte: CRC after = TABLE[CRC before XOR byte]."""
+
+
+def _pair_tables() -> NDArray[np.uint8]:
+    """(4 * 65536,) what the little-endian byte pairs 0..3 of a payload contribute to the final CRC.
+
+    The CRC is linear over GF(2): contributions are looked up independently and XORed. Byte 0 holds the
+    CRC itself and contributes nothing.
+    """
+    byte = [TABLE]
+    for _ in range(6):
+        byte.insert(0, TABLE[byte[0]])
+    byte.insert(0, np.zeros(256, np.uint8))
+    pairs = [byte[2 * p][None, :] ^ byte[2 * p + 1][:, None] for p in range(4)]
+    return np.concatenate([pair.ravel() for pair in pairs])
+
+
+_PAIR = _pair_tables()
+_PAIR_BASE = np.arange(4, dtype=np.int64) << 16
+
+
+def _identifier_crc() -> NDArray[np.uint8]:
+    """(2048,) contribution of the data id (low byte first) to the CRC. The profile's calls of the CRC
+    library cancel its start value and final XOR, so both are zero."""
+    ids = np.arange(IDENTIFIERS)
+    crc = TABLE[TABLE[ids & 0xFF] ^ (ids >> 8)]
+    for _ in range(7):
+        crc = TABLE[crc]
+    return crc
+
+
+_IDENTIFIER = _identifier_crc()
+
+
+def crc(can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(n,) Profile 11A CRC of payloads (n, 8) under data ids (n,)."""
+    a, b, c, d = _PAIR.take((np.ascontiguousarray(data).view("<u2") + _PAIR_BASE).T)
+    return a ^ b ^ c ^ d ^ _IDENTIFIER[can_id]
+
+
+def fresh_counters() -> NDArray[np.int8]:
+    """Sender or receiver state: (STREAMS,) last counter of each protected stream, -1 before the first."""
+    return np.full(STREAMS, -1, np.int8)
+
+
+def _distinct(stream: NDArray[np.int64]) -> bool:
+    """Whether every stream occurs once: the ordinary case, checked without sorting."""
+    here = np.arange(len(stream))
+    last_seen = np.empty(STREAMS, np.int64)
+    last_seen[stream] = here
+    return bool((last_seen[stream] == here).all())
+
+
+def _runs(stream: NDArray[np.int64]) -> tuple[NDArray, NDArray]:
+    """Stable order by stream, and for each row in that order its rank within its stream."""
+    order = np.argsort(stream, kind="stable")
+    ordered = stream[order]
+    positions = np.arange(len(ordered))
+    begins = np.ones(len(ordered), bool)
+    begins[1:] = ordered[1:] != ordered[:-1]
+    return order, positions - np.maximum.accumulate(np.where(begins, positions, 0))
+
+
+def protect(
+    codec: Codec, frames: FrameBatch, counters: NDArray[np.int8], epoch: int
+) -> tuple[FrameBatch, NDArray[np.int8]]:
+    """Frames with CRC, counter and epoch nibble filled in, and the sender's next counters.
+
+    Unprotected kinds pass unchanged. Neither argument is modified.
+    """
+    if not len(frames):
+        return frames, counters
+    guarded = codec.protected_of[frames.can_id]
+    if guarded.all():
+        return _sealed(codec, frames, counters, epoch)
+    rows = np.flatnonzero(guarded)
+    sealed, counters = _sealed(codec, frames[rows], counters, epoch)
+    data = frames.data.copy()
+    data[rows] = sealed.data
+    return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
+
+
+def _sealed(codec, frames, counters, epoch) -> tuple[FrameBatch, NDArray[np.int8]]:
+    data = frames.data.copy()
+    stream = codec.key_of(frames.can_id, data)
+    rank = 0
+    if not _distinct(stream):
+        order, in_order = _runs(stream)
+        rank = np.empty_like(stream)
+        rank[order] = in_order
+    counter = (counters[stream].astype(np.int64) + 1 + rank) % COUNTERS
+    counters = counters.copy()
+    counters[stream] = counter
+    data[:, 1] = counter | (epoch % 16) << 4
+    data[:, 0] = crc(frames.can_id, data)
+    return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
+
+
+@dataclass(frozen=True, slots=True)
+class Screened:
+    """A batch after the checks.
+
+    frames    the accepted ones, in order
+    verdict   (n,) uint8 Verdict of every received frame
+    counters  receiver's next state
+    lost      frames missing before the accepted ones, by the counters
+    """
+
+    frames: FrameBatch
+    verdict: NDArray[np.uint8]
+    counters: NDArray[np.int8]
+    lost: int
+
+
+_PASS, _LOST = int(Verdict.OK), int(Verdict.LOST)
+
+# Verdict by counter advance: 0, 1, 2 .. MAX_DELTA, more.
+_BY_ADVANCE = np.array(
+    [Verdict.REPEATED, Verdict.OK, *[Verdict.LOST] * (MAX_DELTA - 1)]
+    + [Verdict.WRONG_SEQUENCE] * (COUNTERS - 1 - MAX_DELTA),
+    np.uint8,
+)
+
+
+def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
+    """Checks that need no payload; later rows of the table win."""
+    can_id = frames.can_id
+    verdict = np.zeros(len(frames), np.uint8)
+    for verdict_if, failed in (
+        (Verdict.UNKNOWN_ID, (codec.kind_of[can_id & SFF_MASK] < 0) | (can_id & EFF_MASK > SFF_MASK)),
+        (Verdict.WRONG_LENGTH, frames.length != 8),
+        (Verdict.REMOTE, can_id & RTR_FLAG != 0),
+        (Verdict.EXTENDED, can_id & EFF_FLAG != 0),
+        (Verdict.ERROR_FRAME, can_id & ERR_FLAG != 0),
+    ):
+        verdict[failed] = int(verdict_if)
+    return verdict
+
+
+def _well_formed(codec: Codec, frames: FrameBatch) -> bool:
+    """Whether every frame is a protected data frame of the contract: the ordinary case."""
+    return bool(
+        frames.can_id.max() <= SFF_MASK
+        and frames.length.min() == 8
+        and frames.length.max() == 8
+        and codec.protected_of[frames.can_id].all()
+    )
+
+
+def screen(codec: Codec, frames: FrameBatch, counters: NDArray[np.int8]) -> Screened:
+    """Check form, CRC and counters of received frames. Never raises on what a bus may carry."""
+    if not len(frames):
+        return Screened(frames, np.zeros(0, np.uint8), counters, 0)
+    if _well_formed(codec, frames):
+        verdict, counters, lost = _sequence_verdict(codec, frames, counters)
+    else:
+        verdict = _form_verdict(codec, frames)
+        # An unprotected kind (bench frames) has passed with its form.
+        rows = np.flatnonzero((verdict == _PASS) & codec.protected_of[frames.can_id & SFF_MASK])
+        verdict[rows], counters, lost = _sequence_verdict(codec, frames[rows], counters)
+    accepted = verdict <= _LOST
+    return Screened(frames if accepted.all() else frames[accepted], verdict, counters, lost)
+
+
+def _sequence_verdict(codec, frames, counters) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
+    """Verdict of well-formed frames by CRC and counter, next counters, and frames missing between."""
+    counter = frames.data[:, 1] & 0x0F
+    intact = (frames.data[:, 0] == crc(frames.can_id, frames.data)) & (counter < COUNTERS)
+    if not intact.all():
+        verdict = np.full(len(frames), int(Verdict.CORRUPTED), np.uint8)
+        verdict[intact], counters, lost = _sequence_verdict(codec, frames[intact], counters)
+        return verdict, counters, lost
+    stream = codec.key_of(frames.can_id, frames.data)
+    counter = counter.astype(np.int16)
+    last = counters[stream].astype(np.int16)
+    if not _distinct(stream):
+        order, rank = _runs(stream)
+        before = np.empty_like(last)
+        before[order[1:]] = counter[order[:-1]]
+        again = np.empty(len(stream), bool)
+        again[order] = rank > 0
+        last = np.where(again, before, last)
+    advance = np.where(last < 0, 1, (counter - last) % COUNTERS)
+    verdict = _BY_ADVANCE[advance]
+    counters = counters.copy()
+    counters[stream] = counter
+    lost = advance[verdict == _LOST] - 1
+    return verdict, counters, int(lost.sum())

@@ -1,0 +1,333 @@
+"""The bus contract as one table: every message, signal, identifier and value name.
+
+The DBC files, the interface document and the frame budget are generated from here. At run time the
+codec reads the DBC, not this table, so that what flies is what a third party sees.
+
+A *kind* is one layout. A kind that repeats per receiver (or per node) has one identifier for each:
+`base + stride * (number - 1)`. Payload signals are packed little-endian in the order listed, behind
+the 16-bit protection header of AUTOSAR E2E Profile 11 (`dbc.contract.e2e`): CRC, counter, epoch modulo 16.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+MAX_RECEIVERS = 8
+CHANNELS = 32
+BIT_RATE = 1_000_000
+
+# Node numbers: they appear in the heartbeat's identifier and nowhere else.
+ATTITUDE_NODE = 9
+TIME_NODE = 10
+FLIGHT_NODE = 16
+HEARTBEAT_BASE = 0x700
+"""A node's heartbeat has identifier HEARTBEAT_BASE + node number."""
+
+BENCH_FIRST, BENCH_LAST = 0x7E0, 0x7EF
+"""Bench frames steer lockstep; they are not navigation, not in load figures, not recorded, not faulted."""
+
+# Value tables: name -> {raw: label}. Labels are what people and reports see.
+VALUES: dict[str, dict[int, str]] = {
+    "SatSystem": {
+        0: "GPS", 1: "GLONASS", 2: "GALILEO", 3: "BEIDOU", 4: "SBAS", 5: "QZSS", 6: "INTERSATELLITE",
+    },
+    "Signal": {0: "L1CA", 1: "L1OF", 2: "L1P", 3: "L2P", 4: "L2C", 5: "L5", 6: "L2OF", 7: "E1"},
+    "Lock": {0: "IDLE", 1: "SEARCH", 2: "CODE", 3: "CARRIER", 4: "BIT_SYNC", 5: "FULL"},
+    "Action": {0: "RELEASE", 1: "TRACK", 2: "AUTONOMOUS"},
+    "AckResult": {
+        0: "ACCEPTED", 1: "NO_SUCH_CHANNEL", 2: "NO_SUCH_SATELLITE", 3: "NOT_IN_ALMANAC", 4: "UNHEALTHY",
+        5: "BEHIND_EARTH", 6: "ALREADY_TRACKED_HERE", 7: "NO_SUCH_SIGNAL", 8: "BAD_ACTION",
+    },
+    "ReceiverState": {0: "OFF", 1: "START", 2: "AUTONOMOUS", 3: "COMMANDED", 4: "FAULT"},
+    "NodeState": {0: "INIT", 1: "READY", 2: "RUNNING", 3: "DEGRADED", 4: "STOPPING"},
+    "NavMode": {0: "NO_FIX", 1: "POSITION", 2: "POSITION_VELOCITY"},
+    "NoFix": {
+        0: "FIX", 1: "TOO_FEW_SATELLITES", 2: "SINGULAR_GEOMETRY", 3: "NO_CONVERGENCE", 4: "NO_TIME_MARK",
+        5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES", 7: "NO_VELOCITY",
+    },
+    "MarkClock": {0: "GPS", **{k + 1: f"DOMAIN_{k}" for k in range(8)}},
+    "ClockItem": {**{k: f"DOMAIN_{k}" for k in range(8)}, 8: "GLONASS_OFFSET"},
+    "Flag": {0: "NO", 1: "YES"},
+    "Health": {0: "HEALTHY", 1: "UNHEALTHY"},
+    "EndReason": {0: "COMPLETED", 1: "INTERRUPTED", 2: "FAILED"},
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    name: str
+    bits: int
+    factor: float = 1
+    offset: float = 0
+    unit: str = ""
+    signed: bool = False
+    values: str = ""
+    start: int = -1
+    comment: str = ""
+
+    @property
+    def raw_range(self) -> tuple[int, int]:
+        top = 1 << self.bits - self.signed
+        return (-top, top - 1) if self.signed else (0, top - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One message layout and where it stands on the bus.
+
+    per       "" (one message), "receiver" or "node"
+    base      identifier of the first; `stride` to the next receiver's
+    key       signal that, with the identifier, names a protected stream ("" : the identifier alone)
+    cycle     "epoch" (every epoch), "bulk" (a slice every epoch), "event"
+    """
+
+    name: str
+    base: int
+    sender: str
+    receivers: tuple[str, ...]
+    comment: str
+    signals: tuple[Signal, ...]
+    per: str = ""
+    stride: int = 0
+    key: str = ""
+    cycle: str = "epoch"
+    protected: bool = True
+
+
+def _laid_out(signals: tuple[Signal, ...], start: int) -> tuple[Signal, ...]:
+    placed = []
+    for s in signals:
+        placed.append(replace(s, start=start))
+        start += s.bits
+    assert start <= 64, f"{[s.name for s in signals]} needs {start} bits"
+    return tuple(placed)
+
+
+def _u(name, bits, comment, unit="", factor=1, offset=0):
+    return Signal(name, bits, factor, offset, unit, comment=comment)
+
+
+def _s(name, bits, factor, unit, comment):
+    return Signal(name, bits, factor, 0, unit, signed=True, comment=comment)
+
+
+def _enum(name, bits, table, comment):
+    return Signal(name, bits, values=table, comment=comment)
+
+
+HEADER = _laid_out(
+    (
+        _u("e2e_crc", 8, "CRC-8 SAE J1850 over the data id (low, high byte) and bytes 1..7"),
+        _u("e2e_counter", 4, "0..14 per protected stream; 15 is never sent"),
+        _u("epoch_mod16", 4, "epoch number modulo 16: frames of different epochs never mix"),
+    ),
+    0,
+)
+HEADER_NAMES = frozenset(signal.name for signal in HEADER)
+
+_CHANNEL = _u("channel", 5, "channel of the receiver, 0-based")
+_SYSTEM = _enum("sat_system", 3, "SatSystem", "navigation satellite system")
+_NUMBER = _u("sat_number", 6, "PRN or slot number, 1-based; 0 = none")
+_SIGNAL = _enum("signal", 4, "Signal", "ranging signal")
+_TRANSACTION = _u("transaction", 12, "transaction number of the command")
+
+_POSITION = "ECEF WGS-84 of the transmission instant, antenna phase centre, not rotated for signal flight"
+
+
+def _kind(name, base, sender, receivers, comment, *signals, protected=True, **more) -> Kind:
+    placed = HEADER + _laid_out(signals, 16) if protected else _laid_out(signals, 0)
+    return Kind(name, base, sender, tuple(receivers), comment, placed, protected=protected, **more)
+
+
+def _nav(name, base, comment, *signals, **more) -> Kind:
+    return _kind(name, base, "FLIGHT", ("TIME",), comment, *signals, **more)
+
+
+def _measurement(name, offset, comment, *signals) -> Kind:
+    return _kind(
+        name, 0x100 + offset, "RX", ("FLIGHT",), comment, _CHANNEL, *signals,
+        per="receiver", stride=0x10, key="channel",
+    )  # fmt: skip
+
+
+KINDS: tuple[Kind, ...] = (
+    # --- time mark: the instant all receivers latch ---------------------------------------------------
+    _kind("TIME_MARK", 0x010, "TIME", ("RX", "ATT", "FLIGHT"),
+          "Opens an epoch. All receivers latch at this instant, each in its own clock.",
+          _u("session", 16, "run identifier; a new one means the emulator restarted"),
+          _u("epoch", 32, "epoch number, 0-based")),
+    _kind("TIME_GPS", 0x011, "TIME", ("RX", "ATT", "FLIGHT"), "GPS time of the mark: week and second.",
+          _u("week", 16, "full GPS week number", "week"),
+          _u("second", 20, "second of week", "s")),
+    _kind("TIME_FINE", 0x012, "TIME", ("RX", "ATT", "FLIGHT"), "GPS time of the mark: nanosecond, and UTC.",
+          _u("nanosecond", 30, "nanosecond of second", "ns"),
+          _u("leap", 8, "GPS - UTC", "s"),
+          _enum("mark_clock", 4, "MarkClock", "the clock that showed the mark")),
+    # --- commands and their answers -------------------------------------------------------------------
+    _kind("COMMAND", 0x020, "FLIGHT", ("RX",), "Channel command; sent in epoch k it acts by epoch k+1.",
+          _CHANNEL, _enum("action", 2, "Action", "what the channel shall do"), _SYSTEM, _NUMBER, _SIGNAL,
+          _TRANSACTION, per="receiver", stride=1, key="channel", cycle="event"),
+    _kind("ACK", 0x030, "RX", ("FLIGHT",), "Answer to a command, in the block of the next epoch.",
+          _CHANNEL, _enum("result", 4, "AckResult", "accepted, or why not"), _SYSTEM, _NUMBER, _TRANSACTION,
+          per="receiver", stride=1, key="channel", cycle="event"),
+    # --- navigation: centre of mass, WGS-84 ECEF, at the time mark's GPS time -------------------------
+    _nav("NAV_STATUS", 0x040, "Opens the navigation block of an epoch; sent whether or not there is a fix.",
+         _enum("mode", 3, "NavMode", "what the block contains"),
+         _enum("no_fix", 4, "NoFix", "why there is no fix"),
+         _u("satellites", 7, "distinct satellites in the fix"),
+         _u("measurements", 8, "pseudoranges in the fix"),
+         _u("pdop", 16, "position dilution over the measurements used", "", 0.01)),
+    *(_nav(f"NAV_{axis.upper()}", 0x041 + i, f"Position {axis} of the centre of mass.",
+           _s(f"{axis}_m", 41, 0.0001, "m", "centre of mass, ECEF WGS-84, at the time mark"))
+      for i, axis in enumerate("xyz")),
+    *(_nav(f"NAV_V{axis.upper()}", 0x044 + i, f"Velocity {axis} of the centre of mass.",
+           _s(f"v{axis}_mps", 28, 0.0001, "m/s", "Earth-relative velocity in ECEF WGS-84"))
+      for i, axis in enumerate("xyz")),
+    _nav("NAV_CLOCK", 0x047, "One clock or system offset of the fix.",
+         _enum("item", 4, "ClockItem", "which clock"),
+         _s("bias_m", 41, 0.0001, "m",
+            "receiver clock minus GPS time, times c; GLONASS_OFFSET: what GLONASS pseudoranges are longer"),
+         key="item"),
+    _nav("NAV_DRIFT", 0x048, "Rate of one clock of the fix.",
+         _enum("item", 4, "ClockItem", "which clock"),
+         _s("drift_mps", 28, 0.0001, "m/s", "rate of the clock, times c"), key="item"),
+    _nav("NAV_SIGMA", 0x049, "Standard deviations of the position.",
+         *(_u(f"sigma_{axis}_m", 16, "1 sigma, saturates at the top", "m", 0.01) for axis in "xyz")),
+    _nav("NAV_CORR", 0x04A, "Correlations of the position.",
+         *(_s(f"rho_{pair}", 16, 0.0001, "", "correlation coefficient") for pair in ("xy", "xz", "yz"))),
+    _nav("NAV_USED", 0x04B, "Channels of one receiver whose pseudoranges are in the fix.",
+         _u("receiver", 4, "receiver number, 1-based"),
+         _u("channels", 32, "bit k: channel k is in the fix"), key="receiver"),
+    # --- attitude -------------------------------------------------------------------------------------
+    _kind("ATT_Q01", 0x060, "ATT", ("FLIGHT",), "Body from ECEF at the time mark: scalar and x.",
+          *(_s(f"q{i}", 24, 1.25e-7, "", "Hamilton, passive: v_body = C(q) v_ecef") for i in (0, 1))),
+    _kind("ATT_Q23", 0x061, "ATT", ("FLIGHT",), "Body from ECEF at the time mark: y and z.",
+          *(_s(f"q{i}", 24, 1.25e-7, "", "Hamilton, passive: v_body = C(q) v_ecef") for i in (2, 3))),
+    _kind("ATT_RATE", 0x062, "ATT", ("FLIGHT",), "Angular rate relative to inertial space, body axes.",
+          *(_s(f"w{axis}_rps", 16, 4e-6, "rad/s", "body axes") for axis in "xyz")),
+    # --- measurements: ten frames a tracked channel and epoch -----------------------------------------
+    _measurement("RANGE", 0x0, "Pseudorange at the antenna's phase centre, raw clocks.",
+                 _u("pseudorange_m", 42, "c (t_receive - t_transmit), raw clocks", "m", 0.0001)),
+    _measurement("RATE", 0x1, "Range rate and quality of the channel.",
+                 _SIGNAL,
+                 _s("range_rate_mps", 28, 0.0001, "m/s", "dP/dt by GPS time at the latch"),
+                 _u("cn0_dbhz", 8, "carrier to noise density", "dBHz", 0.25),
+                 _enum("lock", 3, "Lock", "lock state")),
+    _measurement("PHASE", 0x2, "Carrier phase.",
+                 _s("phase_cyc", 38, 0.001, "cycle",
+                    "RINEX sign: grows with range; restarts, with a slip, before it overflows"),
+                 _u("slips", 4, "cycle slip counter modulo 16"),
+                 _enum("half_cycle", 1, "Flag", "half-cycle ambiguity unresolved")),
+    _measurement("SV_X", 0x3, "Satellite position x.", _s("x_m", 41, 0.0001, "m", _POSITION)),
+    _measurement("SV_Y", 0x4, "Satellite position y.", _s("y_m", 41, 0.0001, "m", _POSITION)),
+    _measurement("SV_Z", 0x5, "Satellite position z.", _s("z_m", 41, 0.0001, "m", _POSITION),
+                 _enum("health", 1, "Health", "as broadcast")),
+    _measurement("SV_VX", 0x6, "Satellite velocity x and clock drift.",
+                 _s("vx_mps", 27, 0.0001, "m/s", "Earth-relative, ECEF of the transmission instant"),
+                 _s("clock_drift_mps", 16, 2e-5, "m/s", "rate of clock_m")),
+    _measurement("SV_VY", 0x7, "Satellite velocity y and issue of data.",
+                 _s("vy_mps", 27, 0.0001, "m/s", "Earth-relative, ECEF of the transmission instant"),
+                 _u("iod", 10, "issue of data (GPS IODE, GLONASS tb index)")),
+    _measurement("SV_VZ", 0x8, "Satellite velocity z, frequency and accuracy.",
+                 _s("vz_mps", 27, 0.0001, "m/s", "Earth-relative, ECEF of the transmission instant"),
+                 _s("frequency", 5, 1, "", "GLONASS frequency number -7..+6; 0 otherwise"),
+                 _u("ura", 4, "user range accuracy index, IS-GPS-200 20.3.3.3.1.3")),
+    _measurement("SV_CLOCK", 0x9, "Which satellite the channel tracks, and its clock. Closes the channel.",
+                 _SYSTEM, _NUMBER,
+                 _s("clock_m", 34, 0.0001, "m",
+                    "add to the pseudorange; relativity and group delay inside")),
+    _kind("TAG", 0x10E, "RX", ("FLIGHT",), "The receiver's own time tag of the latch.",
+          _s("tag_offset_ns", 36, 1, "ns", "receiver's clock minus time mark by its counter; diagnostic"),
+          _u("clock_domain", 3, "receivers with the same number share an oscillator"),
+          per="receiver", stride=0x10),
+    _kind("STATUS", 0x10F, "RX", ("FLIGHT",), "Closes the receiver's epoch.",
+          _u("frames", 10, "measurement frames sent this epoch, tag included"),
+          _u("channels_tracking", 6, "channels with measurements this epoch"),
+          _enum("state", 3, "ReceiverState", "receiver state"),
+          _u("almanac_satellites", 8, "satellites in the almanac"),
+          per="receiver", stride=0x10),
+    # --- bulk: almanac predictions --------------------------------------------------------------------
+    _kind("ALM_XY", 0x400, "RX", ("FLIGHT",), "Almanac prediction for the time mark: x, y.",
+          _SYSTEM, _NUMBER, _s("x_m", 19, 250, "m", "ECEF WGS-84"), _s("y_m", 19, 250, "m", "ECEF WGS-84"),
+          per="receiver", stride=0x10, cycle="bulk"),
+    _kind("ALM_Z", 0x401, "RX", ("FLIGHT",), "Almanac prediction for the time mark: z, health, age.",
+          _SYSTEM, _NUMBER, _s("z_m", 19, 250, "m", "ECEF WGS-84"),
+          _enum("health", 1, "Health", "as broadcast"), _u("age_h", 8, "age of the almanac", "h"),
+          per="receiver", stride=0x10, cycle="bulk"),
+    _kind("ALM_V", 0x402, "RX", ("FLIGHT",),
+          "Almanac prediction for the time mark: velocity; closes the three.",
+          _SYSTEM, _NUMBER,
+          *(_s(f"v{axis}_mps", 13, 1, "m/s", "Earth-relative, ECEF") for axis in "xyz"),
+          per="receiver", stride=0x10, cycle="bulk"),
+    # --- heartbeats -----------------------------------------------------------------------------------
+    _kind("HEARTBEAT", HEARTBEAT_BASE + 1, "NODE", ("TIME", "FLIGHT"),
+          "Every node, every epoch; before the first epoch every 100 ms with counter 0.",
+          _enum("state", 4, "NodeState", "node state"),
+          _u("boot_count", 8, "starts since commissioning, modulo 256"),
+          _u("contract_hash", 32, "first 4 bytes, big-endian, of SHA-256 of the DBC file"),
+          per="node", stride=1),
+    # --- bench: lockstep ------------------------------------------------------------------------------
+    _kind("BENCH_SYNC", 0x7E0, "TIME", ("FLIGHT",), "Ends the emulator's block of an epoch.",
+          _u("epoch", 32, "epoch number"), _u("session", 16, "run identifier"),
+          _u("count", 16, "frames in the block"), protected=False),
+    _kind("BENCH_DONE", 0x7E1, "FLIGHT", ("TIME",), "Ends the flight node's block of an epoch.",
+          _u("epoch", 32, "epoch number"), _u("session", 16, "run identifier"),
+          _u("count", 16, "frames in the block"), protected=False),
+    _kind("BENCH_END", 0x7EF, "TIME", ("FLIGHT",), "The run is over; nodes may leave.",
+          _u("epoch", 32, "epochs run"), _u("session", 16, "run identifier"),
+          _enum("reason", 4, "EndReason", "why"), protected=False),
+)  # fmt: skip
+
+KIND_BY_NAME = {kind.name: kind for kind in KINDS}
+MEASUREMENT_KINDS = tuple(k.name for k in KINDS if 0x100 <= k.base < 0x10A)
+
+
+def node_names(receivers: int) -> dict[str, int]:
+    """DBC node name -> node number, for a contract with this many receivers."""
+    return {
+        **{f"RX{r}": r for r in range(1, receivers + 1)},
+        "ATT": ATTITUDE_NODE,
+        "TIME": TIME_NODE,
+        "FLIGHT": FLIGHT_NODE,
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A kind at one identifier."""
+
+    can_id: int
+    name: str
+    kind: Kind
+    sender: str
+    receivers: tuple[str, ...]
+
+
+def messages(receivers: int) -> Iterator[Message]:
+    """All messages of a contract with `receivers` receivers, by identifier."""
+    if not 1 <= receivers <= MAX_RECEIVERS:
+        raise ValueError(f"{receivers} receivers; a contract has 1 to {MAX_RECEIVERS}")
+    nodes = node_names(receivers)
+
+    def expand(names: tuple[str, ...], number: int) -> tuple[str, ...]:
+        out: list[str] = []
+        for name in names:
+            every = [f"RX{r}" for r in range(1, receivers + 1)]
+            out += [f"RX{number}"] if name == "RX" and number else every if name == "RX" else [name]
+        return tuple(out)
+
+    found = []
+    for kind in KINDS:
+        if kind.per == "receiver":
+            for r in range(1, receivers + 1):
+                sender = f"RX{r}" if kind.sender == "RX" else kind.sender
+                can_id = kind.base + kind.stride * (r - 1)
+                found.append(Message(can_id, f"RX{r}_{kind.name}", kind, sender, expand(kind.receivers, r)))
+        elif kind.per == "node":
+            for node, number in nodes.items():
+                others = tuple(n for n in kind.receivers if n != node)
+                found.append(Message(kind.base + number - 1, f"{node}_{kind.name}", kind, node, others))
+        else:
+            found.append(Message(kind.base, kind.name, kind, kind.sender, expand(kind.receivers, 0)))
+    return iter(sorted(found, key=lambda m: m.can_id))

@@ -1,0 +1,204 @@
+"""Lockstep, the time master's side of one bus, without I/O or clock.
+
+The master opens an epoch with its block and SYNC{session, epoch, count}; each flight node answers with
+its block and DONE{session, epoch, count}. A repeated SYNC gets the same answer again.
+The flight node's side is `dbc.lockstep.slave`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
+from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch, concat
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, node_names
+from gnss_hil.dbc.lockstep import messages
+
+FOREIGN = -1
+
+
+class Barrier:
+    """Nothing flows until every required node was heard with this contract.
+
+    required   node numbers, see `dbc.contract.messages.node_names`
+    greetings  data of each node's heartbeat: copies still under way belong to no epoch
+    """
+
+    def __init__(self, codec: Codec, required: Sequence[int] = (FLIGHT_NODE,)):
+        self._codec = codec
+        self._names = {number: name for name, number in node_names(codec.receivers).items()}
+        self._required = tuple(required)
+        self._strangers: dict[int, int] = {}
+        self.greetings: dict[int, bytes] = {}
+
+    def hear(self, frames: FrameBatch) -> None:
+        kind = self._codec.kinds["HEARTBEAT"].number
+        base = (frames.can_id <= SFF_MASK) & (frames.length == 8)
+        frames = frames[base]
+        frames = frames[self._codec.kind_of[frames.can_id] == kind]
+        frames = frames[frames.data[:, 0] == e2e.crc(frames.can_id, frames.data)]
+        hashes = self._codec.decode("HEARTBEAT", frames.data)["contract_hash"]
+        for row, spoken in enumerate(hashes.tolist()):
+            number = int(self._codec.number_of[frames.can_id[row]])
+            if spoken == self._codec.hash:
+                self.greetings[number] = frames.data[row].tobytes()
+            else:
+                self._strangers[number] = spoken
+
+    @property
+    def missing(self) -> tuple[int, ...]:
+        return tuple(n for n in self._required if n not in self.greetings)
+
+    def explain(self) -> str:
+        """Who is missing, for people: '' if nobody is."""
+        return "; ".join(self._complaint(number) for number in self.missing)
+
+    def _complaint(self, number: int) -> str:
+        name = self._names.get(number, f"node {number}")
+        if number in self._strangers:
+            spoken = self._strangers[number]
+            return f"{name} speaks contract {spoken:08x}, this bench speaks {self._codec.hash:08x}"
+        return f"no heartbeat from {name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A node that answers in lockstep: the sender's name in the DBC and the identifier of its DONE."""
+
+    sender: str
+    done_id: int
+    number: int
+
+
+FLIGHT = Node("FLIGHT", messages.DONE_ID, FLIGHT_NODE)
+
+
+class Exchange:
+    """The time master's side of one bus: opens epochs, collects the answers.
+
+    greetings  data of the heartbeats of nodes that wait, see `Barrier`
+    keep_late  free-running: an answer that missed its epoch still counts as heard
+    lost       frames that the DONEs announced and nobody heard
+    """
+
+    def __init__(
+        self,
+        codec: Codec,
+        session: int,
+        greetings: Mapping[int, bytes],
+        nodes: Sequence[Node] = (FLIGHT,),
+        keep_late: bool = False,
+    ):
+        self.session = session
+        self.lost = 0
+        self._nodes = tuple(nodes)
+        self._keep_late = keep_late
+        self._greetings = [greetings.get(node.number) for node in nodes]
+        self._heartbeat_ids = [codec.can_id_of["HEARTBEAT", node.number] for node in nodes]
+        self._node_of = _node_by_identifier(codec, self._nodes)
+        self._heard: list[list[FrameBatch]] = [[] for _ in nodes]
+        self._foreign: list[FrameBatch] = []
+        self._answers: list[FrameBatch | None] = [None for _ in nodes]
+        self._sync = EMPTY
+        self._epoch = -1
+        self._repeated = False
+
+    def open(self, epoch: int, block: FrameBatch) -> FrameBatch:
+        """What to send: the epoch's block, closed by SYNC."""
+        self._epoch = epoch
+        self._repeated = False
+        self._answers = [None for _ in self._nodes]
+        self._sync = messages.encode(messages.SYNC_ID, self.session, epoch, min(len(block), 0xFFFF))
+        return concat((block, self._sync))
+
+    def repeat(self) -> FrameBatch:
+        """SYNC once more: it, or the answer, may have been lost."""
+        self._repeated = True
+        return self._sync
+
+    def hear(self, frames: FrameBatch) -> bool:
+        """Takes frames in bus order; True once every node has answered this epoch."""
+        start = 0
+        for row in messages.rows(frames):
+            self._keep(frames[start:row])
+            start = row + 1
+            self._close(messages.decode(frames, row))
+        self._keep(frames[start:])
+        return self.answered
+
+    def greeted(self, frames: FrameBatch) -> bool:
+        """Whether a node that has not answered yet announces itself in these frames."""
+        waiting = [
+            can_id
+            for can_id, answer in zip(self._heartbeat_ids, self._answers, strict=True)
+            if answer is None
+        ]
+        return bool(np.isin(frames.can_id, waiting).any())
+
+    @property
+    def answered(self) -> bool:
+        return all(answer is not None for answer in self._answers)
+
+    def inbox(self) -> FrameBatch:
+        """The answers in node order, then what others said; forgets them."""
+        frames = concat([a for a in self._answers if a is not None] + self._foreign)
+        self._foreign = []
+        return frames
+
+    def everything(self) -> FrameBatch:
+        """All that was heard, answered or not (free-running paces); forgets it."""
+        answers = [a for a in self._answers if a is not None]
+        unfinished = [piece for pieces in self._heard for piece in pieces]
+        self._heard = [[] for _ in self._nodes]
+        self._foreign, foreign = [], self._foreign
+        return concat(answers + unfinished + foreign)
+
+    def end(self, epochs: int, reason: str) -> FrameBatch:
+        return messages.encode(messages.END_ID, self.session, epochs, messages.END_REASON[reason])
+
+    def _keep(self, frames: FrameBatch) -> None:
+        if not len(frames):
+            return
+        node = self._node_of[frames.can_id & SFF_MASK]
+        if frames.can_id.max() > SFF_MASK:
+            node[frames.can_id > SFF_MASK] = FOREIGN
+        senders = set(node.tolist())
+        for k in senders:
+            own = frames if len(senders) == 1 else frames[node == k]
+            (self._foreign if k == FOREIGN else self._heard[k]).append(own)
+
+    def _close(self, done: messages.Bench) -> None:
+        k = next((k for k, node in enumerate(self._nodes) if node.done_id == done.can_id), None)
+        if k is None:
+            return
+        block = concat(self._heard[k])
+        self._heard[k] = []
+        if (done.session, done.epoch) != (self.session, self._epoch) or self._answers[k] is not None:
+            # The answer to a repeated SYNC was taken the first time.
+            self._foreign += [block] if self._keep_late else []
+            return
+        surplus = len(block) - done.count
+        if surplus > 0:
+            block = block[surplus:] if self._repeated else self._without_greetings(k, block, surplus)
+        self.lost += max(0, -surplus)
+        self._answers[k] = block
+
+    def _without_greetings(self, k: int, block: FrameBatch, surplus: int) -> FrameBatch:
+        """Without the heartbeats a waiting node sent before its block; how many were still under way
+        depends on wall time and must not reach the emulator."""
+        if self._greetings[k] is None:
+            return block
+        greeting = np.frombuffer(self._greetings[k], np.uint8)
+        same = (block.can_id == self._heartbeat_ids[k]) & (block.data == greeting).all(axis=1)
+        return block[~(same & (np.cumsum(same) <= surplus))]
+
+
+def _node_by_identifier(codec: Codec, nodes: Sequence[Node]) -> NDArray[np.int8]:
+    """(2048,) row of the node that sends an identifier, FOREIGN if none of them does."""
+    rows = {node.sender: k for k, node in enumerate(nodes)}
+    return np.array([rows.get(codec.sender_of[i], FOREIGN) for i in range(IDENTIFIERS)], np.int8)

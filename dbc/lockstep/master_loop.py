@@ -1,0 +1,189 @@
+"""The time master at work: barrier, epochs and end over one link for each craft, by wall time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from gnss_hil.dbc.bus.base import Link
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.dbc.lockstep.latency import Latency
+from gnss_hil.dbc.lockstep.master import Barrier, Exchange
+
+SLICE_S = 0.1
+"""Longest wait at a stretch, so that a signal is noticed."""
+
+
+GREETINGS, GREETINGS_APART_S = 4, 0.05
+"""A node that announces itself so often, at least so far apart, instead of answering has started anew: it did
+not hear the block and never will. Those that it sent before it heard the block come all at once, or fewer."""
+
+
+class MissingNodes(Exception):
+    """The barrier's limit passed; the message says who is missing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bus:
+    """One craft's bus as the time master sees it."""
+
+    link: Link
+    codec: Codec
+
+
+@dataclass(slots=True)
+class Tally:
+    """What the conductor counted.
+
+    latency  wall time from the end of the emulator's block to the last DONE
+    """
+
+    sent: int = 0
+    received: int = 0
+    unanswered: int = 0
+    latency: Latency = field(default_factory=Latency)
+
+
+def parse_pace(text: str) -> float | None:
+    """Simulated seconds per wall second, None for lockstep; ValueError says what is allowed."""
+    if text == "lockstep":
+        return None
+    if text == "realtime":
+        return 1.0
+    try:
+        factor = float(text.removeprefix("x")) if text.startswith("x") else 0.0
+    except ValueError:
+        factor = 0.0
+    if not 1e-3 <= factor <= 1e6:
+        raise ValueError(f"pace '{text}': not one of lockstep, realtime, xN (x0.001 to x1000000)")
+    return factor
+
+
+class Conductor:
+    """Plays epochs on all buses in one of the paces.
+
+    pace        simulated per wall seconds, None for lockstep
+    interval_s  simulated time between epochs
+    limit_s     lockstep: wall time after which an epoch goes on unanswered
+    repeat_s    lockstep: silence after which SYNC is repeated
+    stop        asked between waits; True ends them early
+    """
+
+    def __init__(
+        self,
+        buses: Mapping[str, Bus],
+        session: int,
+        pace: float | None,
+        interval_s: float,
+        limit_s: float = 10.0,
+        repeat_s: float = 1.0,
+        stop: Callable[[], bool] = lambda: False,
+    ):
+        self.tally = Tally()
+        self._buses = dict(buses)
+        self._session = session
+        self._period_s = None if pace is None else interval_s / pace
+        self._limit_s, self._repeat_s = limit_s, repeat_s
+        self._stop = stop
+        self._exchanges = {name: self._exchange(bus, {}) for name, bus in self._buses.items()}
+        self._start_s: float | None = None
+
+    @property
+    def lost(self) -> int:
+        """Frames known to be lost on the way to the master."""
+        announced = sum(exchange.lost for exchange in self._exchanges.values())
+        return announced + sum(bus.link.dropped for bus in self._buses.values())
+
+    def assemble(self, required: Sequence[int] = (FLIGHT_NODE,), timeout_s: float | None = None) -> None:
+        """Waits until all required nodes were heard on every bus; MissingNodes after `timeout_s`."""
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        for name, bus in self._buses.items():
+            barrier = Barrier(bus.codec, required)
+            while barrier.missing and not self._stop():
+                if deadline is not None and time.monotonic() >= deadline:
+                    raise MissingNodes(f"craft {name}: {barrier.explain()} within {timeout_s:g} s")
+                barrier.hear(bus.link.receive(SLICE_S))
+            self._exchanges[name] = self._exchange(bus, barrier.greetings)
+
+    def play(self, epoch: int, blocks: Mapping[str, FrameBatch]) -> dict[str, FrameBatch]:
+        """Sends an epoch's blocks and returns what the nodes answered, the emulator's next inbox."""
+        if self._period_s is not None:
+            self._await_instant(epoch)
+        for name, bus in self._buses.items():
+            bus.link.send(self._exchanges[name].open(epoch, blocks[name]))
+            self.tally.sent += len(blocks[name])
+        sent_s = time.perf_counter()
+        inbox = self._gather(sent_s) if self._period_s is None else self._listen(epoch, sent_s)
+        self.tally.received += sum(len(frames) for frames in inbox.values())
+        return inbox
+
+    def end(self, epochs: int, reason: str) -> None:
+        """Tells the nodes that the run is over."""
+        for name, bus in self._buses.items():
+            bus.link.send(self._exchanges[name].end(epochs, reason))
+
+    def _exchange(self, bus: Bus, greetings: Mapping[int, bytes]) -> Exchange:
+        return Exchange(bus.codec, self._session, greetings, keep_late=self._period_s is not None)
+
+    def _gather(self, sent_s: float) -> dict[str, FrameBatch]:
+        """Lockstep: waits for every node's answer."""
+        answered = True
+        for name, bus in self._buses.items():
+            answered &= self._await_answer(bus.link, self._exchanges[name], sent_s)
+        self._count(answered, time.perf_counter() - sent_s)
+        return {name: exchange.inbox() for name, exchange in self._exchanges.items()}
+
+    def _await_answer(self, link: Link, exchange: Exchange, sent_s: float) -> bool:
+        end_s = sent_s + self._limit_s
+        repeat_s = sent_s + self._repeat_s
+        wait_s = min(SLICE_S, self._limit_s)
+        greetings, greeted_s = 0, sent_s
+        while not exchange.hear(frames := link.receive(wait_s)):
+            now_s = time.perf_counter()
+            if exchange.greeted(frames) and now_s >= greeted_s + GREETINGS_APART_S:
+                greetings, greeted_s = greetings + 1, now_s
+            if self._stop() or now_s >= end_s or greetings == GREETINGS:
+                return False
+            if now_s >= repeat_s:
+                link.send(exchange.repeat())
+                repeat_s = now_s + self._repeat_s
+            wait_s = min(SLICE_S, end_s - now_s, repeat_s - now_s)
+        return True
+
+    def _listen(self, epoch: int, sent_s: float) -> dict[str, FrameBatch]:
+        """Free-running: hears what arrives until the next epoch's instant."""
+        until_s = self._start_s + (epoch + 1) * self._period_s
+        answered = False
+        while not self._stop():
+            rest_s = until_s - time.monotonic()
+            self._hear_all(min(max(rest_s, 0.0), SLICE_S))
+            if not answered and all(exchange.answered for exchange in self._exchanges.values()):
+                answered = True
+                self._count(True, time.perf_counter() - sent_s)
+            if rest_s <= 0:
+                break
+        if not answered:
+            self._count(False, 0.0)
+        return {name: exchange.everything() for name, exchange in self._exchanges.items()}
+
+    def _hear_all(self, wait_s: float) -> None:
+        """Takes what arrived on every bus, waiting `wait_s` in all."""
+        for name, bus in self._buses.items():
+            self._exchanges[name].hear(bus.link.receive(wait_s / len(self._buses)))
+
+    def _await_instant(self, epoch: int) -> None:
+        """Epoch 0 sets the start; a master that fell behind does not hurry to catch up."""
+        now_s = time.monotonic()
+        if self._start_s is None or now_s > self._start_s + (epoch + 1) * self._period_s:
+            self._start_s = now_s - epoch * self._period_s
+        while (rest_s := self._start_s + epoch * self._period_s - time.monotonic()) > 0 and not self._stop():
+            time.sleep(min(rest_s, SLICE_S))
+
+    def _count(self, answered: bool, latency_s: float) -> None:
+        if answered:
+            self.tally.latency.add(latency_s)
+        elif not self._stop():
+            self.tally.unanswered += 1

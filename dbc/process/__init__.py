@@ -1,0 +1,1 @@
+"""What the process shells share: arguments, faults as lines, a polite end."""

@@ -1,0 +1,127 @@
+"""What the process shells share: how they read arguments, find their bus, fail and end.
+
+Nothing heavy is imported here: a shell listens to signals before its slow imports.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from gnss_hil.dbc.process.shutdown import INTERRUPTED, Stop
+
+if TYPE_CHECKING:
+    from gnss_hil.dbc.bus.base import Link
+
+RETRY_S = 0.2
+"""How often a bus that is not there is looked for."""
+
+
+class Mistake(Exception):
+    """Arguments or files that cannot be used; one line a fault, for people."""
+
+
+class Broken(Exception):
+    """The run cannot go on; one line for people."""
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse whose errors are one line."""
+
+    def error(self, message: str):
+        self.exit(2, f"{self.prog}: {message} (see --help)\n")
+
+
+def parser_of(program: str, description: str, examples: str) -> Parser:
+    return Parser(
+        prog=program,
+        description=description,
+        epilog=examples,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def seconds(text: str) -> float:
+    """A positive duration. '600', '600s', '10m', '24h', '1d'."""
+    units = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+    number, unit = (text[:-1], units[text[-1]]) if text[-1:] in units else (text, 1.0)
+    try:
+        value = float(number) * unit
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"'{text}' is not a duration; seconds, or a number with s, m, h or d (600, 10m, 1d)"
+        ) from None
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"{text} s; must be greater than 0")
+    return value
+
+
+def voice(name: str, quiet: bool) -> Callable[[str], None]:
+    """What says a line on stderr, or keeps it."""
+
+    def say(text: str) -> None:
+        if not quiet:
+            print(f"{name}: {text}", file=sys.stderr, flush=True)
+
+    return say
+
+
+def guarded(name: str, work: Callable[[Stop], int]) -> int:
+    """Does the work of a shell; its exit status. What goes wrong becomes lines on stderr."""
+    with Stop() as stop:  # before the slow imports, so that a signal during them is heard too
+        from gnss_hil.dbc.bus.base import LinkClosed, LinkError
+
+        try:
+            return work(stop)
+        except Mistake as error:
+            return _failed(name, 2, error)
+        except LinkError as error:
+            return _failed(name, 3, error)
+        except (LinkClosed, Broken) as error:
+            return INTERRUPTED if stop() else _failed(name, 1, error)
+
+
+def _failed(name: str, status: int, error: Exception) -> int:
+    for line in str(error).splitlines():
+        print(f"{name}: {line}", file=sys.stderr)
+    return status
+
+
+def await_link(
+    spec: str, stop: Callable[[], bool], say: Callable[[str], None], wait_s: float | None = None
+) -> Link | None:
+    """A link on a bus; waits for a bench of ours that does not run yet. None if `stop` came first.
+
+    wait_s  how long to wait, None: for ever. Any other reason why there is no such bus is raised at once.
+    """
+    from gnss_hil.dbc.bus.base import NotYet, open_link
+
+    deadline_s = math.inf if wait_s is None else time.monotonic() + wait_s
+    waiting = False
+    while not stop():
+        try:
+            return open_link(spec)
+        except NotYet:
+            if time.monotonic() >= deadline_s:
+                raise
+        if not waiting:
+            waiting = True
+            say(f"waiting for a bench on {spec}")
+        time.sleep(RETRY_S)
+    return None
+
+
+def regain_link(spec: str, stop: Callable[[], bool]) -> Link | None:
+    """A link on a bus that went away, once it is back; None if `stop` came first."""
+    from gnss_hil.dbc.bus.base import LinkError, open_link
+
+    while not stop():
+        try:
+            return open_link(spec)
+        except LinkError:
+            time.sleep(RETRY_S)
+    return None

@@ -1,0 +1,1 @@
+"""How a craft is turned: by rule, or from a table."""

@@ -1,0 +1,144 @@
+"""How a craft is turned: quaternion body from ECEF and rate relative to inertial space.
+
+Quaternions are Hamilton, scalar first, passive: v_body = C(q) v_ecef. The orbital frame (LVLH) has z to
+nadir, y along the negative orbit normal (starboard), x completing it (fore); turns from it are
+yaw-pitch-roll, 3-2-1. Orbit plane and rates are those of inertial motion, written in ECEF axes.
+
+Step 5 and block 4 of RU 2706636 C1: the attitude of the spacecraft in the Greenwich frame. This is the
+true one; what the unit puts on the bus is as far off as `emulator.sensors.attitude_determination` says, where
+that factor is on.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from math import radians, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.earth.constants import ROTATION_RPS
+from gnss_hil.emulator.numerics.rotations import dcm_321, quaternion_of_dcm, rate_321
+from gnss_hil.emulator.orbits.dynamics import CraftState
+
+Array = NDArray[np.float64]
+
+Triple = tuple[float, float, float]
+
+# A turn relative to the orbital frame at t: angles roll, pitch, yaw [rad], and their rates [rad/s].
+Turning = Callable[[int], tuple[Triple, Triple]]
+
+_STILL = (0.0, 0.0, 0.0)
+
+
+def lvlh(state: CraftState) -> tuple[Array, Array]:
+    """The orbital frame of a craft.
+
+    returns  (3, 3) rows x, y, z of the frame in ECEF axes; (3,) its rate relative to inertial space,
+             in its own axes [rad/s]
+
+    The frame turns about the orbit normal with h / r^2 and, where a force has a component a_h along the
+    normal, about the radius with r a_h / h. Source: Gauss's equations, e.g. Battin, An Introduction to the
+    Mathematics and Methods of Astrodynamics, 10.3 (local frame's rotation)
+    """
+    (x, y, z), (vx, vy, vz) = state.pos_ecef_m.tolist(), state.vel_ecef_mps.tolist()
+    ax, ay, az = state.acc_ecef_mps2.tolist()
+    w = ROTATION_RPS
+    # Inertial acceleration and velocity from the relative ones: Coriolis, then centrifugal.
+    ax, ay = ax - 2 * w * vy - w * w * x, ay + 2 * w * vx - w * w * y
+    vx, vy = vx - w * y, vy + w * x
+    hx, hy, hz = y * vz - z * vy, z * vx - x * vz, x * vy - y * vx
+    r, h = sqrt(x * x + y * y + z * z), sqrt(hx * hx + hy * hy + hz * hz)
+    zx, zy, zz = -x / r, -y / r, -z / r
+    yx, yy, yz = -hx / h, -hy / h, -hz / h
+    dcm = np.array(
+        ((yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx), (yx, yy, yz), (zx, zy, zz)),
+    )
+    acc_normal = -(ax * yx + ay * yy + az * yz)
+    return dcm, np.array((0.0, -h / (r * r), -acc_normal * r / h))
+
+
+class OrbitalAttitude:
+    """Attitude given relative to the orbital frame: modes lvlh, offset and slew."""
+
+    def __init__(self, turning: Turning):
+        self._turning = turning
+
+    def at(self, t_ns: int, state: CraftState) -> tuple[Array, Array]:
+        """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
+        (roll, pitch, yaw), (roll_rate, pitch_rate, yaw_rate) = self._turning(t_ns)
+        lvlh_from_ecef, frame_rate = lvlh(state)
+        body_from_lvlh = dcm_321(roll, pitch, yaw)
+        rate = rate_321(roll, pitch, roll_rate, pitch_rate, yaw_rate) + body_from_lvlh @ frame_rate
+        return quaternion_of_dcm(body_from_lvlh @ lvlh_from_ecef), rate
+
+
+class InertialAttitude:
+    """Attitude fixed in inertial space, given by that at the start."""
+
+    def __init__(self, start_ns: int, body_from_start_ecef: Array):
+        self._start_ns = start_ns
+        self._dcm = body_from_start_ecef
+
+    def at(self, t_ns: int, state: CraftState) -> tuple[Array, Array]:
+        """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
+        turned = ROTATION_RPS * ((t_ns - self._start_ns) / 1e9)
+        # ECEF axes of t to those of the start: back by what the Earth has turned.
+        start_from_now = dcm_321(0.0, 0.0, -turned)
+        return quaternion_of_dcm(self._dcm @ start_from_now), np.zeros(3)
+
+
+Attitude = OrbitalAttitude | InertialAttitude
+
+
+def quintic(x: float) -> tuple[float, float]:
+    """Smooth step 0 to 1 on [0, 1] and its derivative; first and second derivatives vanish at the ends."""
+    return x * x * x * (10 + x * (6 * x - 15)), 30 * x * x * (1 - x) * (1 - x)
+
+
+def steady(angles: Triple) -> Turning:
+    return lambda t_ns: (angles, _STILL)
+
+
+def profile(turns: list[scenario.Turn], start_ns: int) -> Turning:
+    """Angles held before the first turn and after the last, joined by quintics between."""
+    times_s = [turn.t_s for turn in turns]
+    angles = [_angles(turn) for turn in turns]
+
+    def turning(t_ns):
+        t_s = (t_ns - start_ns) / 1e9
+        after = bisect_right(times_s, t_s)
+        if after in (0, len(times_s)):
+            return angles[min(after, len(times_s) - 1)], _STILL
+        span_s = times_s[after] - times_s[after - 1]
+        part, slope = quintic((t_s - times_s[after - 1]) / span_s)
+        before = angles[after - 1]
+        change = [end - start for start, end in zip(before, angles[after], strict=True)]
+        now = tuple(start + part * by for start, by in zip(before, change, strict=True))
+        return now, tuple(slope / span_s * by for by in change)
+
+    return turning
+
+
+def _angles(turn: scenario.Turn | scenario.Attitude) -> Triple:
+    return radians(turn.roll_deg), radians(turn.pitch_deg), radians(turn.yaw_deg)
+
+
+def _inertial(attitude: scenario.Attitude, start_ns: int, state: CraftState) -> Attitude:
+    return InertialAttitude(start_ns, dcm_321(*_angles(attitude)) @ lvlh(state)[0])
+
+
+# Mode -> maker from the scenario's table, start and the craft's state at the start.
+MODES: dict[str, Callable[[scenario.Attitude, int, CraftState], Attitude]] = {
+    "lvlh": lambda attitude, start_ns, state: OrbitalAttitude(steady(_STILL)),
+    "offset": lambda attitude, start_ns, state: OrbitalAttitude(steady(_angles(attitude))),
+    "inertial": _inertial,
+    "slew": lambda attitude, start_ns, state: OrbitalAttitude(profile(attitude.profile, start_ns)),
+}
+
+
+def build_attitude(attitude: scenario.Attitude, start_ns: int, state: CraftState) -> Attitude:
+    """The attitude a scenario describes; `state` is the craft's at start_ns."""
+    return MODES[attitude.mode](attitude, start_ns, state)

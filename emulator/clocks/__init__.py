@@ -1,0 +1,1 @@
+"""Clocks on board: receivers' oscillators, the computer's clock, when receivers latch."""

@@ -1,0 +1,47 @@
+"""Receiver oscillators: a bounded wander, its phase drawn for each clock domain.
+
+Modelled: a slow sine stands for the wander of a free oscillator that the receiver keeps within bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+
+DOMAINS = 8
+
+ClockState = NDArray[np.float64]
+"""(2, DOMAINS) clocks minus GPS time [s] and their rates [s/s]."""
+
+Clocks = Callable[[ClockState | None, int], ClockState]
+"""The state of a craft's clocks in an epoch from that in the one before, None before the first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wander:
+    """amplitude_s [s], rate_radps [rad/s], phase_rad (8,) by clock domain."""
+
+    amplitude_s: float
+    rate_radps: float
+    phase_rad: NDArray[np.float64]
+
+
+def offset_s(wander: Wander, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Clock minus GPS time (8,) [s] by domain, t_s after the start, and its rate (8,) [s/s]."""
+    angle = wander.rate_radps * t_s + wander.phase_rad
+    return wander.amplitude_s * np.sin(angle), wander.amplitude_s * wander.rate_radps * np.cos(angle)
+
+
+def wandering(wander: Wander, interval_ns: int) -> Clocks:
+    """Clocks that need no memory."""
+    return lambda before, epoch: np.array(offset_s(wander, epoch * interval_ns / NS_PER_S))
+
+
+def fastest(wander: Wander) -> float:
+    """Largest rate of the clock [s/s]."""
+    return wander.amplitude_s * wander.rate_radps

@@ -1,0 +1,62 @@
+"""The clock of the on-board computer: offset, drift, and a random walk of its time.
+
+The walk is made of steps of one second, each at its own place among the draws. Where an hour of them begins
+is remembered, so that every question of a run is answered in passing; the answer depends on the time alone.
+Source of the walk: white noise of frequency of Allan deviation s at 1 s lets time walk by s sqrt(t), IEEE Std
+1139-2008, annex B
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.emulator.error_models.params_onboard import OnboardClock
+from gnss_hil.emulator.numerics import keyed_draws
+
+_HOUR = 3600
+
+
+def offset_s(parameters: OnboardClock, t_s: float) -> float:
+    """Offset and drift alone: clock minus GPS time [s], t_s after the start."""
+    return 1e-6 * parameters.offset_us + 1e-9 * parameters.drift_ppb * t_s
+
+
+class Walk:
+    """A random walk by time since the start, one standard normal step a second, straight within it."""
+
+    def __init__(self, seed: int, craft_key: int):
+        self._begins = [0.0]
+        self._hour = lru_cache(maxsize=2)(lambda hour: _steps(seed, craft_key, hour))
+
+    def at(self, t_s: float) -> float:
+        """Where it is at t_s >= 0."""
+        hour, rest_s = divmod(t_s, _HOUR)
+        while len(self._begins) <= hour:
+            self._begins.append(self._begins[-1] + float(self._hour(len(self._begins) - 1)[-1]))
+        second, part = divmod(rest_s, 1.0)
+        path = self._hour(int(hour))
+        before, after = path[int(second)], path[int(second) + 1]
+        return self._begins[int(hour)] + float(before + part * (after - before))
+
+
+def _steps(seed: int, craft_key: int, hour: int) -> NDArray[np.float64]:
+    """(3601,) walk through an hour from zero, by seconds."""
+    raw = keyed_draws.words(seed, craft_key, keyed_draws.COMPUTER, hour, _HOUR // keyed_draws.SLOTS)
+    return np.concatenate(((0.0,), np.cumsum(keyed_draws.normal(raw).ravel())))
+
+
+def showing(parameters: OnboardClock, seed: int, craft_key: int, interval_ns: int) -> Callable[[int], float]:
+    """The clock of a craft's computer: epoch -> clock minus GPS time [s], `instant.Instant.computer_s`."""
+    walk = Walk(seed, craft_key)
+
+    def computer_s(epoch: int) -> float:
+        t_s = epoch * interval_ns / NS_PER_S
+        wandered_s = parameters.walk * walk.at(t_s) if parameters.walk else 0.0
+        return offset_s(parameters, t_s) + wandered_s
+
+    return computer_s

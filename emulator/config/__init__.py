@@ -1,0 +1,1 @@
+"""What a scenario may say: schemas, and the files that it names."""

@@ -1,0 +1,138 @@
+"""Where an almanac puts the satellites of a sky: what receivers know of those they do not track.
+
+An almanac is kilometres off when it is new, tens after weeks, and worse after a manoeuvre: nothing here
+repairs that. PZ-90 is taken for WGS-84, metres away at most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.constellation.almanac import glonass
+from gnss_hil.emulator.constellation.broadcast import gps
+from gnss_hil.emulator.files import almanacs
+from gnss_hil.emulator.files.almanacs import Almanac
+from gnss_hil.emulator.files.text import FileError
+
+Array = NDArray[np.float64]
+
+_NOT_IN_ALMANACS = dict.fromkeys(("delta_n", "idot", "cus", "cuc", "crs", "crc", "cis", "cic"), 0.0)
+"""Elements that ephemerides have and almanacs take for zero. IS-GPS-200, 20.3.3.5.2.1."""
+
+_STEP_S = 1.0
+"""Between the two places a velocity is taken from; the change of acceleration makes 4 um/s of that."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predictions:
+    """Satellites (p,) at one instant.
+
+    pos_ecef_m, vel_ecef_mps  (p, 3) ECEF of the instant
+    healthy                   (p,) bool
+    age_h                     (p,) hours to the almanac's reference, whichever side
+    """
+
+    pos_ecef_m: Array
+    vel_ecef_mps: Array
+    healthy: NDArray[np.bool_]
+    age_h: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldAlmanac:
+    """An almanac by the rows of a sky.
+
+    known   (n,) bool, the almanac has the satellite
+    system  (n,) of each row
+    column  (n,) the satellite's column in the almanac of its system; 0 where it is not known
+    parts   almanac by system
+    """
+
+    known: NDArray[np.bool_]
+    system: NDArray[np.int64]
+    column: NDArray[np.int64]
+    parts: dict[int, Almanac]
+
+    def at(self, rows: NDArray[np.int64], t_ns: int) -> Predictions:
+        """Predictions for known rows (p,) of the sky at GPS time t_ns."""
+        told = Predictions(
+            np.empty((len(rows), 3)), np.empty((len(rows), 3)), np.empty(len(rows), bool), np.empty(len(rows))
+        )
+        for system, part in self.parts.items():
+            mine = np.flatnonzero(self.system[rows] == system)
+            if not len(mine):
+                continue
+            columns = self.column[rows[mine]]
+            since_s = (t_ns - part.reference_ns[columns]) / gpstime.NS_PER_S
+            elements = {name: values[columns] for name, values in part.elements.items()}
+            told.pos_ecef_m[mine], told.vel_ecef_mps[mine] = _ORBIT[system](
+                elements, part.reference_ns[columns], since_s
+            )
+            told.healthy[mine] = part.healthy[columns]
+            told.age_h[mine] = np.abs(since_s) / 3600
+        return told
+
+
+def _gps(elements: dict[str, Array], toa_ns: NDArray[np.int64], since_s: Array) -> tuple[Array, Array]:
+    """IS-GPS-200, 20.3.3.5.2: the algorithm of ephemerides with fewer elements."""
+    toa_s = toa_ns % gpstime.NS_PER_WEEK / gpstime.NS_PER_S
+    steps_s = _STEP_S * np.array((-0.5, 0.0, 0.5))[:, None]
+    (before, pos, after), _ = gps.orbit(elements | _NOT_IN_ALMANACS, toa_s, since_s + steps_s)
+    return pos, (after - before) / _STEP_S
+
+
+def _glonass(elements: dict[str, Array], node_ns: NDArray[np.int64], since_s: Array) -> tuple[Array, Array]:
+    return glonass.orbit(elements, since_s)
+
+
+_ORBIT: dict[int, Callable[[dict[str, Array], NDArray[np.int64], Array], tuple[Array, Array]]] = {
+    satellites.GPS: _gps,
+    satellites.GLONASS: _glonass,
+}
+"""System -> positions and velocities (p, 3) from elements (p,), their reference (p,) and the time since."""
+
+
+def hold(index: NDArray[np.int64], found: Sequence[Almanac]) -> HeldAlmanac:
+    """The almanacs `found` for the satellites (n,) of a sky; of a satellite in several the last has it."""
+    parts = {}
+    for system in dict.fromkeys(almanac.system for almanac in found):
+        parts[system] = _joined([almanac for almanac in found if almanac.system == system])
+    system, number = satellites.system_of(index), satellites.number_of(index)
+    known, column = np.zeros(len(index), bool), np.zeros(len(index), np.int64)
+    for key, part in parts.items():
+        place = np.minimum(np.searchsorted(part.number, number), len(part.number) - 1)
+        mine = (system == key) & (part.number[place] == number)
+        known |= mine
+        column = np.where(mine, place, column)
+    return HeldAlmanac(known, system, column, parts)
+
+
+def read(paths: Sequence[Path], index: NDArray[np.int64], near_ns: int) -> HeldAlmanac:
+    """The almanac in files for the satellites (n,) of a sky, GPS weeks being those near near_ns.
+
+    FileError in one line for a file's fault, or if it has no satellite of the sky.
+    """
+    held = hold(index, [almanacs.read(path, near_ns) for path in paths])
+    if not held.known.any():
+        raise FileError(f"{', '.join(map(str, paths))}: no satellite of the sky is in it")
+    return held
+
+
+def _joined(parts: Sequence[Almanac]) -> Almanac:
+    """Almanacs of one system as one."""
+    number = np.concatenate([part.number for part in parts])
+    last = {int(n): place for place, n in enumerate(number)}
+    keep = np.array([last[n] for n in sorted(last)])
+    return Almanac(
+        parts[0].system,
+        number[keep],
+        np.concatenate([part.healthy for part in parts])[keep],
+        np.concatenate([part.reference_ns for part in parts])[keep],
+        {name: np.concatenate([part.elements[name] for part in parts])[keep] for name in parts[0].elements},
+    )

@@ -1,0 +1,54 @@
+"""What every constellation answers to, however its ephemerides came."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+
+Array = NDArray[np.float64]
+
+ORBIT_RADIUS_M = {satellites.GPS: 26_559_700.0, satellites.GLONASS: 25_508_000.0}
+"""Semi-major axes that the systems are built for. GPS SPS Performance Standard, 4th edition (2008), table
+3.2-2; GLONASS ICD 5.1 (2008), 3.1.2."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Broadcast:
+    """What satellites say of themselves in some segments of time; (s, n) each.
+
+    available  an ephemeris is valid
+    healthy    as broadcast
+    frequency  GLONASS frequency number -7..+6, else 0
+    iod        issue of data: GPS IODE, GLONASS tb index (quarters of an hour of the day)
+    ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3
+    ephemeris  number of the ephemeris in use: another one for each ephemeris of a satellite
+    group_delay_m   inside the clock for L1 C/A: GPS c T_GD [m], else 0; other signals contain other multiples
+    """
+
+    available: NDArray[np.bool_]
+    healthy: NDArray[np.bool_]
+    frequency: NDArray[np.int64]
+    iod: NDArray[np.int64]
+    ura: NDArray[np.int64]
+    ephemeris: NDArray[np.int64]
+    group_delay_m: Array
+
+
+class Constellation(Protocol):
+    """One system's satellites.
+
+    index   (n,) satellite index, `dbc.common.satellites`
+    sample  middles_ns (s,) of segments and nodes_s (k,) relative to them ->
+            positions (s, k, n, 3) [m], WGS-84 ECEF of each node's instant, antenna phase centre;
+            clocks (s, k, n) [m], the contract's clock_m; and what the satellites broadcast, (s, n).
+            Where nothing is available, numbers are finite and without meaning.
+    """
+
+    index: NDArray[np.int64]
+
+    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]: ...

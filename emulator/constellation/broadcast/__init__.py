@@ -1,0 +1,1 @@
+"""Satellites from broadcast ephemerides, and ephemerides from satellites."""

@@ -1,0 +1,98 @@
+"""Constellations from navigation files, as a scenario names them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.config.scenario import ScenarioError, Time
+from gnss_hil.emulator.constellation import precise_sky
+from gnss_hil.emulator.constellation.base import Array, Constellation
+from gnss_hil.emulator.constellation.broadcast import glonass, gps
+from gnss_hil.emulator.constellation.precise import PreciseOrbits
+from gnss_hil.emulator.files import rinex_nav
+from gnss_hil.emulator.files.rinex_layouts import LAYOUTS
+from gnss_hil.emulator.files.text import FileError, read_text
+
+_MAKERS: dict[str, tuple[str, Callable[[rinex_nav.Records, Array], Constellation]]] = {
+    "gps": ("G", lambda records, glonass_to_utc_s: gps.from_records(records)),
+    "glonass": ("R", glonass.from_records),
+}
+"""System -> RINEX letter and maker from records and each record's -tau_c [s]."""
+
+
+_SYSTEM = {"gps": satellites.GPS, "glonass": satellites.GLONASS}
+
+
+def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
+    """The constellation of a system in files that together cover the run: navigation messages, or SP3.
+
+    Raises ScenarioError with one line: a file's fault, no record of the system, or both spans.
+    """
+    key = f"sky.{system}"
+    if not paths:
+        raise ScenarioError(f"{key}: no navigation file is named; 'none' leaves the system out")
+    precise = [_is_sp3(path, key) for path in paths]
+    if all(precise):
+        return precise_sky.constellation(precise_orbits(key, paths, time), _SYSTEM[system])
+    if any(precise):
+        raise ScenarioError(f"{key}: {', '.join(map(str, paths))}: navigation messages or SP3, not both")
+    constellation = _broadcast(system, paths, key)
+    _check_span(constellation.span_ns, time, f"{key}: {', '.join(map(str, paths))}: ephemerides")
+    return constellation
+
+
+def precise_orbits(key: str, paths: Sequence[Path], time: Time) -> PreciseOrbits:
+    """Orbits of SP3 files that together cover the run; ScenarioError with one line under `key`."""
+    names = ", ".join(map(str, paths))
+    try:
+        orbits = precise_sky.read(paths, gpstime.to_calendar(time.start_ns).date())
+    except FileError as error:
+        raise ScenarioError(f"{key}: {error}") from None
+    except ValueError as error:
+        raise ScenarioError(f"{key}: {names}: {error}") from None
+    _check_span(orbits.span_ns, time, f"{key}: {names}: orbits")
+    return orbits
+
+
+def _is_sp3(path: Path, key: str) -> bool:
+    try:
+        return read_text(Path(path)).startswith("#")
+    except FileError as error:
+        raise ScenarioError(f"{key}: {error}") from None
+
+
+def _broadcast(system: str, paths: Sequence[Path], key: str) -> Constellation:
+    letter, make = _MAKERS[system]
+    try:
+        files = [rinex_nav.read(path) for path in paths]
+    except FileError as error:
+        raise ScenarioError(f"{key}: {error}") from None
+    having = [file for file in files if letter in file.records]
+    if not having:
+        names = ", ".join(map(str, paths))
+        raise ScenarioError(f"{key}: {names}: no {LAYOUTS[letter].name} record")
+    parts = [file.records[letter] for file in having]
+    to_utc_s = np.repeat([file.glonass_to_utc_s for file in having], [len(part) for part in parts])
+    return make(_joined(parts), to_utc_s)
+
+
+def _check_span(span_ns: tuple[int, int], time: Time, what: str) -> None:
+    (first_ns, last_ns), (begin_ns, end_ns) = span_ns, time.span_ns
+    if begin_ns < first_ns or end_ns > last_ns:
+        raise ScenarioError(
+            f"{what} from {gpstime.iso(first_ns)} to {gpstime.iso(last_ns)}; "
+            f"the run is from {gpstime.iso(begin_ns)} to {gpstime.iso(end_ns)} (GPS time)"
+        )
+
+
+def _joined(parts: Sequence[rinex_nav.Records]) -> rinex_nav.Records:
+    return rinex_nav.Records(
+        np.concatenate([part.number for part in parts]),
+        tuple(chain.from_iterable(part.epoch for part in parts)),
+        {name: np.concatenate([part.fields[name] for part in parts]) for name in parts[0].fields},
+    )

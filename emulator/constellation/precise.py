@@ -1,0 +1,172 @@
+"""Precise orbits and clocks, between the instants at which a product tells them.
+
+Positions are interpolated by a polynomial through POINTS instants, in axes that do not turn with the Earth
+while they are; clocks by a line between two. Nothing is interpolated across a gap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.constellation.base import Array
+from gnss_hil.emulator.constellation.phase_centre import antenna_m
+from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS, eci_to_ecef
+from gnss_hil.emulator.earth.sun_moon import sun_ecef_m
+from gnss_hil.emulator.files.sp3 import Sp3
+
+Times = NDArray[np.int64]
+
+POINTS = 10
+"""Instants of a polynomial, five on either side: at 15 min GPS and GLONASS come out to a millimetre inside a
+product and to centimetres in its last interval; more instants serve the inside, and harm the ends."""
+
+
+@lru_cache(maxsize=4)
+def _chebyshev_of(points: int) -> Array:
+    """(points, points) values at instants evenly over [-1, 1] -> Chebyshev coefficients of the polynomial."""
+    return np.linalg.inv(chebyshev.chebvander(np.linspace(-1, 1, points), points - 1))
+
+
+def weights(x: Array, points: int) -> tuple[Array, Array]:
+    """Lagrange's polynomials and their derivatives, both (..., points), at x (...,).
+
+    The instants lie evenly over [-1, 1]; a value is the sum of weights by the values at the instants.
+    """
+    coefficients = _chebyshev_of(points)
+    slopes = chebyshev.chebder(coefficients)
+    return chebyshev.chebvander(x, points - 1) @ coefficients, chebyshev.chebvander(x, points - 2) @ slopes
+
+
+def arcs(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and last row (t, n) of the unbroken arc that each present element of `there` (t, n) is in;
+    first > last where it is not in one."""
+    rows = np.arange(len(there))[:, None]
+    first = np.maximum.accumulate(np.where(there, -1, rows)) + 1
+    last = np.minimum.accumulate(np.where(there, len(there), rows)[::-1])[::-1] - 1
+    return first, last
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreciseOrbits:
+    """Satellites on a regular grid of instants.
+
+    index       (n,) satellite index, ascending
+    start_ns, step_ns   first instant of the grid, GPS time, and its step [ns]
+    pos_ecef_m  (t, n, 3) centres of mass [m], nan where there is none
+    clock_s     (t, n) against GPS time, without periodic relativity [s], nan where there is none
+    offset_m    (n, 3) antenna phase centre in the satellite's axes [m], see `phase_centre`; zeros leave the
+                centre of mass
+    """
+
+    index: NDArray[np.int64]
+    start_ns: int
+    step_ns: int
+    pos_ecef_m: Array
+    clock_s: Array
+    offset_m: Array
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """First and last instant of the grid, GPS time [ns]."""
+        return self.start_ns, self.start_ns + (len(self.pos_ecef_m) - 1) * self.step_ns
+
+    def sample(self, middles_ns: Times, nodes_s: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Positions, clocks and availability in segments of time.
+
+        middles_ns  (s,) middles of segments, GPS time [ns];  nodes_s (k,) relative to them [s]
+        returns     (s, k, n, 3) antenna phase centres [m], ECEF axes of each node's instant;
+                    (s, k, n) clocks [m], to be added to an ionosphere-free pseudorange: c times the clock
+                    plus its periodic relativity, -2 r.v / c^2;
+                    (s, n) whether both are told around a middle, or as far as half a segment beyond the last
+                    instant. Where they are not, numbers are finite and without meaning.
+        Source of the relativity: IS-GPS-200, 20.3.3.3.3.1
+        """
+        before = np.clip((middles_ns - self.start_ns) // self.step_ns, 0, len(self.pos_ecef_m) - 2)
+        first, last = arcs(np.isfinite(self.pos_ecef_m).all(axis=2))
+        first, last = first[before], last[before + 1]
+        window = np.clip(before[:, None] - (POINTS // 2 - 1), first, np.maximum(last - POINTS + 1, first))
+        held = (first <= before[:, None]) & (last > before[:, None]) & (last - first >= POINTS - 1)
+        window = np.where(held, window, 0)
+        pos_m, vel_mps = self._interpolated(middles_ns, nodes_s, window, held)
+        clock_s = self._clocks(middles_ns, nodes_s, before)
+        (first_ns, last_ns), half_ns = self.span_ns, round(nodes_s[-1] * gpstime.NS_PER_S)
+        inside = (middles_ns + half_ns >= first_ns) & (middles_ns - half_ns <= last_ns)
+        available = held & np.isfinite(clock_s).all(axis=1) & inside[:, None]
+        relativity_s = -2 / LIGHT_MPS**2 * np.einsum("sknj,sknj->skn", pos_m, vel_mps)
+        clocks_m = LIGHT_MPS * (np.nan_to_num(clock_s) + relativity_s)
+        if self.offset_m.any():
+            pos_m = antenna_m(pos_m, _suns_m(middles_ns, nodes_s)[:, :, None], self.offset_m)
+        turn_rad = (ROTATION_RPS * nodes_s)[:, None]
+        return eci_to_ecef(pos_m, turn_rad), clocks_m, available
+
+    def _interpolated(self, middles_ns, nodes_s, window, held) -> tuple[Array, Array]:
+        """Positions and velocities (s, k, n, 3) in the axes that ECEF has in the middle of each segment."""
+        rows = window[..., None] + np.arange(POINTS)
+        told_m = self.pos_ecef_m[
+            np.minimum(rows, len(self.pos_ecef_m) - 1), np.arange(len(self.index))[:, None]
+        ]
+        told_m = np.where(held[..., None, None], told_m, _ANYWHERE_M)
+        told_s = (self.start_ns + rows * self.step_ns - middles_ns[:, None, None]) / gpstime.NS_PER_S
+        still_m = eci_to_ecef(told_m, -ROTATION_RPS * told_s)
+        half_s = (POINTS - 1) * self.step_ns / gpstime.NS_PER_S / 2
+        x = (nodes_s[:, None] - told_s[:, None, :, 0]) / half_s - 1
+        value, slope = weights(np.where(held[:, None], x, 0.0), POINTS)
+        return (
+            np.einsum("sknp,snpj->sknj", value, still_m),
+            np.einsum("sknp,snpj->sknj", slope / half_s, still_m),
+        )
+
+    def _clocks(self, middles_ns, nodes_s, before) -> Array:
+        """Clocks (s, k, n) [s] on the lines between two instants, nan where one is missing.
+
+        A line, because what moves an atomic clock is above all white frequency noise: between two readings
+        the best guess of such a walk is the straight way.
+        """
+        since_s = (middles_ns - self.start_ns - before * self.step_ns) / gpstime.NS_PER_S
+        share = (since_s[:, None] + nodes_s) * gpstime.NS_PER_S / self.step_ns
+        left, right = self.clock_s[before][:, None], self.clock_s[before + 1][:, None]
+        return left + share[..., None] * (right - left)
+
+
+_ANYWHERE_M = np.array((2.6e7, 0.0, 0.0))
+"""Where satellites are put that are nowhere: numbers stay finite."""
+
+
+def _suns_m(middles_ns: Times, nodes_s: Array) -> Array:
+    """The Sun (s, k, 3) at the nodes, in the axes that ECEF has in the middle of each segment [m].
+
+    In a minute the Sun moves by 12 urad among the stars: one place does for a segment.
+    """
+    leap_s = gpstime.leap_seconds(int(middles_ns[0]))
+    return np.broadcast_to(sun_ecef_m(middles_ns, leap_s)[:, None], (len(middles_ns), len(nodes_s), 3))
+
+
+def from_sp3(product: Sp3, offset_m: Array | None = None) -> PreciseOrbits:
+    """The navigation satellites of a product (`sp3.joined` makes one of several).
+
+    offset_m  (SATELLITES, 3) by satellite index, nan of satellites to be left out (`phase_centre.offsets_m`);
+              None leaves centres of mass
+    ValueError, one line, if the product's instants are on no regular grid or too few.
+    """
+    index, column = product.navigation()
+    if offset_m is not None:
+        known = np.isfinite(offset_m[index]).all(axis=1)
+        index, column = index[known], column[known]
+    steps_ns = np.diff(product.t_ns)
+    step_ns = int(steps_ns.min()) if len(steps_ns) else 0
+    if len(product.t_ns) < POINTS or (steps_ns % step_ns).any() or not len(index):
+        raise ValueError(
+            f"{product.origin}: {len(product.t_ns)} instants of {len(index)} satellites; "
+            f"needed are {POINTS} on a regular grid, of one at least"
+        )
+    row = (product.t_ns - product.t_ns[0]) // step_ns
+    pos, clock = np.full((row[-1] + 1, len(index), 3), np.nan), np.full((row[-1] + 1, len(index)), np.nan)
+    pos[row], clock[row] = product.pos_ecef_m[:, column], product.clock_s[:, column]
+    offset = np.zeros((len(index), 3)) if offset_m is None else offset_m[index]
+    return PreciseOrbits(index, int(product.t_ns[0]), step_ns, pos, clock, offset)

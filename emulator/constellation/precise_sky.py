@@ -1,0 +1,62 @@
+"""Precise orbits as what satellites report: a constellation without messages of its own.
+
+For receivers whose observations are played, and where the best known sky is wanted on the bus. Clocks are
+those of ionosphere-free ranges: no group delay is inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.constellation import phase_centre, precise
+from gnss_hil.emulator.constellation.base import Array, Broadcast
+from gnss_hil.emulator.constellation.precise import PreciseOrbits
+from gnss_hil.emulator.files import sp3
+
+
+def read(paths: Sequence[Path], day: date) -> PreciseOrbits:
+    """Orbits of the files, later ones winning, at the antennas of the satellites that flew on that day.
+
+    FileError or ValueError with one line if they cannot be had.
+    """
+    product = sp3.joined([sp3.read(path) for path in paths])
+    return precise.from_sp3(product, phase_centre.offsets_m(day))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreciseConstellation:
+    """One system's satellites of precise orbits; column (n,) of each in them."""
+
+    index: NDArray[np.int64]
+    orbits: PreciseOrbits
+    column: NDArray[np.int64]
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """First and last GPS time of the orbits."""
+        return self.orbits.span_ns
+
+    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]:
+        """See `Constellation.sample`."""
+        positions, clocks, available = self.orbits.sample(middles_ns, nodes_s)
+        positions, clocks = positions[:, :, self.column], clocks[:, :, self.column]
+        there = available[:, self.column]
+        zeros = np.zeros(there.shape, np.int64)
+        # Numbers without meaning are finite, as a constellation promises.
+        positions = np.where(there[:, None, :, None], positions, 2.6e7)
+        clocks = np.where(there[:, None], clocks, 0.0)
+        said = Broadcast(there, np.ones_like(there), zeros, zeros, zeros, zeros, np.zeros(there.shape))
+        return positions, clocks, said
+
+
+def constellation(orbits: PreciseOrbits, system: int) -> PreciseConstellation:
+    """The satellites of one system; none is an empty one."""
+    column = np.flatnonzero(satellites.system_of(orbits.index) == system)
+    return PreciseConstellation(orbits.index[column], orbits, column)

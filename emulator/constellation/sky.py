@@ -1,0 +1,266 @@
+"""The navigation satellites above: where they are, what their clocks show, what they say of themselves.
+
+A sky is made of constellations, one for each system. A constellation evaluates its ephemerides for many
+segments at once; the sky keeps the result as polynomials, one minute each, and reads them every epoch.
+
+Truth and report. Left alone, what satellites broadcast *is* the truth (modelled: no satellite flies it).
+Where one ephemeris gives way to the next, such a satellite jumps by what the two disagree, decimetres to
+metres, and says so by another `ephemeris` number: a receiver cannot count cycles across that. With precise
+orbits the truth is theirs, and what satellites broadcast is only what receivers hear of it; error models
+change the report, never the truth. The table holds the truth and what the report is off.
+
+Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.constellation.base import Array, Broadcast, Constellation
+from gnss_hil.emulator.constellation.broadcast.navigation import from_files, precise_orbits
+from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.error_models import ephemeris_error, satellite_clock_error
+from gnss_hil.emulator.error_models.base import Factor
+from gnss_hil.emulator.error_models.params_sky import EphemerisError, SatelliteClockError
+from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Chunks, Grid
+
+GRID = Grid(origin_ns=0, segment_ns=60 * NS_PER_S, margin_ns=2 * NS_PER_S, degree=7, per_chunk=30)
+"""Ephemerides change on whole minutes of GPS time; 2 s beyond a segment still belong to its polynomial."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkyState:
+    """All satellites of a sky at one instant; rows are the same satellites through a run.
+
+    index               (n,) satellite index, `dbc.common.satellites`
+    pos_ecef_m          (n, 3) antenna phase centre, WGS-84 ECEF axes of the instant [m]
+    vel_ecef_mps        (n, 3) first and
+    acc_ecef_mps2       (n, 3) second time derivative of it [m/s], [m/s^2]
+    clock_truth_m       (n,) to be added to a pseudorange, relativity and group delay inside, as transmitted:
+                        less what no message tells, the system's offset [m]; its rate:
+    clock_truth_mps     (n,) [m/s]
+    clock_m, clock_drift_mps     (n,) the same as reported, without the system's offset
+    off_ecef_m, off_ecef_mps     (n, 3) reported minus true position, and its rate; None if they are one
+    available, healthy, frequency, iod, ura, ephemeris, group_delay_m   (n,) see Broadcast
+    """
+
+    index: NDArray[np.int64]
+    pos_ecef_m: Array
+    vel_ecef_mps: Array
+    acc_ecef_mps2: Array
+    clock_truth_m: Array
+    clock_truth_mps: Array
+    clock_m: Array
+    clock_drift_mps: Array
+    off_ecef_m: Array | None
+    off_ecef_mps: Array | None
+    available: NDArray[np.bool_]
+    healthy: NDArray[np.bool_]
+    frequency: NDArray[np.int64]
+    iod: NDArray[np.int64]
+    ura: NDArray[np.int64]
+    ephemeris: NDArray[np.int64]
+    group_delay_m: Array
+
+
+class TrueOrbits(Protocol):
+    """Orbits and clocks that are the truth instead of what is broadcast; `Constellation.sample` without a
+    message: positions (s, k, n, 3), clocks (s, k, n), available (s, n). Numbers are nan or without meaning
+    where nothing is available."""
+
+    index: NDArray[np.int64]
+
+    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, NDArray]: ...
+
+
+Misreport = Callable[[NDArray[np.int64], Array, Array, Array], tuple[Array | float, Array | float]]
+"""An error of what all satellites of a sky report: middles_ns (s,), nodes_s (k,), true positions and
+velocities (s, k, n, 3) -> reported minus true positions (s, k, n, 3) [m] and clocks (s, k, n) [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Chunk:
+    """coefficients (s, degree + 1, 4 n or 8 n): positions by satellite and axis, clocks; then, where they
+    differ, what the report is off, in the same order."""
+
+    coefficients: Array
+    broadcast: Broadcast
+
+
+class Sky:
+    """Several constellations as one table.
+
+    offset_m    (n,) residual offset of each satellite's system against GPS [m]: it lengthens the
+                pseudoranges of the system's satellites and appears in no broadcast clock
+    truth       orbits that are flown instead of those broadcast; satellites they lack are not there
+    candid      satellites report the truth, errors of the report apart, instead of what they broadcast
+    misreports  errors of the report
+    """
+
+    def __init__(
+        self,
+        constellations: Sequence[Constellation],
+        offset_m: Sequence[float],
+        truth: TrueOrbits | None = None,
+        misreports: Sequence[Misreport] = (),
+        candid: bool = False,
+    ):
+        self._constellations = tuple(constellations)
+        self.index = np.concatenate([c.index for c in constellations])
+        self._offset_m = np.concatenate(
+            [np.full(len(c.index), value) for c, value in zip(constellations, offset_m, strict=True)]
+        )
+        self._truth = truth
+        self._misreports = tuple(misreports)
+        self._candid = candid
+        self._chunks = Chunks(self._build)
+
+    def at(self, t_ns: int) -> SkyState:
+        """The sky at GPS time t_ns."""
+        n = len(self.index)
+        segment = GRID.segment(t_ns)
+        number, row = divmod(segment, GRID.per_chunk)
+        chunk = self._chunks[number]
+        value, rate, acceleration = GRID.evaluate(chunk.coefficients[row], segment, t_ns)
+        clock_m, drift_mps = value[3 * n : 4 * n], rate[3 * n : 4 * n]
+        told_m, told_mps, off, off_rate = clock_m, drift_mps, None, None
+        if len(value) > 4 * n:
+            told_m, told_mps = clock_m + value[7 * n :], drift_mps + rate[7 * n :]
+            off, off_rate = value[4 * n : 7 * n].reshape(n, 3), rate[4 * n : 7 * n].reshape(n, 3)
+        b = chunk.broadcast
+        return SkyState(
+            index=self.index,
+            pos_ecef_m=value[: 3 * n].reshape(n, 3),
+            vel_ecef_mps=rate[: 3 * n].reshape(n, 3),
+            acc_ecef_mps2=acceleration[: 3 * n].reshape(n, 3),
+            clock_truth_m=clock_m - self._offset_m,
+            clock_truth_mps=drift_mps,
+            clock_m=told_m,
+            clock_drift_mps=told_mps,
+            off_ecef_m=off,
+            off_ecef_mps=off_rate,
+            available=b.available[row],
+            healthy=b.healthy[row],
+            frequency=b.frequency[row],
+            iod=b.iod[row],
+            ura=b.ura[row],
+            ephemeris=b.ephemeris[row],
+            group_delay_m=b.group_delay_m[row],
+        )
+
+    def _build(self, number: int) -> _Chunk:
+        middles_ns, nodes_s = GRID.middles_ns(number), GRID.nodes_s
+        parts = [c.sample(middles_ns, nodes_s) for c in self._constellations]
+        positions = np.concatenate([pos for pos, _, _ in parts], axis=2)
+        clocks = np.concatenate([clock for _, clock, _ in parts], axis=2)
+        said = [b for _, _, b in parts]
+        broadcast = Broadcast(
+            *(np.concatenate([getattr(b, name) for b in said], axis=1) for name in Broadcast.__slots__)
+        )
+        columns = _columns(positions, clocks)
+        if self._truth is not None:
+            broadcast, columns = self._flown(middles_ns, nodes_s, positions, clocks, broadcast)
+        if self._misreports:
+            columns = self._misreported(middles_ns, nodes_s, columns)
+        return _Chunk(GRID.fit(columns), broadcast)
+
+    def _flown(self, middles_ns, nodes_s, positions, clocks, broadcast) -> tuple[Broadcast, Array]:
+        """Broadcast and columns of a sky that flies `truth` and reports that or what it broadcasts.
+
+        A truth without jumps needs no number of its ephemeris: one for all.
+        """
+        flown_m, flown_clock_m, flies = self._truth.sample(middles_ns, nodes_s)
+        place = {index: column for column, index in enumerate(self._truth.index.tolist())}
+        column = np.array([place.get(index, -1) for index in self.index.tolist()])
+        there = (column >= 0) & flies[:, column] & broadcast.available
+        true_m = np.where(there[:, None, :, None], flown_m[:, :, column], positions)
+        # Precise clocks are those of ionosphere-free ranges; what is transmitted on L1 has its group delay.
+        on_l1_m = flown_clock_m[:, :, column] - broadcast.group_delay_m[:, None]
+        true_clock_m = np.where(there[:, None], on_l1_m, clocks)
+        broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
+        true = _columns(true_m, true_clock_m)
+        if self._candid:
+            return broadcast, true
+        return broadcast, np.concatenate((true, _columns(positions, clocks) - true), axis=2)
+
+    def _misreported(self, middles_ns, nodes_s, columns: Array) -> Array:
+        """Columns with the errors of the report added to what it is off."""
+        s, k, width = columns.shape
+        n = len(self.index)
+        rates = GRID.derivative(columns[:, :, : 3 * n])
+        pos_m, vel_mps = (part.reshape(s, k, n, 3) for part in (columns[:, :, : 3 * n], rates))
+        off = columns[:, :, 4 * n :] if width > 4 * n else np.zeros((s, k, 4 * n))
+        for misreport in self._misreports:
+            off_m, off_clock_m = misreport(middles_ns, nodes_s, pos_m, vel_mps)
+            off = off + _columns(
+                np.broadcast_to(off_m, (s, k, n, 3)), np.broadcast_to(off_clock_m, (s, k, n))
+            )
+        return np.concatenate((columns[:, :, : 4 * n], off), axis=2)
+
+
+def _columns(positions: Array, clocks: Array) -> Array:
+    """Positions (s, k, n, 3) and clocks (s, k, n) side by side, (s, k, 4 n)."""
+    return np.concatenate((positions.reshape(*positions.shape[:2], -1), clocks), axis=2)
+
+
+NOMINAL: dict[str, Callable[[int], Constellation]] = {"gps": nominal_gps, "glonass": nominal_glonass}
+"""System -> maker of its nominal constellation from the start of the run [ns]."""
+
+
+def _orbits(parameters: EphemerisError, seed: int, index: NDArray[np.int64]) -> Misreport:
+    return lambda middles_ns, nodes_s, pos_m, vel_mps: (
+        ephemeris_error.errors(parameters, seed, index, middles_ns, nodes_s, pos_m, vel_mps), 0.0,
+    )  # fmt: skip
+
+
+def _clocks(parameters: SatelliteClockError, seed: int, index: NDArray[np.int64]) -> Misreport:
+    return lambda middles_ns, nodes_s, pos_m, vel_mps: (
+        0.0, satellite_clock_error.errors(parameters, seed, index, middles_ns, nodes_s),
+    )  # fmt: skip
+
+
+MISREPORTS: dict[str, Callable[..., Misreport]] = {
+    "ephemeris_error": _orbits, "satellite_clock_error": _clocks,
+}  # fmt: skip
+"""Factor of a sky -> maker of the error of what its satellites (n,) report: parameters, seed, index."""
+
+
+def misreports(factors: Mapping[str, Factor], seed: int, index: NDArray[np.int64]) -> tuple[Misreport, ...]:
+    """What the factors of a sky that are on make its satellites (n,) report."""
+    return tuple(make(factors[name], seed, index) for name, make in MISREPORTS.items() if name in factors)
+
+
+def build_sky(
+    sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[str], Path], seed: int = 0
+) -> Sky:
+    """The sky a scenario describes; ScenarioError with one line if it cannot be had.
+
+    resolve_path  name of a navigation file as the scenario writes it -> the file
+    """
+    sources = {"gps": sky.gps, "glonass": sky.glonass}
+    offset_m = {"gps": 0.0, "glonass": sky.glonass_offset_ns * 1e-9 * LIGHT_MPS}
+    parts = {}
+    for system, source in sources.items():
+        if source == "nominal":
+            parts[system] = NOMINAL[system](time.start_ns)
+        elif source != "none":
+            names = [source] if isinstance(source, str) else source
+            parts[system] = from_files(system, [resolve_path(name) for name in names], time)
+    truth = None
+    if sky.orbits:
+        truth = precise_orbits("sky.orbits", [resolve_path(name) for name in sky.orbits], time)
+    if not parts:
+        raise scenario.ScenarioError("sky: gps and glonass are both 'none'; nothing is left to receive")
+    constellations = list(parts.values())
+    index = np.concatenate([part.index for part in constellations])
+    errors = misreports(sky.factors.on(), seed, index)
+    offsets_m = [offset_m[system] for system in parts]
+    return Sky(constellations, offsets_m, truth, errors, sky.reports == "orbits")

@@ -1,0 +1,1 @@
+"""Files that ship: scenarios, structures, antenna patterns, the gravity field."""

@@ -1,0 +1,1 @@
+"""The Earth, Sun and Moon: constants, frames, gravity, atmosphere."""

@@ -1,0 +1,11 @@
+"""What every error factor's parameters have in common."""
+
+from __future__ import annotations
+
+from gnss_hil.dbc.common.vehicle import Strict
+
+
+class Factor(Strict):
+    """Parameters of a factor; `enabled = false` switches it off."""
+
+    enabled: bool = True

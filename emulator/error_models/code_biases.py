@@ -1,0 +1,50 @@
+"""Delays of code that stay: satellites' between their codes, receivers' between frequencies and as a whole.
+
+Drawn once for a run. Carrier phases have none: theirs are swallowed by ambiguities.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.error_models.params_receiver import InterchannelBias
+from gnss_hil.emulator.error_models.params_sky import CodeBias
+from gnss_hil.emulator.numerics import keyed_draws
+
+Array = NDArray[np.float64]
+
+FREQUENCIES = np.arange(-7, 14)
+"""GLONASS frequency numbers. GLONASS ICD 5.1 (2008), 3.3.1.1, table 3.1."""
+
+_PER_RECEIVER = 24  # one delay, one slope, a number for each frequency, one spare
+
+
+def satellite_code_m(parameters: CodeBias, seed: int, index: NDArray[np.int64]) -> Array:
+    """What to add to C/A pseudoranges (n,) [m] of satellites index (n,): C1 - P1, zero but for GPS."""
+    raw = keyed_draws.words(seed, keyed_draws.SKY_KEY, keyed_draws.CODE_BIASES, 0, satellites.SATELLITES)[
+        index, 0
+    ]
+    p1_c1_ns = parameters.sigma_ns * keyed_draws.normal(raw)
+    for name, given_ns in parameters.p1_c1_ns.items():
+        p1_c1_ns[index == satellites.parse(name)] = given_ns
+    gps = satellites.system_of(index) == satellites.GPS
+    return np.where(gps, -1e-9 * LIGHT_MPS * p1_c1_ns, 0.0)
+
+
+def receiver_code_m(
+    parameters: InterchannelBias, seed: int, craft_key: int, receivers: int
+) -> tuple[Array, Array]:
+    """What to add to pseudoranges [m]: (m,) all of a receiver's, and (m, 21) those of GLONASS by frequency
+    number, FREQUENCIES."""
+    raw = keyed_draws.words(
+        seed, craft_key, keyed_draws.BIASES, 0, MAX_RECEIVERS * _PER_RECEIVER // keyed_draws.SLOTS
+    )
+    standard = keyed_draws.normal(raw).reshape(MAX_RECEIVERS, _PER_RECEIVER)[:receivers]
+    slope = parameters.slope_m_per_channel * standard[:, 1:2]
+    return parameters.hardware_m * standard[:, 0], slope * FREQUENCIES + parameters.scatter_m * standard[
+        :, 2 : 2 + len(FREQUENCIES)
+    ]

@@ -1,0 +1,91 @@
+"""What the orbits that satellites broadcast are off: another orbit close by, new at each upload.
+
+A prediction that starts a little wrong goes on as a free orbit, so that between uploads its error is free
+motion relative to the true orbit: an ellipse of the period of the orbit, twice as long along the track as
+radially, about a point ahead or behind; and a swing across the track. Amplitudes are drawn for each satellite
+and upload, in phases that make every instant as uncertain as any other. A radial offset that lasts would
+drift along the track; there is none (modelled), nor a change at the issues between uploads, which the fit of
+broadcast elements makes centimetres.
+
+Source of the motion: Clohessy & Wiltshire, J. Aerospace Sciences 27 (1960) 653; of its predominance in the
+errors of orbits: Colombo, J. Geophys. Res. 94 (1989) 9167
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M
+from gnss_hil.emulator.constellation.uploads import MINUTE_NS, by_number, uploads
+from gnss_hil.emulator.earth.constants import MU_M3PS2
+from gnss_hil.emulator.error_models.params_sky import EphemerisError
+from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.signal.geometry import spin
+
+Array = NDArray[np.float64]
+
+
+def errors(
+    parameters: EphemerisError,
+    seed: int,
+    index: NDArray[np.int64],
+    middles_ns: NDArray[np.int64],
+    nodes_s: Array,
+    pos_ecef_m: Array,
+    vel_ecef_mps: Array,
+) -> Array:
+    """Reported minus true positions (s, k, n, 3) [m], ECEF, of satellites index (n,).
+
+    middles_ns (s,)  middles of minutes of GPS time [ns];  nodes_s (k,) relative to them [s]
+    pos_ecef_m, vel_ecef_mps (s, k, n, 3)  true, at the nodes
+    Satellites of systems without parameters report the truth.
+    """
+    sigma_m, mean_motion = _by_satellite(parameters, index)
+    minute = middles_ns // MINUTE_NS
+    plan = uploads(seed, index, _periods_s(parameters))
+    number = plan.number(minute)
+    drawn = by_number(seed, keyed_draws.UPLOAD_ORBITS, number, index, 2)[:, None]
+    age_s = 60.0 * (minute[:, None] - plan.begun(number)) + 30.0
+    radial, along, cross = free_motion(drawn, sigma_m, mean_motion * (age_s[:, None] + nodes_s[:, None]))
+    up, ahead, aside = orbital_axes(pos_ecef_m, vel_ecef_mps)
+    return radial[..., None] * up + along[..., None] * ahead + cross[..., None] * aside
+
+
+def _periods_s(parameters: EphemerisError) -> dict[int, float]:
+    return {satellites.GPS: parameters.gps_upload_s, satellites.GLONASS: parameters.glonass_upload_s}
+
+
+def _by_satellite(parameters: EphemerisError, index: NDArray[np.int64]) -> tuple[Array, Array]:
+    """1 sigma (n, 3) [m] and mean motion (n,) [rad/s]."""
+    system = satellites.system_of(index)
+    sigma_m, mean_motion = np.zeros((len(index), 3)), np.zeros(len(index))
+    given = {satellites.GPS: parameters.gps_sigma_m, satellites.GLONASS: parameters.glonass_sigma_m}
+    for which, triple in given.items():
+        sigma_m[system == which] = triple
+        mean_motion[system == which] = np.sqrt(MU_M3PS2 / ORBIT_RADIUS_M[which] ** 3)
+    return sigma_m, mean_motion
+
+
+def free_motion(drawn: Array, sigma_m: Array, angle_rad: Array) -> tuple[Array, Array, Array]:
+    """Radial, along- and cross-track errors [m], each of the given 1 sigma at any angle.
+
+    drawn      (..., 5 or more) standard normal numbers
+    sigma_m    (n, 3) of the three;  angle_rad (...,) mean motion times age
+    """
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    a, b, c, d, e = (drawn[..., j] for j in range(5))
+    sigma_radial, sigma_along, sigma_cross = sigma_m.T
+    ahead = np.sqrt(sigma_along**2 - 4 * sigma_radial**2)
+    radial = sigma_radial * (a * cos + b * sin)
+    along = 2 * sigma_radial * (b * cos - a * sin) + ahead * c
+    return radial, along, sigma_cross * (d * cos + e * sin)
+
+
+def orbital_axes(pos_ecef_m: Array, vel_ecef_mps: Array) -> tuple[Array, Array, Array]:
+    """Unit vectors (..., 3) up, ahead and along the orbit's normal, of motion relative to inertial space."""
+    up = pos_ecef_m / np.linalg.norm(pos_ecef_m, axis=-1, keepdims=True)
+    normal = np.cross(pos_ecef_m, vel_ecef_mps + spin(pos_ecef_m))
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return up, np.cross(normal, up), normal

@@ -1,0 +1,109 @@
+"""What the clocks that satellites broadcast are off: new at each upload, then the clock's own wandering.
+
+At an upload the offset is known but for `upload_m`, the frequency but for what a day's observation leaves,
+which is the clock's Allan deviation over a day. From then on the clock runs freely: white noise of frequency,
+as the physics of atomic standards makes it. Exact at whole minutes; within one a clock runs straight.
+
+Source: Allan, "Time and frequency characterization, estimation and prediction of precision clocks and
+oscillators", IEEE Trans. UFFC 34 (1987) 647, tables of prediction errors (optimum for white frequency noise)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.registry import table
+from gnss_hil.emulator.constellation.uploads import MINUTE_NS, Uploads, by_number, uploads
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.error_models.params_sky import SatelliteClockError
+from gnss_hil.emulator.numerics import keyed_draws
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+_DAY_S = 86_400.0
+_MINUTE_S = 60.0
+_PER_HOUR = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """day  Allan deviation over a day, all of it white noise of frequency."""
+
+    name: str
+    day: float
+    source: str
+
+
+CLOCKS = table(
+    Clock(
+        "rb", 1e-14, "GPS IIF rubidium, 1e-14 over a day: typical of published on-orbit stabilities, modelled"
+    ),
+    Clock(
+        "cs", 1e-13, "GLONASS-M caesium: 1e-13 over a day. GLONASS ICD 5.1 (2008), 3.3.3, typed from memory"
+    ),
+    Clock("maser", 3.4e-15, "passive hydrogen maser, 1e-12 at 1 s: modelled"),
+)
+
+
+def errors(
+    parameters: SatelliteClockError, seed: int, index: Numbers, middles_ns: Numbers, nodes_s: Array
+) -> Array:
+    """Reported minus true clocks (s, k, n) [m] of satellites index (n,).
+
+    middles_ns (s,)  middles of minutes of GPS time [ns];  nodes_s (k,) relative to them [s]
+    Satellites of systems without parameters report the truth.
+    """
+    day, upload_m, plan = _by_satellite(parameters, seed, index)
+    minute = middles_ns // MINUTE_NS
+    number = plan.number(minute)
+    begun = plan.begun(number)
+    drawn = by_number(seed, keyed_draws.UPLOAD_CLOCKS, number, index, 1)
+    off_m, frequency = upload_m * drawn[..., 0], day * drawn[..., 1]
+    ends = np.stack((minute, minute + 1))[..., None]
+    walked_s = _walked(seed, index, begun, ends) * (day * np.sqrt(_DAY_S))
+    at_m = off_m + LIGHT_MPS * (walked_s + frequency * _MINUTE_S * (ends - begun))
+    part = (nodes_s / _MINUTE_S + 0.5)[:, None]
+    return at_m[0][:, None] + part * (at_m[1] - at_m[0])[:, None]
+
+
+def _by_satellite(parameters: SatelliteClockError, seed: int, index: Numbers) -> tuple[Array, Array, Uploads]:
+    """Allan deviation over a day (n,), 1 sigma at an upload (n,) [m], uploads."""
+    system = satellites.system_of(index)
+    day, upload_m = np.zeros(len(index)), np.zeros(len(index))
+    periods_s = {satellites.GPS: parameters.gps_upload_s, satellites.GLONASS: parameters.glonass_upload_s}
+    for which in periods_s:
+        name = satellites.SYSTEM_NAMES[which]
+        day[system == which] = CLOCKS[getattr(parameters, f"{name}_clock")].day
+        upload_m[system == which] = getattr(parameters, f"{name}_upload_m")
+    return day, upload_m, uploads(seed, index, periods_s)
+
+
+def _walked(seed: int, index: Numbers, begun: Numbers, ends: Numbers) -> Array:
+    """Standard Brownian motion [s^0.5] of satellites from the minutes begun (s, n) to ends (..., s, 1)."""
+    # Who is never given an upload has not begun within this age, and has no clock error either.
+    first = int(np.min(np.where(begun > 0, begun, np.min(ends))))
+    sums = _sums(seed, index, first, int(np.max(ends)))
+    column = np.arange(len(index))
+    return sums[ends - first, column] - sums[np.maximum(begun - first, 0), column]
+
+
+def _sums(seed: int, index: Numbers, first: int, last: int) -> Array:
+    """Brownian motion (last - first + 1, n) [s^0.5] at whole minutes, zero at the first."""
+    hours = range(first // _PER_HOUR, (last - 1) // _PER_HOUR + 1)
+    count = satellites.SATELLITES * _PER_HOUR // keyed_draws.SLOTS
+    raw = np.stack(
+        [
+            keyed_draws.words(seed, keyed_draws.SKY_KEY, keyed_draws.CLOCK_MINUTES, hour, count)
+            for hour in hours
+        ]
+    )
+    minutes = raw.reshape(len(hours), satellites.SATELLITES, _PER_HOUR)[:, index]
+    steps = keyed_draws.normal(minutes).transpose(0, 2, 1).reshape(-1, len(index))
+    start = first - hours[0] * _PER_HOUR
+    steps = steps[start : start + last - first] * np.sqrt(_MINUTE_S)
+    return np.concatenate((np.zeros((1, len(index))), np.cumsum(steps, axis=0)))

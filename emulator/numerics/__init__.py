@@ -1,0 +1,1 @@
+"""Arithmetic without physics: piecewise polynomials, rotations, keyed random draws."""

@@ -1,0 +1,1 @@
+"""Where a craft is: forces and their integration, or a trajectory from a file."""

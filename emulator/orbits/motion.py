@@ -1,0 +1,90 @@
+"""The motion of a craft, however its scenario tells it: computed, or known from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from gnss_hil.emulator.attitude.profile import Attitude, build_attitude
+from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.files import csv_table, oem, tle
+from gnss_hil.emulator.files.finals import Orientation
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.orbits import trajectory
+from gnss_hil.emulator.orbits.dynamics import CraftState, build_orbit
+from gnss_hil.emulator.orbits.trajectory import Trajectory, TrajectoryError
+
+_METRES = {"m": 1.0, "km": 1e3, "ft": 0.3048}
+_AXES = tuple(f"position_{axis}" for axis in "xyz")
+
+
+class Motion(Protocol):
+    """Where a craft is."""
+
+    def at(self, t_ns: int) -> CraftState: ...
+
+
+Span = tuple[int, int]
+"""GPS time of a run's first instant and of its last [ns]."""
+
+
+def _oem(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
+    return trajectory.of_ephemeris(oem.read(Path(given.oem)), given.oem, measured)
+
+
+def _tle(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
+    chosen = tle.choose(tle.read(Path(given.tle)), given.object, given.tle)
+    return trajectory.of_elements(chosen.line1, chosen.line2, *span_ns, measured)
+
+
+def _csv(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
+    table = csv_table.read(Path(given.csv), _AXES)
+    pos_m = _METRES[given.unit] * table.columns
+    return Trajectory(table.t_ns, trajectory.in_ecef("J2000", table.t_ns, pos_m, measured))
+
+
+KINDS: dict[str, Callable[[scenario.TrajectoryFile, Span, Orientation | None], Trajectory]] = {
+    "oem": _oem, "tle": _tle, "csv": _csv,
+}  # fmt: skip
+"""Kind of file -> its trajectory over a run."""
+
+
+def read_trajectory(
+    given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, key: str
+) -> Trajectory:
+    """The trajectory a scenario names for a run; ScenarioError with one line under `key` if there is none.
+
+    measured  the Earth's orientation, None without a file of it
+    """
+    kind = next(kind for kind in KINDS if getattr(given, kind) is not None)
+    try:
+        found = KINDS[kind](given, span_ns, measured)
+        found.check(*span_ns, getattr(given, kind))
+    except (FileError, TrajectoryError) as error:
+        raise ScenarioError(f"{key}: {error}") from None
+    return found
+
+
+def build_motion(craft: scenario.Craft, time: scenario.Time, measured: Orientation | None) -> Motion:
+    """The motion of a craft that is emulated; ScenarioError with one line if there is none."""
+    if craft.trajectory is None:
+        return build_orbit(craft.orbit, time.start_ns)
+    return read_trajectory(craft.trajectory, time.span_ns, measured, f"craft.{craft.name}.trajectory")
+
+
+def build_turning(
+    craft: scenario.Craft, time: scenario.Time, motion: Motion, measured: Orientation | None
+) -> Attitude | TabulatedAttitude:
+    """The attitude of a craft; ScenarioError with one line if its table does not serve."""
+    attitude = craft.attitude
+    if attitude.mode != "table":
+        return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
+    try:
+        table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)
+        table.check(*time.span_ns, attitude.file)
+    except (FileError, AttitudeTableError) as error:
+        raise ScenarioError(f"craft.{craft.name}.attitude: {error}") from None
+    return table

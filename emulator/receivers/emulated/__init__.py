@@ -1,0 +1,1 @@
+"""Receivers that search, obey commands, track and measure."""

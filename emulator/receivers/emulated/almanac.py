@@ -1,0 +1,41 @@
+"""Almanac predictions on the bus: a slice of the sky each epoch.
+
+The unit's almanac is one. Its receivers deal the satellites out among themselves, one place further in
+every pass, so that each satellite passes once a cycle and each receiver sends all of them in turn.
+Predictions are those of the almanac that a scenario names; without one the truth as coarse as the message
+(250 m, 1 m/s) and never old, age 0 h (modelled: a real almanac is off by kilometres, which no choice of
+satellites notices). Cold receivers have it too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac, Predictions
+from gnss_hil.emulator.constellation.sky import SkyState
+from gnss_hil.emulator.receivers.emulated.channels import Flags, Numbers
+
+
+def contents(held: HeldAlmanac | None, sky: SkyState) -> Flags:
+    """(n,) satellites of the sky that are in the unit's almanac."""
+    return sky.available if held is None else held.known
+
+
+def predictions(held: HeldAlmanac | None, sky: SkyState, rows: Numbers, mark_ns: int) -> Predictions:
+    """What the unit says of satellites `rows` (p,) of its almanac for the time mark; sky at the latch."""
+    if held is not None:
+        return held.at(rows, mark_ns)
+    return Predictions(sky.pos_ecef_m[rows], sky.vel_ecef_mps[rows], sky.healthy[rows], np.zeros(len(rows)))
+
+
+def portion(known: Flags, epoch: int, epochs_per_pass: int, receivers: int) -> tuple[Numbers, Numbers]:
+    """Rows of the sky that are sent in this epoch, and which receiver (0-based) sends each.
+
+    known            (n,) satellites in the almanac
+    epochs_per_pass  epochs in which all n rows pass once
+    """
+    number, part = divmod(epoch, epochs_per_pass)
+    n = len(known)
+    first, end = part * n // epochs_per_pass, (part + 1) * n // epochs_per_pass
+    rows = first + known[first:end].nonzero()[0]
+    return rows, (rows + number) % receivers

@@ -1,0 +1,189 @@
+"""Channels of a craft's receivers and what the unit knows: the state that steps from epoch to epoch.
+
+A channel is idle, or it is set on a satellite. Set on one, it searches while there is a signal, holds it
+(BIT_SYNC) while the ephemeris is being collected, and measures (FULL) once the unit knows the ephemeris.
+Without a signal it goes back to search and waits there for as long as it is set.
+
+The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
+unless each keeps its own. Modelled: times of acquisition are what the scenario says (an ephemeris may take as
+long as the frames of its message do, `emulator.receivers.emulated.data_collection`), a signal strong enough
+is found and
+never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
+run to its end.
+
+Step 2 and block 1 of RU 2706636 C1: an antenna's channels track satellites inside its field of view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.emulator.receivers.emulated.data_collection import collection_ns
+
+LOCK = {label: raw for raw, label in VALUES["Lock"].items()}
+IDLE, SEARCH, BIT_SYNC, FULL = (LOCK[label] for label in ("IDLE", "SEARCH", "BIT_SYNC", "FULL"))
+SLIPS = 16
+NEVER_NS = -(1 << 62)
+NOTHING = -1
+
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Channels:
+    """State of the channels (m, k): row a is receiver a + 1; receivers with fewer channels leave the last
+    columns idle and commanded.
+
+    commanded  set by command (or released by one); otherwise the channel searches by itself
+    target     row of the sky's satellites the channel is set on, -1 none
+    lock       value of the contract's table "Lock"
+    since_ns   GPS time since when the channel searches with a signal, or holds it
+    slips      times the carrier phase was started, modulo 16
+    ambiguity  whole cycles taken off the carrier phase
+    way        along which the carrier phase has been counted from its start, `observe.ways`
+    wound_cyc  by how much antennas have wound the carrier phase up [cycles], nan where nothing is counted
+    """
+
+    commanded: Flags
+    target: Numbers
+    lock: NDArray[np.int8]
+    since_ns: Numbers
+    slips: Numbers
+    ambiguity: NDArray[np.float64]
+    way: Numbers
+    wound_cyc: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Knowledge:
+    """What a unit knows.
+
+    warm          time and rough position are known: some channel has measured before
+    collected_ns  (u, n) when each satellite's ephemeris was last collected, NEVER_NS if not yet; u = 1: by
+                  any receiver, u = m: by each
+    """
+
+    warm: bool
+    collected_ns: Numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Times of acquisition [ns]: to find a signal knowing time, almanac and ephemeris (hot), all but the
+    ephemeris (warm), nothing (cold); to collect an ephemeris; how long one serves."""
+
+    hot_ns: int
+    warm_ns: int
+    cold_ns: int
+    ephemeris_ns: int
+    ephemeris_age_ns: int
+
+
+def fresh_channels(counts: Numbers) -> Channels:
+    """All channels idle and searching by themselves; counts (m,) channels of each receiver."""
+    shape = len(counts), int(counts.max())
+    exists = np.arange(shape[1]) < counts[:, None]
+    return Channels(
+        ~exists,
+        np.full(shape, NOTHING),
+        np.full(shape, IDLE, np.int8),
+        np.zeros(shape, np.int64),
+        np.zeros(shape, np.int64),
+        np.zeros(shape),
+        np.zeros(shape, np.int64),
+        np.full(shape, np.nan),
+    )
+
+
+def fresh_knowledge(satellites: int, holders: int = 1) -> Knowledge:
+    """A cold unit: nothing known but which satellites there are.
+
+    holders  1: the receivers share ephemerides; as many as receivers: they do not
+    """
+    return Knowledge(False, np.full((holders, satellites), NEVER_NS))
+
+
+def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -> Channels:
+    """Channels set anew; one whose satellite stays keeps its lock."""
+    if np.array_equal(target, channels.target):
+        return replace(channels, commanded=commanded)
+    moved = target != channels.target
+    lock = np.where(moved, np.where(target < 0, IDLE, SEARCH), channels.lock).astype(np.int8)
+    since_ns = np.where(moved, t_ns, channels.since_ns)
+    return replace(channels, commanded=commanded, target=target, lock=lock, since_ns=since_ns)
+
+
+def receivable(channels: Channels, signal: Flags, held: Flags | None) -> Flags:
+    """(m, n) signals at antennas: strong enough to be found, or, where a channel has it, to be held
+    (None: what is found is held)."""
+    if held is None:
+        return signal
+    receiver, channel = np.nonzero(channels.lock >= BIT_SYNC)
+    row = channels.target[receiver, channel]
+    out = signal.copy()
+    out[receiver, row] = held[receiver, row]
+    return out
+
+
+def advance(
+    channels: Channels,
+    knowledge: Knowledge,
+    signal: Flags,
+    pace: Pace,
+    t_ns: int,
+    system: Numbers | None = None,
+) -> tuple[Channels, Knowledge, Flags]:
+    """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
+
+    signal   (m, n) whether a satellite's signal is strong enough at an antenna
+    system   (n,) of the satellites, if an ephemeris takes as long as the frames of its message
+    returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
+    """
+    target, lock, since_ns = channels.target, channels.lock, channels.since_ns
+    tuned = target >= 0
+    receives = signal[np.arange(len(signal))[:, None], target] & tuned
+    lost = tuned & ~receives
+    if not lost.any() and ((lock == FULL) == tuned).all():
+        return channels, _collect(knowledge, target, tuned, t_ns), np.zeros_like(lost)
+    known = _fresh(knowledge, pace, target, t_ns)
+    since_ns = np.where(lost, t_ns, since_ns)
+    lock = np.where(lost, SEARCH, lock)
+    to_find_ns = np.where(known, pace.hot_ns, pace.warm_ns) if knowledge.warm else pace.cold_ns
+    held_ns = t_ns - since_ns
+    found = receives & (lock == SEARCH) & (held_ns >= to_find_ns)
+    since_ns = np.where(found, t_ns, since_ns)
+    held_ns = t_ns - since_ns
+    lock = np.where(found, BIT_SYNC, lock)
+    to_collect_ns = pace.ephemeris_ns if system is None else collection_ns(system[target], since_ns)
+    begins = receives & (lock == BIT_SYNC) & (known | (held_ns >= to_collect_ns))
+    lock = np.where(begins, FULL, lock).astype(np.int8)
+    slips = (channels.slips + begins) % SLIPS
+    return (
+        replace(channels, lock=lock, since_ns=since_ns, slips=slips),
+        _collect(knowledge, target, lock == FULL, t_ns),
+        begins,
+    )
+
+
+def _holder(knowledge: Knowledge, receivers: int) -> Numbers:
+    """(m, 1) row of collected_ns that each receiver knows of."""
+    return np.minimum(np.arange(receivers), len(knowledge.collected_ns) - 1)[:, None]
+
+
+def _fresh(knowledge: Knowledge, pace: Pace, target: Numbers, t_ns: int) -> Flags:
+    """(m, k) whether a receiver has an ephemeris of a channel's satellite that still serves."""
+    serves = t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns
+    return serves[_holder(knowledge, len(target)), target]
+
+
+def _collect(knowledge: Knowledge, target: Numbers, measures: Flags, t_ns: int) -> Knowledge:
+    """A satellite that is measured sends its ephemeris over and over: knowledge of it stays new."""
+    collected_ns = knowledge.collected_ns.copy()
+    holder = np.broadcast_to(_holder(knowledge, len(target)), target.shape)
+    collected_ns[holder[measures], target[measures]] = t_ns
+    return Knowledge(knowledge.warm or bool(measures.any()), collected_ns)

@@ -1,0 +1,62 @@
+"""How long it takes to collect an ephemeris: what must be heard of a message's frame, from where one begins.
+
+A frame is made of units (subframes, strings) that are only of use whole. Who begins to listen inside one has
+to wait until it comes again; those needed may come in any order, from two frames (modelled: the ephemeris
+does not change between them, and nothing is heard wrong).
+
+    GPS      subframes 1 to 3 of 5, 6 s each: 18 to 36 s       IS-GPS-200, 20.3.2 and 20.3.3
+    GLONASS  strings 1 to 4 of 15, 2 s each: 8 to 32 s         GLONASS ICD 5.1 (2008), 4.3 and 4.4
+
+Frames are timed where they are sent; the tenth of a second on the way is left out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+
+Numbers = NDArray[np.int64]
+
+FRAMES = {satellites.GPS: (6, 3, 5), satellites.GLONASS: (2, 4, 15)}
+"""Length of a unit [s], how many from the first on are needed, units of a frame."""
+
+_SYSTEMS = satellites.SATELLITES // satellites.NUMBERS
+
+
+def _columns() -> tuple[Numbers, Numbers, Numbers]:
+    """FRAMES as columns (8,) over systems, lengths in ns; 0 where a system has no row."""
+    table = np.zeros((3, _SYSTEMS), np.int64)
+    for system, row in FRAMES.items():
+        table[:, system] = row
+    return table[0] * NS_PER_S, table[1], table[2]
+
+
+_UNIT_NS, _NEEDED, _UNITS = _columns()
+
+
+def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
+    """Time to collect an ephemeris (...,) [ns] of a satellite heard from begins_ns (...,) on, GPS time [ns].
+
+    system  (...,) of the satellites; ValueError for one whose frames are not known
+    """
+    unit_ns, needed, units = _UNIT_NS[system], _NEEDED[system], _UNITS[system]
+    if not unit_ns.all():
+        unknown = int(np.asarray(system)[unit_ns == 0].flat[0])
+        raise ValueError(f"no frame structure of system {satellites.SYSTEM_NAMES[unknown]}")
+    leap_ns = gpstime.leap_seconds(int(np.max(begins_ns))) * NS_PER_S
+    # GPS frames begin with GPS weeks; GLONASS frames with days of UTC + 3 h, hence with half minutes of UTC.
+    of_frame_ns = (begins_ns - np.where(np.equal(system, satellites.GLONASS), leap_ns, 0)) % (units * unit_ns)
+    # Units that have begun: all that are over, and the one that is cut.
+    under_way = -(-of_frame_ns // unit_ns)
+    ends = np.where(under_way == 0, needed, units + np.minimum(under_way, needed))
+    return ends * unit_ns - of_frame_ns
+
+
+def units_begun(system: Numbers, t_ns: int) -> Numbers:
+    """How many units (subframes, strings) satellites of these systems (...,) have begun until t_ns, GPS time,
+    counted from anywhere."""
+    leap_ns = np.where(np.equal(system, satellites.GLONASS), gpstime.leap_seconds(t_ns) * NS_PER_S, 0)
+    return (t_ns - leap_ns) // _UNIT_NS[system]

@@ -1,0 +1,160 @@
+"""How receivers choose satellites when left alone.
+
+Each receiver looks at its own antenna only and knows nothing of the others. In every epoch its channels
+that obey no command are set on the best satellites by the rule, of those whose signal reaches the antenna,
+that are healthy and on none of its commanded channels. A satellite that is no longer among the best is
+dropped; one that still is stays on its channel (modelled: receivers differ; RU 2654321 describes the
+effect of the first rule, the same satellites in all receivers).
+
+The rule `gdop` chooses a set, not one satellite after another (`emulator.receivers.emulated.dilution`). It
+does so
+anew every minute, and at once where a channel is free and a satellite is to be had; in between a receiver
+keeps what it has, and at the minute too unless another set is distinctly better (modelled).
+
+Receivers are oracles here: they know which signals reach their antenna and never search where there is
+none, cold ones too. A real receiver searches by almanac and hope, longer and in another order; how long
+finding takes is modelled by the times of acquisition alone (`channels.Pace`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.dbc.common.registry import table
+from gnss_hil.dbc.common.satellites import GLONASS, system_of
+from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, Flags, Numbers
+from gnss_hil.emulator.receivers.emulated.dilution import smallest
+
+if TYPE_CHECKING:  # scenarios name the rules, and a view needs orbits, which need scenarios
+    from gnss_hil.emulator.signal.visibility import View
+
+RENEWAL_NS = 60 * NS_PER_S
+"""How often a set of satellites is weighed against others."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outlook:
+    """What the receivers of a craft choose from.
+
+    index     (n,) satellite index
+    eligible  (m, n) healthy satellites whose signal reaches the antenna, on no commanded channel of it
+    alone     (m, k) channels that choose for themselves
+    target    (m, k) what all channels are set on now
+    renews    whether it is time to weigh whole sets
+    """
+
+    view: View
+    index: Numbers
+    eligible: Flags
+    alone: Flags
+    target: Numbers
+    renews: bool
+
+    @property
+    def wanted(self) -> Numbers:
+        """(m,) satellites that each receiver has channels for."""
+        return self.alone.sum(axis=1)
+
+    def present(self) -> Flags:
+        """(m, n) eligible satellites that a channel is set on by its receiver's own choice."""
+        receiver, channel = np.nonzero(self.alone & (self.target >= 0))
+        present = np.zeros_like(self.eligible)
+        present[receiver, self.target[receiver, channel]] = True
+        return present & self.eligible
+
+
+Best = list[list[int]]
+"""Rows of the sky for each receiver, best first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule of search: what it says, and its choice."""
+
+    name: str
+    says: str
+    best: Callable[[Outlook], Best]
+
+
+def _cheapest(cost: Callable[[View, Numbers], NDArray[np.float64]]) -> Callable[[Outlook], Best]:
+    """The choice of the satellites of least cost, (n,) or (m, n) by view and satellite index (n,)."""
+
+    def best(outlook: Outlook) -> Best:
+        price = np.where(outlook.eligible, cost(outlook.view, outlook.index), np.inf)
+        order = np.argsort(price, axis=1, kind="stable")
+        number = np.minimum(outlook.wanted, outlook.eligible.sum(axis=1))
+        return [row[:k].tolist() for row, k in zip(order, number.tolist(), strict=True)]
+
+    return best
+
+
+def _least_dilution(outlook: Outlook) -> Best:
+    chosen, wanted = outlook.present(), outlook.wanted
+    lacking = chosen.sum(axis=1) < np.minimum(wanted, outlook.eligible.sum(axis=1))
+    weighs = lacking | (outlook.renews & (wanted > 0))
+    if weighs.any():
+        glonass = system_of(outlook.index) == GLONASS
+        chosen[weighs] = smallest(
+            outlook.view.los_ecef, glonass, outlook.eligible[weighs], chosen[weighs], wanted[weighs]
+        )
+    return [np.flatnonzero(row).tolist() for row in chosen]
+
+
+RULES = table(
+    Rule("elevation", "highest above the horizon first", _cheapest(lambda view, index: -view.sin_elevation)),
+    Rule("boresight", "nearest to the antenna's axis first", _cheapest(lambda view, index: view.angle_rad)),
+    Rule("prn", "lowest number first, GPS before GLONASS", _cheapest(lambda view, index: index)),
+    Rule("gdop", "the set of smallest dilution, weighed every minute", _least_dilution),
+)
+
+
+def renews(t_ns: int, interval_ns: int) -> bool:
+    """Whether sets are weighed in this epoch: the first of each period of GPS time."""
+    return t_ns % RENEWAL_NS < interval_ns
+
+
+def choose(
+    rule: Rule, channels: Channels, eligible: Flags, view: View, index: Numbers, renews: bool
+) -> Numbers:
+    """Targets (m, k) after the channels without a command have chosen.
+
+    eligible  (m, n) healthy satellites whose signal reaches the antenna
+    index     (n,) satellite index
+    renews    whether it is time to weigh whole sets
+    """
+    alone = ~channels.commanded
+    if not alone.any():
+        return channels.target
+    best = rule.best(Outlook(view, index, _unclaimed(channels, eligible), alone, channels.target, renews))
+    target = channels.target.copy()
+    for receiver in np.flatnonzero(alone.any(axis=1)).tolist():
+        _settle(target[receiver], alone[receiver], best[receiver])
+    return target
+
+
+def _unclaimed(channels: Channels, eligible: Flags) -> Flags:
+    """Eligible satellites that no command has set on a channel of the same receiver."""
+    receiver, channel = np.nonzero(channels.commanded & (channels.target >= 0))
+    eligible = eligible.copy()
+    eligible[receiver, channels.target[receiver, channel]] = False
+    return eligible
+
+
+def _settle(target: Numbers, alone: Flags, best: list[int]) -> None:
+    """Set one receiver's free channels (k,) in place: keep who stays, drop who went, add who came."""
+    free = []
+    missing = dict.fromkeys(best)
+    for channel in np.flatnonzero(alone).tolist():
+        if int(target[channel]) in missing:
+            del missing[int(target[channel])]
+        else:
+            target[channel] = NOTHING
+            free.append(channel)
+    for channel, row in zip(free, missing, strict=False):
+        target[channel] = row

@@ -1,0 +1,143 @@
+"""From a file of observations to a craft that can be played."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract import codec
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.error_models.registry import FACTORS
+from gnss_hil.emulator.files import rinex_obs
+from gnss_hil.emulator.files.finals import Orientation
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.orbits.motion import read_trajectory
+from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.emulated.channels import Numbers
+from gnss_hil.emulator.receivers.recorded.receiver import ObservedCraft, Trajectory
+from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
+from gnss_hil.emulator.receivers.recorded.tracks import tracks
+
+NEAR = 0.1
+"""A tag this share of an interval beside a run's epoch still is that epoch's."""
+
+read = lru_cache(maxsize=2)(rinex_obs.read)
+
+
+def observations(path: str, craft: str) -> rinex_obs.Observations:
+    """The observations of a file; ScenarioError with one line if it has faults."""
+    try:
+        return read(Path(path))
+    except FileError as error:
+        raise ScenarioError(f"craft.{craft}.observations: {error}") from None
+
+
+def span_of(path: str, craft: str) -> dict[str, object]:
+    """[time] of a run that plays all of a file: its start, length and commonest step."""
+    t_ns = observations(path, craft).t_ns
+    if len(t_ns) < 2:
+        raise ScenarioError(
+            f"craft.{craft}.observations: {path}: {len(t_ns)} epochs; two at least are played"
+        )
+    steps, counts = np.unique(np.diff(t_ns), return_counts=True)
+    step_ns = int(steps[np.argmax(counts)])
+    return {
+        "start_gps": gpstime.to_calendar(int(t_ns[0])),
+        "duration_s": (int(t_ns[-1] - t_ns[0]) + step_ns) / NS_PER_S,
+        "epoch_interval_s": step_ns / NS_PER_S,
+    }
+
+
+def build_observed(
+    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, measured: Orientation | None
+) -> ObservedCraft:
+    """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
+
+    measured  the Earth's orientation for its reference, None without a file of it
+    """
+    time, settings, key = given.time, craft.observations, f"craft.{craft.name}.observations"
+    file = observations(settings.file, craft.name)
+    _refuse(given.sky, craft, vehicle)
+    epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")
+    marks_ns = _marks_ns(file, time, epoch_of)
+    played = tracks(file, [SIGNALS[name] for name in settings.signals], epoch_of, int(vehicle.channels[0]))
+    contract = codec.codec(vehicle.antennas)
+    return ObservedCraft(
+        name=craft.name,
+        vehicle=vehicle,
+        orbit=_reference(settings, marks_ns, measured, f"{key}.reference"),
+        frequency=_frequencies(file),
+        tracks=played,
+        bounds=np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
+        marks_ns=marks_ns,
+        epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
+        codec=contract,
+        stationery=frames.stationery(contract, vehicle.antennas),
+    )
+
+
+ON_SIGNALS = ("ionosphere", "code_bias")
+"""Factors of a sky that act on what emulated receivers measure; others act on what satellites report."""
+
+
+def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
+    """ScenarioError if the scenario asks something of a real receiver that only an emulated one can do."""
+    if vehicle.antennas != 1:
+        raise ScenarioError(
+            f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
+        )
+    keys = [f"sky.factors.{name}" for name in ON_SIGNALS if name in sky.factors.on()]
+    own = [f"factors.{name}" for name in craft.factors.on() if not FACTORS[name].default]
+    own += ["structure"] if craft.structure else []
+    keys += [f"craft.{craft.name}.{key}" for key in own]
+    if keys:
+        raise ScenarioError(
+            f"{keys[0]}: acts on emulated receivers; that of craft '{craft.name}' is real and played"
+        )
+
+
+def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) -> Numbers:
+    """(e,) number of the run's epoch for each of the file's, -1 for one that is left out."""
+    step_ns = np.diff(file.t_ns).min() if len(file.t_ns) > 1 else time.interval_ns
+    if abs(time.interval_ns / step_ns - 1) > NEAR:
+        raise ScenarioError(
+            f"{origin} has an epoch every {step_ns / NS_PER_S:g} s; "
+            f"epoch_interval_s is {time.epoch_interval_s:g}"
+        )
+    since_ns = file.t_ns - time.start_ns
+    number = np.rint(since_ns / time.interval_ns).astype(np.int64)
+    near = np.abs(since_ns - number * time.interval_ns) <= NEAR * time.interval_ns
+    found = np.where((number >= 0) & (number < time.epochs) & near, number, -1)
+    if not (found >= 0).any():
+        raise ScenarioError(f"{origin}: no epoch inside the run")
+    return found
+
+
+def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: Numbers) -> Numbers:
+    """(epochs,) tags of the file; where it has no epoch, the one it would have."""
+    marks_ns = time.start_ns + np.arange(time.epochs) * time.interval_ns
+    inside = epoch_of >= 0
+    marks_ns[epoch_of[inside]] = file.t_ns[inside]
+    return marks_ns
+
+
+def _reference(
+    settings: scenario.ObservationFile, marks_ns: Numbers, measured: Orientation | None, key: str
+) -> Trajectory | None:
+    if settings.reference is None:
+        return None
+    return read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key)
+
+
+def _frequencies(file: rinex_obs.Observations) -> Numbers:
+    """(SATELLITES,) GLONASS frequency numbers as the file's header has them, 0 elsewhere."""
+    frequency = np.zeros(satellites.SATELLITES, np.int64)
+    for slot, k in file.header.frequencies.items():
+        frequency[satellites.index(satellites.GLONASS, slot)] = k
+    return frequency

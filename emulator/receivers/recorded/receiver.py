@@ -1,0 +1,170 @@
+"""A craft whose receiver is real: its observations come from a file, its frames are those of any craft.
+
+Its marks are the file's epoch tags, which the receiver's own clock told: they say so on the bus. Satellites
+are put where they were when they sent, which a pseudorange and a tag of the same clock tell exactly, however
+far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
+unknown: body axes are said to be those of the Earth, which means nothing while the vehicle file has no lever
+arms. The receiver obeys nobody.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
+from gnss_hil.emulator.constellation.sky import SkyState
+from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
+from gnss_hil.emulator.orbits.dynamics import CraftState
+from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.emulated import almanac
+from gnss_hil.emulator.receivers.emulated.channels import Numbers
+from gnss_hil.emulator.receivers.emulated.observables import Observations, reported_at_transmission
+from gnss_hil.emulator.receivers.recorded.tracks import Tracks
+from gnss_hil.emulator.signal.bands import L1_HZ
+from gnss_hil.emulator.truth import TRUTH, in_view_bits
+
+AS_ECEF = np.array((1.0, 0.0, 0.0, 0.0))
+"""The stated attitude: body axes along those of ECEF, turning with the Earth."""
+
+EARTH_RATE_RPS = np.array((0.0, 0.0, ROTATION_RPS))
+
+MARK_OF_DOMAIN_0 = 1
+"""Value of the contract's table "MarkClock": the mark is what the clock of domain 0 showed."""
+
+UNTOLD_DBHZ = 45.0
+"""C/N0 of signals whose strength the file does not tell (modelled)."""
+
+
+class Trajectory(Protocol):
+    """Where a craft is known to have been."""
+
+    def at(self, t_ns: int) -> CraftState: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObservedCraft:
+    """What does not change of a craft that is played.
+
+    tracks   rows of all epochs;  bounds (epochs + 1,) where each epoch's begin
+    marks_ns (epochs,) tags, those that the file would have where it has none
+    orbit    the reference, None without one
+    frequency   (SATELLITES,) GLONASS frequency numbers by the file, 0 elsewhere
+    """
+
+    name: str
+    vehicle: Vehicle
+    orbit: Trajectory | None
+    frequency: Numbers
+    tracks: Tracks
+    bounds: Numbers
+    marks_ns: Numbers
+    epochs_per_pass: int
+    codec: Codec
+    stationery: frames.Stationery
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObservedUnit:
+    """A played craft between epochs: counters of its streams; commands it has refused, none ever."""
+
+    sent: NDArray[np.int8]
+    refused: Numbers
+
+
+def fresh_unit() -> ObservedUnit:
+    return ObservedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
+
+
+def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -> Observations:
+    """What the receiver saw in an epoch, as far as the sky knows the satellites; sky at the epoch's mark."""
+    seen = craft.tracks[craft.bounds[epoch] : craft.bounds[epoch + 1]]
+    row = row_of[seen.sat]
+    known = (row >= 0) & sky.available[row]
+    seen, row = seen[known], row[known]
+    # Each signal's carrier has its own multiple of the group delay inside the clock for L1.
+    share = 1 - (L1_HZ / seen.carrier_hz) ** 2
+    clock_m = sky.clock_m[row] + share * sky.group_delay_m[row]
+    # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
+    back_s = (seen.range_m + clock_m) / LIGHT_MPS
+    pos, vel = reported_at_transmission(sky, row, back_s)
+    drift_mps = sky.clock_drift_mps[row]
+    return Observations(
+        receiver=np.zeros(len(row), np.int64),
+        channel=seen.channel,
+        row=row,
+        sat=seen.sat,
+        signal=seen.signal,
+        pseudorange_m=seen.range_m,
+        range_rate_mps=seen.rate_mps,
+        phase_cyc=np.nan_to_num(seen.phase_cyc),
+        cn0_dbhz=np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
+        slips=seen.slips,
+        half_cycle=seen.half_cycle,
+        pos_ecef_m=pos,
+        vel_ecef_mps=vel,
+        clock_m=clock_m - drift_mps * back_s,
+        clock_drift_mps=drift_mps,
+    )
+
+
+def play(
+    craft: ObservedCraft,
+    unit: ObservedUnit,
+    sky: SkyState,
+    held: HeldAlmanac | None,
+    row_of: Numbers,
+    session: int,
+    epoch: int,
+) -> tuple[ObservedUnit, FrameBatch]:
+    """The block of an epoch; sky at the epoch's mark, `held` the almanac instead of it."""
+    paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
+    # Precise orbits tell no frequencies; what the receiver tuned to counts.
+    tuned = craft.frequency[sky.index]
+    sky = replace(sky, frequency=np.where(tuned != 0, tuned, sky.frequency))
+    seen = observed(craft, sky, row_of, epoch)
+    known = almanac.contents(held, sky)
+    rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
+    told = almanac.predictions(held, sky, rows, mark_ns)
+    mark, attitude = frames.head_parts(
+        paper, session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
+        MARK_OF_DOMAIN_0,
+    )  # fmt: skip
+    state = np.full(craft.vehicle.antennas, frames.RECEIVER_STATE["AUTONOMOUS"])
+    clocks_s = np.zeros(craft.vehicle.antennas)
+    parts = (
+        mark,
+        attitude,
+        frames.receivers_part(
+            paper, seen, sky, clocks_s, craft.vehicle.clock_domain, state, np.count_nonzero(known)
+        ),
+        frames.almanac_part(paper, sky.index[rows], sender, told),
+        paper.heartbeats,
+    )
+    block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
+    return ObservedUnit(sent, unit.refused), block
+
+
+def truth(craft: ObservedCraft, epoch: int) -> NDArray:
+    """One row of truth: the reference orbit at the mark, nan without one; what clocks showed nobody knows.
+    In view are the satellites that were observed."""
+    row = np.zeros((), TRUTH)
+    row["t_gps_ns"] = craft.marks_ns[epoch]
+    for name in ("position_ecef_m", "velocity_ecef_mps", "clock_s"):
+        row[name] = np.nan
+    if craft.orbit is not None:
+        state = craft.orbit.at(int(craft.marks_ns[epoch]))
+        row["position_ecef_m"], row["velocity_ecef_mps"] = state.pos_ecef_m, state.vel_ecef_mps
+    row["quaternion_body_from_ecef"] = AS_ECEF
+    row["rate_body_rps"] = EARTH_RATE_RPS
+    seen = np.unique(craft.tracks.sat[craft.bounds[epoch] : craft.bounds[epoch + 1]])
+    row["in_view"], row["satellites_visible"] = in_view_bits(seen), len(seen)
+    return row

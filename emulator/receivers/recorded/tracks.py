@@ -1,0 +1,279 @@
+"""Observations of a file as what channels tell: one row for each satellite, signal and epoch.
+
+A satellite's signal keeps a channel from its first observation to a gap. Within such an arc, cut again where
+the receiver tells a loss of lock, the carrier phase counts cycles, and a spline through it gives the range
+rate where the file has no Doppler.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.receivers.recorded.signals import Codes, Signal
+
+if TYPE_CHECKING:
+    from gnss_hil.emulator.files.rinex_obs import Observations
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+SPLINE_DEGREE = 5
+ENOUGH = 4
+"""Points of an arc from which on its rates are good to centimetres a second at ten seconds: three leave
+0.3 m/s, two 40 m/s."""
+
+LOST_LOCK = 1
+"""Bit 0 of a loss of lock indicator. RINEX 2.11, table A2."""
+
+HALF_CYCLE = 2
+"""Bit 1: half a cycle is in doubt. RINEX 3.05, 5.4; version 2 says so by the other wavelength factor."""
+
+LOUDEST_DBHZ = 64.0
+"""No receiver of navigation signals sees more: strengths beyond it are ratios of voltages, not dBHz."""
+
+SLIPS = 16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracks:
+    """Rows by epoch, then channel.
+
+    epoch     (p,) 0-based;  channel (p,);  sat (p,) satellite index;  signal (p,) number of the contract
+    carrier_hz   (p,) of the signal, GLONASS frequency inside
+    range_m   (p,) pseudorange;  rate_mps (p,) its rate;  phase_cyc (p,) less an arc's first, nan where none
+    slips     (p,) arcs of phase the channel has begun, modulo 16
+    half_cycle   (p,) whether half a cycle of the phase is in doubt
+    cn0_dbhz  (p,) nan where the file tells no strength
+    dropped   rows left out: no range rate could be had, or no channel was free
+    """
+
+    epoch: Numbers
+    channel: Numbers
+    sat: Numbers
+    signal: Numbers
+    carrier_hz: Array
+    range_m: Array
+    rate_mps: Array
+    phase_cyc: Array
+    slips: Numbers
+    half_cycle: NDArray[np.bool_]
+    cn0_dbhz: Array
+    dropped: int
+
+    def __len__(self) -> int:
+        return len(self.sat)
+
+    def __getitem__(self, rows) -> Tracks:
+        columns = (getattr(self, name)[rows] for name in self.__slots__[:-1])
+        return Tracks(*columns, self.dropped)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Raw:
+    """One signal's rows in the order of satellite and epoch; names as in Tracks, arc (p,) by number."""
+
+    epoch: Numbers
+    sat: Numbers
+    arc: Numbers
+    carrier_hz: Array
+    range_m: Array
+    rate_mps: Array
+    phase_cyc: Array
+    half_cycle: NDArray[np.bool_]
+    strength: Array
+
+
+def tracks(file: Observations, signals: Sequence[Signal], epoch_of: Numbers, channels: int) -> Tracks:
+    """Channels' rows of a file.
+
+    signals   wanted, in the order in which channels are given to them
+    epoch_of  (e,) number of the run's epoch for each of the file's, -1 for one that is left out
+    Raises ScenarioError if the file has a signal under none of its names.
+    """
+    parts = [_raw(file, signal, epoch_of) for signal in signals]
+    raw = _Raw(*(np.concatenate([getattr(part, name) for part in parts]) for name in _Raw.__slots__))
+    which = np.repeat(np.arange(len(parts)), [len(part.sat) for part in parts])
+    channel, slips = _seated(raw.epoch, which, raw.sat, raw.arc, channels)
+    keep = (channel >= 0) & np.isfinite(raw.rate_mps)
+    order = np.lexsort((channel, raw.epoch))
+    order = order[keep[order]]
+
+    return Tracks(
+        epoch=raw.epoch[order],
+        channel=channel[order],
+        sat=raw.sat[order],
+        signal=np.array([signal.number for signal in signals])[which[order]],
+        carrier_hz=raw.carrier_hz[order],
+        range_m=raw.range_m[order],
+        rate_mps=raw.rate_mps[order],
+        phase_cyc=raw.phase_cyc[order],
+        slips=slips[order],
+        half_cycle=raw.half_cycle[order],
+        cn0_dbhz=decibels(raw.strength)[order],
+        dropped=int(np.count_nonzero(~keep)),
+    )
+
+
+def _raw(file: Observations, signal: Signal, epoch_of: Numbers) -> _Raw:
+    codes = _codes(file, signal)
+    range_m = file.obs[codes.range]
+    # A range of zero is RINEX 2's way of saying that there is none.
+    here = np.isfinite(range_m) & (range_m > 0) & (satellites.system_of(file.sat) == signal.system)
+    here &= epoch_of[file.epoch] >= 0
+    rows = np.flatnonzero(here)
+    rows = rows[np.lexsort((file.epoch[rows], file.sat[rows]))]
+    epoch, sat = epoch_of[file.epoch[rows]], file.sat[rows]
+    phase = _column(file, codes.phase, rows)
+    doppler = _column(file, codes.doppler, rows)
+    phase[phase == 0] = np.nan
+    lli = _flags(file, codes.phase, rows)
+    arc = arcs(sat, epoch, np.isfinite(phase), (lli & LOST_LOCK) > 0)
+    carrier_hz = signal.carrier_hz + _frequencies(file, signal, sat) * signal.spacing_hz
+    wave_m = LIGHT_MPS / carrier_hz
+    t_s = (file.t_ns[file.epoch[rows]] - file.t_ns[0]) / NS_PER_S
+    by_spline = _best_rates(sat, epoch, arc, t_s, phase * wave_m, range_m[rows])
+    found_mps = np.where(np.isfinite(doppler), -doppler * wave_m, by_spline)
+    first = _first_of_each(arc, phase)
+    strength = _column(file, codes.strength, rows)
+    half = (lli & HALF_CYCLE) > 0
+    return _Raw(epoch, sat, arc, carrier_hz, range_m[rows], found_mps, phase - first, half, strength)
+
+
+def _best_rates(
+    sat: Numbers, epoch: Numbers, arc: Numbers, t_s: Array, phase_m: Array, code_m: Array
+) -> Array:
+    """Range rates (p,) [m/s]: of the phase; of the code, coarser, where an arc of phase is too short for it.
+
+    The code knows no slips: its arcs end at gaps alone. Where both are too short the phase's chord is left.
+    """
+    always = np.ones(len(sat), bool)
+    by_code = arcs(sat, epoch, always, ~always)
+    of_phase, of_code = rates(arc, t_s, phase_m), rates(by_code, t_s, code_m)
+    better = (_lengths(arc) < ENOUGH) & (_lengths(by_code) >= ENOUGH)
+    return np.where(better | ~np.isfinite(of_phase), of_code, of_phase)
+
+
+def _lengths(arc: Numbers) -> Numbers:
+    """(p,) points of the arc that each row is in."""
+    return np.bincount(arc)[arc] if len(arc) else arc
+
+
+def _frequencies(file: Observations, signal: Signal, sat: Numbers) -> Numbers:
+    """GLONASS frequency numbers (p,) by the file's header, 0 elsewhere; ScenarioError if it lacks one."""
+    if not signal.spacing_hz or not len(sat):
+        return np.zeros(len(sat), np.int64)
+    told = file.header.frequencies
+    missing = [number for number in np.unique(satellites.number_of(sat)).tolist() if number not in told]
+    if missing:
+        raise ScenarioError(
+            f"{file.origin}: GLONASS SLOT / FRQ # has no frequency of R{missing[0]:02d}; "
+            f"{signal.name} needs it"
+        )
+    return np.array([told[number] for number in satellites.number_of(sat).tolist()], np.int64)
+
+
+def _codes(file: Observations, signal: Signal) -> Codes:
+    for codes in signal.codes:
+        if codes.range in file.obs:
+            return codes
+    names = ", ".join(codes.range for codes in signal.codes)
+    raise ScenarioError(
+        f"{file.origin}: no {signal.name} pseudorange ({names}); it has {', '.join(file.obs)}"
+    )
+
+
+def _column(file: Observations, names: Sequence[str], rows: Numbers) -> Array:
+    """Values (p,) of the first of these codes in a file, nan where there are none."""
+    name = next((name for name in names if name in file.obs), None)
+    return file.obs[name][rows].copy() if name else np.full(len(rows), np.nan)
+
+
+def _flags(file: Observations, names: Sequence[str], rows: Numbers) -> Numbers:
+    name = next((name for name in names if name in file.lli), None)
+    return file.lli[name][rows] if name else np.zeros(len(rows), np.int64)
+
+
+def arcs(sat: Numbers, epoch: Numbers, phased: NDArray[np.bool_], lost: NDArray[np.bool_]) -> Numbers:
+    """Numbers (p,) of the arcs in rows sorted by satellite and epoch. One ends where a satellite or a phase
+    is missing for an epoch, and where lock was lost."""
+    begins = np.ones(len(sat), bool)
+    begins[1:] = (sat[1:] != sat[:-1]) | (epoch[1:] != epoch[:-1] + 1) | lost[1:]
+    begins[1:] |= phased[1:] != phased[:-1]
+    return np.cumsum(begins) - 1
+
+
+def rates(arc: Numbers, t_s: Array, phase_cyc: Array) -> Array:
+    """Rates (p,) per second by an interpolating spline through each arc; nan in arcs of one."""
+    out = np.full(len(arc), np.nan)
+    for begin, end in _stretches(arc):
+        if end - begin < 2 or not np.isfinite(phase_cyc[begin]):
+            continue
+        degree = min(SPLINE_DEGREE, end - begin - 1)
+        t, cycles = t_s[begin:end], phase_cyc[begin:end]
+        spline = make_interp_spline(t - t[0], cycles - cycles[0], degree)
+        out[begin:end] = spline(t - t[0], 1)
+    return out
+
+
+def _stretches(values: Numbers) -> Iterator[tuple[int, int]]:
+    """Begin and end of each stretch of equal values (p,), none of them negative."""
+    bounds = np.append(np.flatnonzero(np.diff(values, prepend=-1)), len(values))
+    return pairwise(bounds.tolist())
+
+
+def _first_of_each(arc: Numbers, phase_cyc: Array) -> Array:
+    """(p,) whole cycles of an arc's first phase: what its ambiguity takes off."""
+    starts = np.flatnonzero(np.diff(arc, prepend=-1))
+    return np.floor(phase_cyc[starts])[arc] if len(arc) else phase_cyc
+
+
+def decibels(strength: Array) -> Array:
+    """C/N0 (p,) [dBHz] of signal strengths as written: dBHz, or voltage ratios in 1 Hz.
+
+    Source: RINEX 3.05, 5.7 (S in dBHz); GRACE's receivers tell voltage ratios, 20 log10 of which is C/N0
+    (JPL, GRACE Level 1B Data Product User Handbook, GPS1B)
+    """
+    known = strength[np.isfinite(strength)]
+    if not len(known) or known.max() <= LOUDEST_DBHZ:
+        return strength
+    return 20 * np.log10(np.maximum(strength, 1.0))
+
+
+def _seated(
+    epoch: Numbers, which: Numbers, sat: Numbers, arc: Numbers, channels: int
+) -> tuple[Numbers, Numbers]:
+    """Channel (p,) of each row, -1 where none was free, and slips (p,) modulo 16.
+
+    A pair of satellite and signal keeps its channel while it is observed in every epoch; the lowest free one
+    is given to who comes.
+    """
+    channel, slips = np.full(len(sat), -1), np.zeros(len(sat), np.int64)
+    held: dict[tuple[int, int], tuple[int, int]] = {}
+    begun = np.zeros(channels, np.int64)
+    order = np.lexsort((which, sat, epoch))
+    for begin, end in _stretches(epoch[order]):
+        rows = order[begin:end].tolist()
+        now = {(int(sat[row]), int(which[row])): row for row in rows}
+        held = {pair: seat for pair, seat in held.items() if pair in now}
+        free = sorted(set(range(channels)) - {place for place, _ in held.values()})
+        for pair, row in now.items():
+            if pair not in held:
+                if not free:
+                    continue
+                held[pair] = free.pop(0), -1
+            place, last = held[pair]
+            begun[place] += last != arc[row]
+            held[pair] = place, int(arc[row])
+            channel[row], slips[row] = place, begun[place] % SLIPS
+    return channel, slips

@@ -1,0 +1,148 @@
+"""The attitude as the on-board computer knows it: gyros that drift, corrected by a star sensor.
+
+Between star fixes the computer integrates its gyros. Their noise makes the attitude walk, their drift, which
+walks itself, makes it run away. At a fix the computer corrects attitude and drift with the constant gains its
+Kalman filter settles at. Axes are alike and independent, angles small. What is followed here is the error:
+the turn that takes the true body axes into those the computer believes.
+
+Source: Farrenkopf, "Analytic steady-state accuracy solutions for two common spacecraft attitude estimators",
+J. Guidance and Control 1 (1978) 282; Markley & Crassidis, Fundamentals of Spacecraft Attitude Determination
+and Control (2014), 6
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, inf, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.emulator.clocks.oscillator import spread
+from gnss_hil.emulator.error_models.params_onboard import AttitudeError
+from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.rotations import product
+
+Array = NDArray[np.float64]
+
+_DEG = pi / 180
+_HOUR_S = 3600.0
+_AXES = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Knowledge:
+    """angle_rad (3,) body axes as believed, turned from the true ones; rate_rps (3,) believed minus true
+    rate; drift_rps (3,) drift of the gyros that the computer does not know of; all in body axes."""
+
+    angle_rad: Array
+    rate_rps: Array
+    drift_rps: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensors:
+    """Gyros, star sensor and the filter's gains, for one length of epoch.
+
+    dt_s              length of an epoch [s]
+    white, walk       densities of rate noise [rad^2/s] and of what drives the drift [rad^2/s^3]
+    epochs            from one star fix to the next; inf: there are none
+    star_rad          1 sigma of a fix
+    angle_gain        of a fix's innovation [rad] that corrects the attitude
+    drift_gain        and that corrects the drift [1/s]
+    initial           (2, 2) lower triangle of attitude and drift before the first epoch
+    """
+
+    dt_s: float
+    white: float
+    walk: float
+    epochs: float
+    star_rad: float
+    angle_gain: float
+    drift_gain: float
+    initial: Array
+
+
+def sensors(parameters: AttitudeError, interval_ns: int) -> Sensors:
+    """Sensors of a craft; a star fix comes in every epoch, or in every second one, and so on."""
+    dt_s = interval_ns / NS_PER_S
+    white = (parameters.angle_walk_deg_rth * _DEG) ** 2 / _HOUR_S
+    walk = (parameters.drift_walk_deg_h_rth * _DEG / _HOUR_S) ** 2 / _HOUR_S
+    star_rad = parameters.star_sigma_arcsec / 3600 * _DEG
+    if parameters.star_interval_s == 0:
+        initial = np.diag((parameters.initial_deg * _DEG, parameters.initial_drift_deg_h * _DEG / _HOUR_S))
+        return Sensors(dt_s, white, walk, inf, star_rad, 0.0, 0.0, initial)
+    epochs = max(1, ceil(parameters.star_interval_s / dt_s - 1e-9))
+    ratio = settled(white, walk, star_rad, epochs * dt_s)
+    angle_gain, drift_gain = 1 - ratio**-2, sqrt(walk * epochs * dt_s) / (ratio * star_rad)
+    after = _after_a_fix(walk, star_rad, epochs * dt_s, ratio, angle_gain, drift_gain)
+    return Sensors(dt_s, white, walk, epochs, star_rad, angle_gain, drift_gain, after)
+
+
+def settled(white: float, walk: float, star_rad: float, interval_s: float) -> float:
+    """What remains to be expected of a fix's innovation, 1 sigma, over the star sensor's own.
+
+    Its square less one is the attitude's variance before a fix, one less its inverse square that after it,
+    both over the sensor's. Source: Farrenkopf (1978), as in Markley & Crassidis (2014), typed from memory
+    """
+    s_u = sqrt(walk) * interval_s**1.5 / star_rad
+    s_v = sqrt(white * interval_s) / star_rad
+    gamma = sqrt(1 + s_v**2 / 4 + s_u**2 / 48)
+    return gamma + s_u / 4 + sqrt(2 * gamma * s_u + s_v**2 + s_u**2 / 3) / 2
+
+
+def _after_a_fix(
+    walk: float, star_rad: float, interval_s: float, ratio: float, angle_gain: float, drift_gain: float
+) -> Array:
+    """(2, 2) lower triangle of the covariance of attitude and unknown drift after a fix, settled.
+
+    With K the gains, the covariance is K star^2 in its first column. The drift's follows from
+    how the covariance of attitude and drift grows from one fix to the next: by T times the
+    drift's, and T^2 / 2 of its walk.
+    """
+    angle = sqrt(angle_gain) * star_rad
+    cross = drift_gain * star_rad**2
+    before = drift_gain * (ratio * star_rad) ** 2
+    drift = (before - cross) / interval_s - walk * interval_s / 2
+    if angle == 0:
+        return np.diag((0.0, sqrt(max(drift, 0.0))))
+    return np.array(((angle, 0.0), (cross / angle, sqrt(max(drift - (cross / angle) ** 2, 0.0)))))
+
+
+def at_start(parts: Sensors, standard: Array) -> Knowledge:
+    """Before the first epoch, from (3, 2) standard normal numbers."""
+    angle_rad, drift_rps = parts.initial @ standard.T
+    return Knowledge(angle_rad, drift_rps, drift_rps)
+
+
+def advance(parts: Sensors, state: Knowledge, standard: Array, epoch: int) -> Knowledge:
+    """An epoch later.
+
+    standard  (3, 3) standard normal numbers: axis; gyro noise, walk of drift, star sensor
+    epoch     number of the epoch that is reached, which says whether there is a star fix
+    """
+    noise = spread(parts.white, parts.walk, parts.dt_s) @ standard[:, :2].T
+    turned_rad = parts.dt_s * state.drift_rps + noise[0]
+    angle_rad, drift_rps = state.angle_rad + turned_rad, state.drift_rps + noise[1]
+    if epoch % parts.epochs == 0:
+        innovation_rad = angle_rad - parts.star_rad * standard[:, 2]
+        angle_rad = angle_rad - parts.angle_gain * innovation_rad
+        drift_rps = drift_rps - parts.drift_gain * innovation_rad
+    return Knowledge(angle_rad, turned_rad / parts.dt_s, drift_rps)
+
+
+def known(parts: Sensors, before: Knowledge | None, seed: int, craft_key: int, epoch: int) -> Knowledge:
+    """The knowledge of an epoch from that of the one before, None before the first."""
+    standard = keyed_draws.normal(keyed_draws.words(seed, craft_key, keyed_draws.GYROS, epoch, _AXES))
+    if before is None:
+        return at_start(parts, standard[:, :2])
+    return advance(parts, before, standard[:, :3], epoch)
+
+
+def believed(quaternion: Array, angle_rad: Array) -> Array:
+    """Quaternion (4,) of body from ECEF as believed: the true one, its body axes turned by angle_rad (3,)."""
+    angle = float(np.sqrt(angle_rad @ angle_rad))
+    part = 0.5 * np.sinc(angle / (2 * np.pi))  # sin(angle / 2) / angle
+    turned = product(quaternion, np.append(np.cos(angle / 2), part * angle_rad))
+    return -turned if turned[0] < 0 else turned

@@ -1,0 +1,85 @@
+"""Antenna patterns over the whole sphere: gain by the angle off the axis, as tables on one grid.
+
+A pattern is given at a few angles; between them it is linear in dB. On a grid of a quarter degree every
+look-up is two reads of a flat array, and nodes at whole degrees lose nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gnss_hil.emulator.signal.geometry import Array
+
+NODES = 721
+GRID_DEG = np.linspace(0.0, 180.0, NODES)
+_PER_RAD = (NODES - 1) / np.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pattern:
+    """Gain by angle.
+
+    angle_deg   (k,) from 0 upwards, at most 180
+    gain_db     (k,) dBi, or dBW where the table is one of EIRP
+    source      file or law
+    """
+
+    angle_deg: Array
+    gain_db: Array
+    source: str
+
+
+def cosine_law(boresight_dbi: float, at_90deg_dbi: float) -> Pattern:
+    """The two-parameter law of `emulator.signal.simple_link_budget.gain_dbi`, in dB linear in the cosine."""
+    gain = at_90deg_dbi + (boresight_dbi - at_90deg_dbi) * np.cos(np.radians(GRID_DEG))
+    return Pattern(GRID_DEG, gain, "linear in the cosine")
+
+
+def on_grid(pattern: Pattern, floor_db: float) -> Array:
+    """Gains (721,) at GRID_DEG.
+
+    floor_db   gain at 180 deg of a pattern that ends before: from its last angle a straight line leads there
+    """
+    angle, gain = pattern.angle_deg, pattern.gain_db
+    if angle[-1] < 180.0:
+        angle, gain = np.append(angle, 180.0), np.append(gain, floor_db)
+    return np.interp(GRID_DEG, angle, gain)
+
+
+def look_up(tables: Array, row: ArrayLike, angle_rad: Array) -> Array:
+    """Values [dB] of tables (r, 721) on the grid at angles from 0 to pi [rad]; row and angles broadcast."""
+    place = angle_rad * _PER_RAD
+    left = np.minimum(place.astype(np.intp), NODES - 2)
+    share = place - left
+    left += np.asarray(row, np.intp) * NODES
+    flat = tables.reshape(-1)
+    low = flat.take(left)
+    return low + share * (flat.take(left + 1) - low)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Receive:
+    """Receiving antennas of a craft.
+
+    right_dbi   (r, 721) gain of the pattern for right-handed waves
+    row         (m,) pattern of each antenna
+    """
+
+    right_dbi: Array
+    row: NDArray[np.intp]
+
+
+def receive(patterns: tuple[Pattern, ...], floor_dbi: float) -> Receive:
+    """Receiving antennas from one pattern for each; floor_dbi at 180 deg where one ends before."""
+    distinct = list(dict.fromkeys(patterns))
+    right = np.array([on_grid(pattern, floor_dbi) for pattern in distinct])
+    row = np.array([distinct.index(pattern) for pattern in patterns])
+    return Receive(right, row)
+
+
+def gain_dbi(antennas: Receive, angle_rad: Array) -> Array:
+    """Gain (m, n) [dBi] for right-handed waves at angles (m, n) off each antenna's boresight [rad]."""
+    return look_up(antennas.right_dbi, antennas.row[:, None], angle_rad)

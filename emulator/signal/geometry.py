@@ -1,0 +1,174 @@
+"""The way of a signal: flight time, path length and its rate, exact to the micrometre.
+
+Everything happens in the inertial frame whose axes are those of ECEF at the instant of reception. There
+the Earth's rotation during the flight needs no correction of its own, and light runs straight but for
+the Shapiro delay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.emulator.earth.constants import LIGHT_MPS, MU_M3PS2, ROTATION_RPS
+
+Array = NDArray[np.float64]
+
+SHAPIRO_M = 2 * MU_M3PS2 / LIGHT_MPS**2
+"""Scale of the gravitational delay, 8.87 mm. IERS Conventions (2010), eq. 11.17, with gamma = 1."""
+
+
+class EcefMotion(Protocol):
+    """Positions (..., 3) with first and second time derivatives in ECEF, as `SkyState` has them."""
+
+    pos_ecef_m: Array
+    vel_ecef_mps: Array
+    acc_ecef_mps2: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Inertial motion, axes of ECEF at the instant t it belongs to; (..., 3) each.
+
+    pos_m [m], vel_mps [m/s], acc_mps2 [m/s^2]
+    """
+
+    pos_m: Array
+    vel_mps: Array
+    acc_mps2: Array
+
+    def __getitem__(self, rows) -> Motion:
+        return Motion(self.pos_m[rows], self.vel_mps[rows], self.acc_mps2[rows])
+
+
+def spin(vectors: Array) -> Array:
+    """omega_earth x v of vectors (..., 3)."""
+    out = np.zeros_like(vectors)
+    out[..., 0] = -ROTATION_RPS * vectors[..., 1]
+    out[..., 1] = ROTATION_RPS * vectors[..., 0]
+    return out
+
+
+def inertial(state: EcefMotion) -> Motion:
+    """Inertial velocity and acceleration from those relative to the turning Earth."""
+    turning = spin(state.pos_ecef_m)
+    return Motion(
+        state.pos_ecef_m,
+        state.vel_ecef_mps + turning,
+        state.acc_ecef_mps2 + spin(2 * state.vel_ecef_mps + turning),
+    )
+
+
+def norm(vectors: Array) -> Array:
+    """Lengths of vectors (..., 3)."""
+    return np.sqrt(np.einsum("...k,...k->...", vectors, vectors))
+
+
+def angle_rad(one: Array, other: Array) -> Array:
+    """Angles (...,) [rad] between unit vectors (..., 3), accurate near 0 and pi too.
+
+    Source: Kahan, "How Futile are Mindless Assessments of Roundoff", 2006, section 12
+    """
+    return 2 * np.arctan2(norm(one - other), norm(one + other))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """Signal paths, one row for each pair of satellite and antenna.
+
+    flight_s   (p,) GPS time from transmission to reception [s]
+    length_m   (p,) c times it: geometric distance and Shapiro delay [m]
+    rate_mps   (p,) its derivative by GPS time of reception [m/s]
+    """
+
+    flight_s: Array
+    length_m: Array
+    rate_mps: Array
+
+
+def path(satellite: Motion, pos_m: Array, vel_mps: Array) -> Path:
+    """Signals from satellites to antennas, both at the instant of reception.
+
+    satellite       motion of the transmitting antennas (p, 3) at *reception*; the transmission instant is
+                    reached by Taylor's series. Its next term, jerk t^3 / 6, is below 0.02 um for GPS
+    pos_m, vel_mps  (p, 3) inertial position and velocity of the receiving antennas
+
+    One Newton step from the distance at reception: its error is second order in a step of 1 us and
+    stays below a nanometre. The rate of the Shapiro delay (below 1e-5 m/s) is left out.
+    """
+    towards = satellite.pos_m - pos_m
+    first_s = (norm(towards) / LIGHT_MPS)[:, None]
+    towards += first_s * (0.5 * first_s * satellite.acc_mps2 - satellite.vel_mps)
+    vel_tx_mps = satellite.vel_mps - first_s * satellite.acc_mps2
+    distance_m = norm(towards)
+    los = towards / distance_m[:, None]
+    closing_mps = np.einsum("pk,pk->p", los, vel_tx_mps)
+    delay_m = shapiro_m(norm(satellite.pos_m), norm(pos_m), distance_m)
+    # c t = |r(t)| + delay, with d|r|/dt = -closing as the transmission moves back in time.
+    first_s = first_s[:, 0]
+    flight_s = first_s + (distance_m + delay_m - LIGHT_MPS * first_s) / (LIGHT_MPS + closing_mps)
+    # c dt/dT = los . (v_tx (1 - dt/dT) - v_rx)
+    opening_mps = closing_mps - np.einsum("pk,pk->p", los, vel_mps)
+    rate_mps = opening_mps / (1 + closing_mps / LIGHT_MPS)
+    return Path(flight_s, LIGHT_MPS * flight_s, rate_mps)
+
+
+def shapiro_m(radius_tx_m: Array, radius_rx_m: Array, distance_m: Array) -> Array:
+    """Gravitational delay of a signal [m], by the Earth alone.
+
+    Source: IERS Conventions (2010), eq. 11.17
+    """
+    both = radius_tx_m + radius_rx_m
+    return SHAPIRO_M * np.log((both + distance_m) / (both - distance_m))
+
+
+def at_transmission(state: EcefMotion, rows: NDArray[np.int64], flight_s: Array) -> tuple[Array, Array]:
+    """ECEF positions and velocities (p, 3) at the transmission instants, in the axes of those instants.
+
+    state     satellites at reception;  rows (p,) which of them;  flight_s (p,)
+    """
+    back_s = flight_s[:, None]
+    vel, acc = state.vel_ecef_mps[rows], state.acc_ecef_mps2[rows]
+    pos = state.pos_ecef_m[rows] + back_s * (0.5 * back_s * acc - vel)
+    return pos, vel - back_s * acc
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Antennas:
+    """Antennas of one craft at the instant of reception; (m, 3) each, axes of ECEF.
+
+    pos_m           phase centre [m]
+    vel_mps         its inertial velocity [m/s]
+    boresight       unit vector
+    """
+
+    pos_m: Array
+    vel_mps: Array
+    boresight: Array
+
+
+def antennas(
+    craft: EcefMotion,
+    dcm_body_from_ecef: Array,
+    rate_body_rps: Array,
+    lever_body_m: Array,
+    boresight_body: Array,
+) -> Antennas:
+    """Where the antennas of a craft are and look.
+
+    craft               centre of mass, (3,) each
+    dcm_body_from_ecef  (3, 3)
+    rate_body_rps       (3,) relative to inertial space [rad/s]
+    lever_body_m, boresight_body   (m, 3)
+    """
+    wx, wy, wz = rate_body_rps.tolist()
+    cross = np.array(((0.0, -wz, wy), (wz, 0.0, -wx), (-wy, wx, 0.0)))
+    centre_mps = craft.vel_ecef_mps + spin(craft.pos_ecef_m)
+    return Antennas(
+        craft.pos_ecef_m + lever_body_m @ dcm_body_from_ecef,
+        centre_mps + lever_body_m @ (cross.T @ dcm_body_from_ecef),
+        boresight_body @ dcm_body_from_ecef,
+    )

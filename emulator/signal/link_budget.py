@@ -1,0 +1,139 @@
+"""Link budget from the satellite's transmit antenna to C/N0, over both whole spheres.
+
+Level on the way: EIRP of the satellite's block at the angle off its nadir, free space, gain of the receiving
+antenna at the angle off its boresight; noise of the front end and of jammers; loss of the digital part. No
+atmosphere: a craft is above it. Satellites point their antennas at the Earth's centre, and patterns are
+means over azimuth: how a block turns about its nadir is not modelled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.constellation.blocks import BLOCKS, Block
+from gnss_hil.emulator.files import antenna_table
+from gnss_hil.emulator.signal import antenna_patterns
+from gnss_hil.emulator.signal.antenna_patterns import Pattern, Receive
+from gnss_hil.emulator.signal.bands import BY_SYSTEM, band_of, edge_off_nadir_rad, slant_range_m
+from gnss_hil.emulator.signal.geometry import Array, angle_rad, norm
+
+RECEIVE = ("isotropic", "cone-20deg", "cone-12deg")
+"""Receive patterns of the package."""
+
+
+def shipped(name: str) -> Pattern:
+    """A pattern of the package; KeyError if none has that name."""
+    file = resources.files("gnss_hil.emulator.data") / "patterns" / f"{name}.txt"
+    if not file.is_file():
+        raise KeyError(name)
+    return antenna_table.parse(file.read_text("ascii"), f"{name}.txt")
+
+
+def pattern_of(name: str, column: str, law_dbi: tuple[float, float]) -> Pattern:
+    """A receive pattern as scenarios name it: "law", a shipped name, or a file.
+
+    column    gain column of a file that has several
+    law_dbi   gain at boresight and at 90 deg, for "law"
+    FileError if there is no such name or file
+    """
+    if name == "law":
+        return antenna_patterns.cosine_law(*law_dbi)
+    if name in RECEIVE:
+        return shipped(name)
+    return antenna_table.read(Path(name), column)
+
+
+def off_nadir_rad(satellite_m: Array, craft_m: Array) -> Array:
+    """Angles (n,) [rad] at satellites (n, 3) between the Earth's centre and a craft (3,), same frame."""
+    down = -satellite_m / norm(satellite_m)[:, None]
+    towards = craft_m - satellite_m
+    towards /= norm(towards)[:, None]
+    return angle_rad(down, towards)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transmit:
+    """Transmitters.
+
+    level_dbwm2   (b, 721) power an isotropic antenna receives, times distance squared, by angle off nadir;
+                  nan in the row of satellites of which nothing is known
+    row           (512,) row of each satellite index
+    """
+
+    level_dbwm2: Array
+    row: NDArray[np.intp]
+
+
+def transmit(row: NDArray[np.intp], level: Literal["typical", "minimum"]) -> Transmit:
+    """Transmitters with the row of each satellite (512,) in BLOCKS.
+
+    level   "minimum": every block just keeps the interface documents' promise 5 deg above the horizon
+    """
+    known = [_level_dbwm2(block, level) for block in BLOCKS.values()]
+    return Transmit(np.array([*known, np.full(antenna_patterns.NODES, np.nan)]), row)
+
+
+def isotropic() -> Transmit:
+    """Transmitters that radiate the promised power in all directions; one row a system."""
+    system = satellites.system_of(np.arange(satellites.SATELLITES))
+    return Transmit(np.repeat(BY_SYSTEM.power_dbwm2[:, None], antenna_patterns.NODES, axis=1), system)
+
+
+def _level_dbwm2(block: Block, level: str) -> Array:
+    band = band_of(block.system)
+    pattern = shipped(block.pattern)
+    received_dbw = block.received_dbw if level == "typical" else band.received_dbw
+    edge_db = np.interp(np.degrees(edge_off_nadir_rad(band.radius_m)), pattern.angle_deg, pattern.gain_db)
+    shape_db = antenna_patterns.on_grid(pattern, pattern.gain_db[-1]) - edge_db
+    return shape_db + received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
+
+
+def arriving_dbw(transmitters: Transmit, index: ArrayLike, off_nadir: Array, distance_m: Array) -> Array:
+    """Power (n,) [dBW] an isotropic right-handed antenna receives from satellites of these indices (n,)."""
+    level = antenna_patterns.look_up(transmitters.level_dbwm2, transmitters.row[index], off_nadir)
+    return level - 20 * np.log10(distance_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Budget:
+    """What stays the same over a run.
+
+    noise_wphz   noise density at each antenna's terminals (m,) or one for all [W/Hz]
+    loss_db      of the digital part: quantisation, filtering, sampling
+    """
+
+    transmitters: Transmit
+    antennas: Receive
+    noise_wphz: ArrayLike
+    loss_db: float
+
+
+def cn0_dbhz(
+    budget: Budget,
+    index: NDArray[np.int64],
+    off_nadir: Array,
+    distance_m: Array,
+    angle_rad: Array,
+    jamming_wphz: ArrayLike = 0.0,
+) -> Array:
+    """Carrier to noise density (m, n) [dBHz].
+
+    index, off_nadir, distance_m   (n,) of the satellites: index, angle off their nadir [rad], distance [m]
+    angle_rad                      (m, n) off the antennas' boresights
+    jamming_wphz                   (m, n) density of `jamming.density_wphz` at the antennas' terminals
+    """
+    carrier_dbw = arriving_dbw(budget.transmitters, index, off_nadir, distance_m)
+    noise_wphz = np.reshape(budget.noise_wphz, (-1, 1)) + jamming_wphz
+    return (
+        carrier_dbw
+        + antenna_patterns.gain_dbi(budget.antennas, angle_rad)
+        - 10 * np.log10(noise_wphz)
+        - budget.loss_db
+    )

@@ -1,0 +1,176 @@
+"""What a craft's structure does to the signals of its channels: rays gathered, loops settled, errors told.
+
+Two instants, some milliseconds apart, give the range rate: the carrier's error turns as the geometry does.
+Nothing is drawn at random: a still structure gives a constant error, a turning one an error that beats.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.error_models.params_structure import Multipath
+from gnss_hil.emulator.signal import multipath
+from gnss_hil.emulator.signal.correlation import Correlation, band_limited, triangle
+from gnss_hil.emulator.signal.multipath import Complex
+from gnss_hil.emulator.signal.structure import reflections
+from gnss_hil.emulator.signal.structure.bodies import (
+    Array,
+    Bodies,
+    Numbers,
+    Structure,
+    bodies_at,
+    faces_at,
+)
+from gnss_hil.emulator.signal.structure.reflections import Gain
+
+LATER_S = 0.002
+"""From one instant to the other: short against any beat. While a craft slews as fast as it may, a reflection
+that is tracked alone changes by 6 m/s, a sixteenth of a cycle."""
+
+_NOMINAL_WAVE_M = 0.19
+"""For roughness, which a per cent of wavelength does not change."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A craft's structure and los_body (n, 3) to the satellites at two instants LATER_S apart."""
+
+    bodies: Bodies
+    los_body: Array
+    later: Bodies
+    los_later: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reception:
+    """What p channels receive, (p,) each: errors of pseudorange, carrier phase [m] and range rate [m/s];
+    level_db by which C/N0 differs from the unobstructed direct ray's, -inf without signal."""
+
+    range_m: Array
+    phase_m: Array
+    rate_mps: Array
+    level_db: Array
+
+
+def los_rate_body(los_body: Array, towards_mps: Array, distance_m: Array, rate_body_rps: Array) -> Array:
+    """Rates (n, 3) [1/s] of unit vectors los_body (n, 3) as the turning craft sees them.
+
+    towards_mps     (n, 3) inertial velocities of the targets relative to the craft, body axes [m/s]
+    distance_m      (n,);  rate_body_rps (3,) of the craft relative to inertial space [rad/s]
+    """
+    along = (towards_mps * los_body).sum(axis=1, keepdims=True)
+    return (towards_mps - along * los_body) / distance_m[:, None] - np.cross(rate_body_rps, los_body)
+
+
+def pose(
+    craft: Structure, los_body: Array, rate: Array, sun_body: Array, rate_body_rps: Array, t_s: float
+) -> Pose:
+    """The structure and the sky at t_s after the start and LATER_S on.
+
+    los_body (n, 3) with its rate (n, 3), see `los_rate_body`;  sun_body (3,) direction of the Sun, body axes
+    """
+    moved = sun_body - LATER_S * np.cross(rate_body_rps, sun_body)
+    return Pose(
+        bodies_at(craft, sun_body, t_s),
+        los_body,
+        bodies_at(craft, moved, t_s + LATER_S),
+        los_body + LATER_S * rate,
+    )
+
+
+def correlation_of(settings: Multipath, chip_m: float) -> Correlation:
+    """The correlation function of a receiver's channel for a code of this chip length [m]."""
+    if settings.bandwidth_mhz is None:
+        return triangle
+    return band_limited(settings.bandwidth_mhz * 1e6 * chip_m / LIGHT_MPS)
+
+
+def _rays(
+    craft: Structure,
+    settings: Multipath,
+    at: Pose,
+    antenna_body_m: Array,
+    antenna: Numbers,
+    satellite: Numbers,
+    gain_dbi: Gain,
+) -> tuple[Array, Array, Complex]:
+    """Delays now and later (p, k) [m] and coefficients (p, k) of each pair's strongest reflections."""
+    faces = faces_at(craft.surfaces, at.bodies)
+    seen = reflections.find(
+        at.bodies, craft.surfaces, faces, antenna_body_m, at.los_body, antenna, satellite, settings.nearest_m
+    )
+    a, s = antenna[seen.pair], satellite[seen.pair]
+    strength = reflections.coefficients(
+        craft.surfaces, faces, seen, a, at.los_body[s], np.full(len(seen), _NOMINAL_WAVE_M), gain_dbi,
+        settings.cross_polar_db,
+    )  # fmt: skip
+    later_m = reflections.delays_m(
+        faces_at(craft.surfaces, at.later), seen.face, antenna_body_m[a], at.los_later[s]
+    )
+    row = multipath.strongest(
+        seen.pair, len(antenna), settings.reflections, seen.delay_m, strength, settings.least_amplitude
+    )
+    # Row -1, which stands for no reflection, finds the zeros at the end.
+    return tuple(np.append(column, 0)[row] for column in (seen.delay_m, later_m, strength))
+
+
+def _locks(
+    settings: Multipath,
+    spacing_chips: float,
+    delay_m: Array,
+    direct: Array,
+    strength: Complex,
+    wave_m: Array,
+    chip_m: Array,
+) -> Array:
+    """Code errors, phases and levels (3, q) as in `multipath.Lock`, each code by its own correlation."""
+    if not strength.any():
+        return np.array((np.zeros_like(direct), np.zeros_like(direct), direct))
+    out = np.empty((3, len(direct)))
+    groups = np.unique(chip_m) if settings.bandwidth_mhz is not None else [None]
+    for length_m in groups:
+        rows = slice(None) if length_m is None else chip_m == length_m
+        found = multipath.lock(
+            settings.discriminator, direct[rows], delay_m[rows], strength[rows], wave_m[rows], chip_m[rows],
+            spacing_chips, correlation_of(settings, chip_m[rows][0]),
+        )  # fmt: skip
+        out[:, rows] = found.code_chips, found.lag_rad, found.level
+    return out
+
+
+def receive(
+    craft: Structure,
+    settings: Multipath,
+    spacing_chips: float,
+    at: Pose,
+    antenna_body_m: Array,
+    antenna: Numbers,
+    satellite: Numbers,
+    direct: Array,
+    wave_m: Array,
+    chip_m: Array,
+    gain_dbi: Gain,
+) -> Reception:
+    """What p channels receive.
+
+    spacing_chips        of the correlators, early to late
+    antenna_body_m       (m, 3) places of the antennas, body axes
+    antenna, satellite   (p,) rows of antennas and of the sky
+    direct               (p,) amplitude of the direct ray, 1 free, 0 hidden
+    wave_m, chip_m       (p,) lengths of carrier wave and code chip
+    """
+    if not len(antenna):
+        return Reception(*np.zeros((4, 0)))
+    now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, antenna, satellite, gain_dbi)
+    twice = [np.concatenate((column, column)) for column in (direct, strength, wave_m, chip_m)]
+    code_chips, lag_rad, level = _locks(settings, spacing_chips, np.concatenate((now_m, later_m)), *twice)
+    lag, later = lag_rad.reshape(2, -1)
+    turned = np.remainder(later - lag + np.pi, 2 * np.pi) - np.pi
+    count = len(antenna)
+    with np.errstate(divide="ignore"):
+        level_db = 20 * np.log10(level[:count])
+    cycle_m = wave_m / (2 * np.pi)
+    return Reception(code_chips[:count] * chip_m, lag * cycle_m, turned / LATER_S * cycle_m, level_db)

@@ -1,0 +1,45 @@
+"""The simple link budget: carrier to noise density of every satellite at every antenna.
+
+Transmitted power is the least the interface documents promise and equal in all directions: satellites
+radiate isotropically (modelled: a craft in low orbit is inside the main lobe). Above the satellites' main
+lobes, which end little beyond the Earth's edge, signals come out far too strong and satellites far too
+many: this budget is for low orbits. `emulator.signal.link_budget` is for all.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gnss_hil.emulator.signal.bands import BY_SYSTEM
+from gnss_hil.emulator.signal.geometry import Array
+
+BOLTZMANN_DBWSPK = 10 * np.log10(1.380649e-23)
+"""Boltzmann constant [dB(W s / K)], exact in the SI since 2019."""
+
+
+def gain_dbi(cos_angle: Array, boresight_dbi: float, at_90deg_dbi: float) -> Array:
+    """Gain of a receiving antenna [dBi] by the cosine of the angle off boresight.
+
+    Falls smoothly, in dB linear in the cosine, through the two given values and on behind the antenna
+    (modelled: the usual shape of a patch within 90 deg; see Kaplan & Hegarty, 3rd ed., 8.2)
+    """
+    return at_90deg_dbi + (boresight_dbi - at_90deg_dbi) * cos_angle
+
+
+def cn0_dbhz(
+    system: Array,
+    distance_m: Array,
+    angle_rad: Array,
+    boresight_dbi: float,
+    at_90deg_dbi: float,
+    noise_k: float,
+) -> Array:
+    """Carrier to noise density (m, n) [dBHz].
+
+    system, distance_m   (n,) of the satellites
+    angle_rad            (m, n) off boresight
+    noise_k              system noise temperature [K]
+    """
+    arriving_dbw = BY_SYSTEM.power_dbwm2[system] - 20 * np.log10(distance_m)
+    noise_dbwphz = BOLTZMANN_DBWSPK + 10 * np.log10(noise_k)
+    return arriving_dbw - noise_dbwphz + gain_dbi(np.cos(angle_rad), boresight_dbi, at_90deg_dbi)

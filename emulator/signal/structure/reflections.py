@@ -1,0 +1,157 @@
+"""Reflections from the craft's own surfaces: where they are, how long, how strong.
+
+Image method: an antenna sees in a plane face the mirror image of a satellite, if the ray to the image passes
+through the face, and nothing stands in either leg's way. Faces reflect like mirrors or not at all: edges
+diffract nothing, faces smaller than the first Fresnel zone reflect too much, and rays that are reflected
+twice are left out (modelled).
+Source of the geometry: Braasch, "Multipath Effects", in Global Positioning System: Theory and Applications I
+(1996), ch. 14; path difference of a far source over a plane, 2 h cos(incidence).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.emulator.signal.structure.bodies import Array, Bodies, Faces, Numbers, Surfaces
+from gnss_hil.emulator.signal.structure.materials import circular, coherent
+from gnss_hil.emulator.signal.structure.shadowing import START_M, hits
+
+Gain = Callable[[Numbers, Array], Array]
+"""Gain [dBi] of antennas (k,) for right-handed waves from directions (k, 3), body axes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reflections:
+    """k reflections, by pair of antenna and satellite.
+
+    pair           (k,) number of the pair;  face (k,) number of the face
+    delay_m        (k,) path beyond the direct one [m]
+    distance_m     (k,) from the antenna to the point of reflection [m]
+    cos_incidence  (k,) of the angle from the face's normal
+    towards_body   (k, 3) unit vectors from the antenna to the point of reflection
+    """
+
+    pair: Numbers
+    face: Numbers
+    delay_m: Array
+    distance_m: Array
+    cos_incidence: Array
+    towards_body: Array
+
+    def __len__(self) -> int:
+        return len(self.pair)
+
+    def __getitem__(self, rows) -> Reflections:
+        return Reflections(*(getattr(self, name)[rows] for name in self.__slots__))
+
+
+def find(
+    bodies: Bodies,
+    surfaces: Surfaces,
+    faces: Faces,
+    antenna_body_m: Array,
+    los_body: Array,
+    antenna: Numbers,
+    satellite: Numbers,
+    nearest_m: float = START_M,
+) -> Reflections:
+    """All single reflections of p pairs of an antenna and a satellite.
+
+    antenna_body_m       (m, 3) places of the antennas;  los_body (n, 3) unit vectors to the satellites
+    antenna, satellite   (p,) rows of the two
+    nearest_m            a face whose plane is closer to an antenna is what it stands on, and belongs to its
+                         receive pattern
+    """
+    height_m = antenna_body_m @ faces.normal.T - (faces.centre_m * faces.normal).sum(axis=1)
+    cosine = los_body @ faces.normal.T
+    pair, face = np.nonzero((height_m > nearest_m)[antenna] & (cosine > 0)[satellite])
+    distance_m = height_m[antenna[pair], face] / cosine[satellite[pair], face]
+    rays = antenna[pair], satellite[pair], face
+    kept = np.flatnonzero(_inside(surfaces, faces, antenna_body_m, los_body, rays, distance_m))
+    pair, face, distance_m = pair[kept], face[kept], distance_m[kept]
+    a, s = antenna[pair], satellite[pair]
+    cosine = cosine[s, face]
+    towards = los_body[s] - 2 * cosine[:, None] * faces.normal[face]
+    found = Reflections(pair, face, 2 * (height_m[a, face] * cosine), distance_m, cosine, towards)
+    return found[_clear(bodies, found, antenna_body_m[a], los_body[s])]
+
+
+def _inside(
+    surfaces: Surfaces,
+    faces: Faces,
+    antenna_body_m: Array,
+    los_body: Array,
+    rays: tuple[Numbers, Numbers, Numbers],
+    distance_m: Array,
+) -> NDArray[np.bool_]:
+    """(k,) whether the point of reflection lies inside the face's edges.
+
+    rays         antenna, satellite and face (k,) of each
+    distance_m   (k,) from the antenna to the face's plane along the reflected ray
+    """
+    antenna, satellite, face = rays
+    inside = np.ones(len(face), bool)
+    for side, edge in enumerate((faces.first, faces.second)):
+        # A reflection leaves the component along the face as it is.
+        place_m = (antenna_body_m @ edge.T - (faces.centre_m * edge).sum(axis=1))[antenna, face]
+        place_m += distance_m * (los_body @ edge.T)[satellite, face]
+        inside &= np.abs(place_m) <= surfaces.half_m[face, side]
+    return inside
+
+
+def _clear(bodies: Bodies, found: Reflections, origin_m: Array, incoming: Array) -> NDArray[np.bool_]:
+    """(k,) whether nothing stands in the way from antennas origin_m (k, 3) to the points of reflection, nor
+    from there along incoming (k, 3) to the satellites."""
+    point_m = origin_m + found.distance_m[:, None] * found.towards_body
+    near = hits(bodies, origin_m, found.towards_body, found.distance_m)
+    return ~(near | hits(bodies, point_m, incoming)).any(axis=-1)
+
+
+def delays_m(faces: Faces, face: Numbers, antenna_body_m: Array, los_body: Array) -> Array:
+    """Path differences (k,) [m] of reflections at these faces (k,): 2 h cos(incidence).
+
+    antenna_body_m, los_body   (k, 3) of the reflections' antennas and satellites
+    """
+    normal = faces.normal[face]
+    height_m = ((antenna_body_m - faces.centre_m[face]) * normal).sum(axis=1)
+    return 2 * height_m * (los_body * normal).sum(axis=1)
+
+
+def spreading(surfaces: Surfaces, faces: Faces, seen: Reflections) -> Array:
+    """Amplitude (k,) that is left of a plane wave after a cylinder has spread it; 1 from flat faces.
+
+    sqrt(rho / (rho + distance)), rho = R cos(incidence) / (2 sin^2 a), a between ray and cylinder's axis.
+    Source: Kouyoumjian & Pathak, Proc. IEEE 62 (1974) 1448: reflected wave front, one radius infinite
+    """
+    radius_m = surfaces.radius_m[seen.face]
+    along = (faces.axis_body[seen.face] * seen.towards_body).sum(axis=1)
+    twice = 2 * (1 - along**2) * seen.distance_m
+    return 1 / np.sqrt(1 + twice / (radius_m * seen.cos_incidence))
+
+
+def coefficients(
+    surfaces: Surfaces,
+    faces: Faces,
+    seen: Reflections,
+    antenna: Numbers,
+    los_body: Array,
+    wave_m: Array,
+    gain_dbi: Gain,
+    cross_polar_db: float,
+) -> NDArray[np.complex128]:
+    """Complex amplitudes (k,) of reflections, relative to the direct ray unobstructed, without their delay.
+
+    antenna (k,), los_body (k, 3), wave_m (k,)   of the reflections' pairs
+    cross_polar_db   by how much the antenna receives a left-handed wave weaker than a right-handed one from
+                     the same direction; both with the same phase (modelled)
+    A perfect conductor turns the phase by pi and the hand of the wave round.
+    """
+    right, left = circular(surfaces.permittivity[seen.face], seen.cos_incidence)
+    received = right + left * 10 ** (-cross_polar_db / 20)
+    ratio = 10 ** ((gain_dbi(antenna, seen.towards_body) - gain_dbi(antenna, los_body)) / 20)
+    smooth = coherent(surfaces.roughness_m[seen.face], seen.cos_incidence, wave_m)
+    return -received * ratio * smooth * surfaces.amplitude[seen.face] * spreading(surfaces, faces, seen)

@@ -1,0 +1,1 @@
+"""One epoch of the flight software, from frames to frames."""

@@ -1,0 +1,51 @@
+"""Block 7 of RU 2706636 C1, step 7: angles between satellites and boresights; and who is behind the Earth."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.flightsw.orbit.earth import EQUATOR_M, FLATTENING
+
+
+def directions(
+    pos_sv_m: NDArray[np.float64], position_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """u = (X_i - X) / |X_i - X|, (n, 3), and |X_i - X|, (n,), from pos_sv_m (n, 3), position_m (3,), ECEF."""
+    away = pos_sv_m - position_m
+    distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+    return away / distance[:, None], distance
+
+
+def angles_rad(los_ecef: NDArray[np.float64], boresight_ecef: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles (m, n) between unit directions (n, 3) and boresights (m, 3).
+
+    theta = 2 atan2(|u - l|, |u + l|), exact to rounding at any angle.
+    Source: Kahan, How Futile are Mindless Assessments of Roundoff, section 12
+    """
+    minus = los_ecef - boresight_ecef[:, None, :]
+    plus = los_ecef + boresight_ecef[:, None, :]
+    return 2 * np.arctan2(
+        np.sqrt(np.einsum("mni,mni->mn", minus, minus)), np.sqrt(np.einsum("mni,mni->mn", plus, plus))
+    )
+
+
+def clear_of_earth(
+    los_ecef: NDArray[np.float64],
+    distance_m: NDArray[np.float64],
+    position_m: NDArray[np.float64],
+    ray_height_m: float,
+) -> NDArray[np.bool_]:
+    """(n,) whether the ray to a satellite stays `ray_height_m` above the WGS-84 ellipsoid.
+
+    Stretching z by 1 / (1 - f) makes the ellipsoid a sphere and leaves rays straight; the height is then
+    right to its f-th part. A ray is blocked where its lowest point lies between craft and satellite.
+    """
+    stretch = np.array([1.0, 1.0, 1 / (1 - FLATTENING)])
+    origin = position_m * stretch
+    ray = los_ecef * stretch
+    squared = np.einsum("ij,ij->i", ray, ray)
+    lowest = -(ray @ origin) / squared
+    height2 = origin @ origin - lowest * lowest * squared
+    between = (lowest > 0) & (lowest < distance_m)
+    return ~(between & (height2 < (EQUATOR_M + ray_height_m) ** 2))

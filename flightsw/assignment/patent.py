@@ -1,0 +1,94 @@
+"""Steps 6 to 9 of RU 2706636 C1: each satellite is tracked by the one antenna it is nearest the axis of.
+
+Where the patent is silent or speaks twice:
+
+- mask (step 9): the description's "until its angle exceeds the mask of the antenna" (`antenna`, default) or
+  claim 1's "while the angles to the axes of all receiving antennas are below the mask" (`all`).
+- more satellites than channels: the smallest angles stay and the others are not tracked (`drop`, the literal
+  "antenna and satellite for which this angle is smallest of all the measured angles"), or go on to their
+  next-best antenna with a free channel (`next`).
+- ties: the lower antenna, then the lower satellite index.
+- hysteresis: none in the patent, hence 0 deg. Otherwise the angle to the antenna that has the satellite
+  counts `hysteresis_deg` less, both between antennas and between satellites that compete for a channel.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from gnss_hil.flightsw.assignment.options import Options
+
+
+class PatentOptions(Options):
+    ionosphere_free: Annotated[
+        Literal[False], Field(description="not here: a satellite is commanded on one signal and one channel")
+    ] = False
+    mask_reading: Annotated[Literal["antenna", "all"], Field(description="whose mask ends tracking")] = (
+        "antenna"
+    )
+    overflow: Annotated[
+        Literal["drop", "next"], Field(description="what becomes of satellites beyond an antenna's channels")
+    ] = "drop"
+    hysteresis_deg: Annotated[float, Field(ge=0, le=30, description="advantage of the present antenna")] = 0.0
+
+
+def assign(
+    angles_rad: NDArray[np.float64],
+    visible: NDArray[np.bool_],
+    mask_rad: NDArray[np.float64],
+    channels: NDArray[np.int64],
+    previous: NDArray[np.int64],
+    options: PatentOptions,
+) -> NDArray[np.int64]:
+    """The antenna of each satellite, (n,) int64, -1 for none.
+
+    angles_rad  (m, n) between boresights and satellites, satellites in the order of their index
+    visible     (n,) bool, candidates at all
+    mask_rad    (m,) largest angle off boresight
+    channels    (m,) of each antenna
+    previous    (n,) antenna that has the satellite now, -1 none
+    """
+    below = angles_rad < mask_rad[:, None]
+    if options.mask_reading == "all":
+        below = below & below.all(axis=0)
+    below = below & visible
+    cost = angles_rad
+    if options.hysteresis_deg:
+        mine = previous == np.arange(len(mask_rad))[:, None]
+        cost = angles_rad - np.deg2rad(options.hysteresis_deg) * (mine & below)
+    return (_drop if options.overflow == "drop" else _next)(cost, below, channels)
+
+
+def _drop(cost: NDArray, below: NDArray, channels: NDArray) -> NDArray[np.int64]:
+    """Nearest antenna of all, if below its mask; each antenna keeps its nearest satellites."""
+    antennas, satellites = cost.shape
+    nearest = cost.argmin(axis=0)
+    every = np.arange(satellites)
+    rows = np.flatnonzero(below[nearest, every])
+    order = rows[np.lexsort((cost[nearest[rows], rows], nearest[rows]))]
+    antenna = nearest[order]
+    rank = np.arange(len(order)) - np.searchsorted(antenna, np.arange(antennas))[antenna]
+    stays = rank < channels[antenna]
+    chosen = np.full(satellites, -1, np.int64)
+    chosen[order[stays]] = antenna[stays]
+    return chosen
+
+
+def _next(cost: NDArray, below: NDArray, channels: NDArray) -> NDArray[np.int64]:
+    """All pairs by angle; a pair is taken while its satellite and a channel of its antenna are free.
+
+    Satellites and antennas rank each other by the same angle, so this is their one stable matching.
+    """
+    antenna, satellite = np.nonzero(below)
+    order = np.lexsort((satellite, antenna, cost[antenna, satellite]))
+    chosen = np.full(cost.shape[1], -1, np.int64)
+    free = channels.tolist()
+    for a, i in zip(antenna[order].tolist(), satellite[order].tolist(), strict=True):
+        if free[a] and chosen[i] < 0:
+            chosen[i] = a
+            free[a] -= 1
+    return chosen

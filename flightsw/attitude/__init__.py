@@ -1,0 +1,1 @@
+"""Attitude of the body as the bus tells it."""

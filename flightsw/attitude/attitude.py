@@ -1,0 +1,78 @@
+"""Attitude of the body in the Greenwich frame: what block 4 of RU 2706636 C1 delivers, ready for use.
+
+The rule for stale attitude: an epoch without an attitude report uses the last one, turned on by its rates,
+for at most `hold` epochs (default none); after that there is no attitude, hence neither a fix (lever arms
+cannot be reduced) nor a new assignment. A fix without lever arms would be metres wrong without saying so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.flightsw.io.epoch import AttitudeReport
+from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
+
+_EARTH_RPS = np.array([0.0, 0.0, ROTATION_RPS])
+
+
+@dataclass(frozen=True, slots=True)
+class Attitude:
+    """Attitude at t_ns, reported `age` epochs ago.
+
+    dcm_body_from_ecef   (3, 3)
+    rate_body_rps        (3,) relative to inertial space, body axes
+    """
+
+    dcm_body_from_ecef: NDArray[np.float64]
+    rate_body_rps: NDArray[np.float64]
+    t_ns: int
+    age: int
+
+
+def dcm_from_quaternion(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """C (3, 3) of a unit quaternion (4,), scalar first, Hamilton, passive: v_body = C v_ecef.
+
+    Source: Kuipers, Quaternions and Rotation Sequences, 7.7 (frame rotation)
+    """
+    w, x, y, z = q.tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+            [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+            [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def turn(rate_rps: NDArray[np.float64], dt_s: float) -> NDArray[np.float64]:
+    """DCM (3, 3) from axes before to axes after turning at a constant rate (3,) for dt_s, exactly."""
+    half = 0.5 * dt_s * np.sqrt(rate_rps @ rate_rps)
+    axis = rate_rps * (0.5 * dt_s * np.sinc(half / np.pi))
+    return dcm_from_quaternion(np.array([np.cos(half), *axis]))
+
+
+def attitude_now(
+    report: AttitudeReport | None, last: Attitude | None, t_ns: int, hold: int
+) -> Attitude | None:
+    """This epoch's attitude from its report, else from the last one while it may be held, else None."""
+    if report is not None:
+        dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
+        return Attitude(dcm, report.rate_body_rps, t_ns, 0)
+    if last is None or last.age >= hold:
+        return None
+    dt_s = (t_ns - last.t_ns) * 1e-9
+    dcm = turn(last.rate_body_rps, dt_s) @ last.dcm_body_from_ecef @ turn(_EARTH_RPS, dt_s).T
+    return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1)
+
+
+def levers_ecef(
+    attitude: Attitude, lever_arm_body_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Antennas relative to the centre of mass in ECEF: positions and velocities, (m, 3) each."""
+    dcm = attitude.dcm_body_from_ecef
+    wx, wy, wz = (attitude.rate_body_rps - dcm @ _EARTH_RPS).tolist()
+    cross_transposed = np.array([[0.0, wz, -wy], [-wz, 0.0, wx], [wy, -wx, 0.0]])
+    return lever_arm_body_m @ dcm, lever_arm_body_m @ (cross_transposed @ dcm)

@@ -1,0 +1,47 @@
+"""From the instant of the latch to the time mark, where the two are not the same.
+
+A mark may be what a receiver's own clock showed. All receivers then latched at GPS time mark - b, where b is
+that clock's offset, and the fix is of that instant: in a low orbit 7.6 m away for each millisecond. It is
+brought to GPS time = mark, along the orbit, by the very offset it has found.
+
+What else depends on time does not notice: satellites' coordinates are those of their transmission instants,
+and lever arms, which the attitude at the latch turns, would turn by 1e-6 rad in a millisecond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.flightsw.estimation.position import Fix, NoFix, carried
+from gnss_hil.flightsw.estimation.velocity import FASTEST_MPS
+from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
+from gnss_hil.flightsw.orbit.propagator import propagate
+
+
+def at_mark(fix: Fix, clock: int, known_mps: NDArray[np.float64] | None) -> Fix | NoFix:
+    """A fix of the latch as one of the mark. Clocks stay those of the latch: their drift, 1e-6 at most, makes
+    a nanosecond of a millisecond.
+
+    clock       the mark's, see `flightsw.io.epoch.Mark`
+    known_mps   (3,) velocity to go by where the fix has none, None if there is none either
+    returns     NO_VELOCITY where nothing tells the way, TOO_FEW_SATELLITES where the clock that showed the
+                mark is not part of the fix, NO_CONVERGENCE where the way leads beyond what the bus can carry
+    """
+    if clock == 0:
+        return fix
+    if clock - 1 not in fix.items:
+        return NoFix.TOO_FEW_SATELLITES
+    velocity = known_mps if fix.velocity_mps is None else fix.velocity_mps
+    if velocity is None:
+        return NoFix.NO_VELOCITY
+    # What the bus can carry bounds the offset: 0.37 s.
+    offset_s = float(fix.clock_m[fix.items.index(clock - 1)]) / LIGHT_MPS
+    position, velocity = propagate(fix.position_m, velocity, offset_s)
+    if not carried(position, fix.clock_m):
+        return NoFix.NO_CONVERGENCE
+    if fix.velocity_mps is None or np.abs(velocity).max() > FASTEST_MPS:
+        return replace(fix, position_m=position, velocity_mps=None, drift_mps=None)
+    return replace(fix, position_m=position, velocity_mps=velocity)

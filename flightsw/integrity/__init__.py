@@ -1,0 +1,1 @@
+"""Do the measurements agree, and if not, which satellite is it?"""

@@ -1,0 +1,72 @@
+"""Frames that are not used: counted by reason and identifier, each reason with its consequence. So are nodes
+that send none (TIMED_OUT), once an epoch at their heartbeat's identifier."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
+from gnss_hil.dbc.contract.e2e import Verdict
+
+
+class Reason(IntEnum):
+    """Why a frame that passed protection is not used, or is missed; numbered on from `e2e.Verdict`."""
+
+    NO_TIME_MARK = 16
+    SURPLUS = 17
+    INCOMPLETE = 18
+    BAD_TIME_MARK = 19
+    OTHER_SESSION = 20
+    OTHER_CONTRACT = 21
+    TIMED_OUT = 22
+
+
+REASONS = max(Reason) + 1
+
+CONSEQUENCE: dict[int, str] = {
+    **e2e.CONSEQUENCE,
+    Reason.NO_TIME_MARK: "frame ignored, the epoch has no time",
+    Reason.SURPLUS: "frame ignored, the first of this epoch stands",
+    Reason.INCOMPLETE: "frame ignored, the others of its group are missing",
+    Reason.BAD_TIME_MARK: "frame ignored, its time mark names no time or another epoch",
+    Reason.OTHER_SESSION: "frame ignored, no complete time mark of that session opens the block",
+    Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
+    Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not say is not used",
+}
+
+
+class Tally:
+    """Counts by reason and identifier, copied only when something is added."""
+
+    def __init__(self, counts: NDArray[np.int64]):
+        self.counts, self._mine = counts, False
+
+    def add(self, reason, can_id: NDArray, which: NDArray[np.bool_]) -> None:
+        if not which.any():
+            return
+        if not self._mine:
+            self.counts, self._mine = self.counts.copy(), True
+        reasons = np.broadcast_to(np.asarray(reason, np.int64), which.shape)
+        np.add.at(self.counts, (reasons[which], can_id[which]), 1)
+
+
+def no_rejections() -> NDArray[np.int64]:
+    return np.zeros((REASONS, IDENTIFIERS), np.int64)
+
+
+def rejection_table(codec: Codec, rejected: NDArray[np.int64]) -> list[tuple[str, str, int, str]]:
+    """Rows (reason, where: identifier and sender, how many, consequence) of all that was counted."""
+    name = {**{v.value: v.name for v in Verdict}, **{r.value: r.name for r in Reason}}
+    return [
+        (
+            name[int(reason)],
+            f"0x{int(can_id):03X} {codec.sender_of[can_id]}".rstrip(),
+            int(rejected[reason, can_id]),
+            CONSEQUENCE[int(reason)],
+        )
+        for reason, can_id in np.argwhere(rejected)
+    ]

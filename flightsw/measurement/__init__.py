@@ -1,0 +1,1 @@
+"""From channels to measurements: observables, their model and their noise."""

@@ -1,0 +1,1 @@
+"""Motion: of the craft between fixes, of satellites that nobody tracks."""

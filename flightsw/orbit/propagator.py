@@ -1,0 +1,58 @@
+"""Position and velocity between fixes: two bodies and J2 in the rotating Greenwich frame.
+
+It starts the next fix and points the antennas while there is none; it never is a fix. Plain floats: three
+numbers are no array's work.
+"""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.flightsw.orbit.earth import EQUATOR_M, J2, MU_M3_S2, ROTATION_RPS
+
+MAX_STEP_S = 30.0
+"""Fourth order at 30 s is 5 cm off after ten minutes in a low orbit: less than the forces left out."""
+
+
+def acceleration(x: float, y: float, z: float, vx: float, vy: float) -> tuple[float, float, float]:
+    """[m/s^2] in ECEF. Source: Montenbruck & Gill, Satellite Orbits, 3.2 (J2), 5.2 (rotating frame)"""
+    w = ROTATION_RPS
+    r2 = x * x + y * y + z * z
+    pull = -MU_M3_S2 / (r2 * sqrt(r2))
+    bulge = 1.5 * J2 * EQUATOR_M * EQUATOR_M / r2
+    polar = 5 * z * z / r2
+    sideways = pull * (1 + bulge * (1 - polar))
+    return (
+        sideways * x + w * w * x + 2 * w * vy,
+        sideways * y + w * w * y - 2 * w * vx,
+        pull * (1 + bulge * (3 - polar)) * z,
+    )
+
+
+def _rate(s: tuple) -> tuple:
+    return (*s[3:], *acceleration(*s[:5]))
+
+
+def _moved(s: tuple, k: tuple, h: float) -> tuple:
+    return tuple([a + h * b for a, b in zip(s, k, strict=True)])
+
+
+def propagate(
+    position_m: NDArray[np.float64], velocity_mps: NDArray[np.float64], dt_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Position and velocity (3,), Greenwich frame, dt_s later; classical Runge-Kutta of fourth order."""
+    steps = max(1, ceil(abs(dt_s) / MAX_STEP_S))
+    h = dt_s / steps
+    s = (*position_m.tolist(), *velocity_mps.tolist())
+    for _ in range(steps):
+        k1 = _rate(s)
+        k2 = _rate(_moved(s, k1, h / 2))
+        k3 = _rate(_moved(s, k2, h / 2))
+        k4 = _rate(_moved(s, k3, h))
+        s = tuple(
+            [a + h / 6 * (b + 2 * (c + d) + e) for a, b, c, d, e in zip(s, k1, k2, k3, k4, strict=True)]
+        )
+    return np.array(s[:3]), np.array(s[3:])

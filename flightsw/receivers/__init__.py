@@ -1,0 +1,1 @@
+"""The receivers' channels as the flight software commands them."""

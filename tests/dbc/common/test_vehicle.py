@@ -1,0 +1,68 @@
+"""The vehicle file at the door."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.dbc.common.vehicle import VehicleError, find, load, parse
+
+SOYUZ = find("soyuz-ms")
+TEXT = SOYUZ.read_text("utf-8")
+
+
+def test_soyuz_tilts_35_deg_from_zenith_to_four_sides():
+    vehicle = load(SOYUZ)
+    zenith = np.array([0.0, 0.0, -1.0])
+    tilt = np.arctan2(
+        np.linalg.norm(np.cross(vehicle.boresight_body, zenith), axis=1), vehicle.boresight_body @ zenith
+    )
+    assert np.rad2deg(tilt) == pytest.approx(35)
+    assert vehicle.names == ("fore", "starboard", "aft", "port")
+    assert vehicle.boresight_body[0, 0] > 0 and vehicle.boresight_body[1, 1] > 0
+    assert vehicle.channels.sum() == 24
+    assert np.rad2deg(vehicle.mask_rad) == pytest.approx(85)
+    assert set(vehicle.clock_domain) == {0}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("receiver = 2", "receiver = 1", r"antenna receivers are \[1, 1, 3, 4\]; each of 1 to 4 once"),
+        ('"starboard"', '"fore"', "antenna names are .* each must be different"),
+        (
+            "-0.819152044288992]",
+            "-0.5]",
+            "antenna.0: boresight_body has length 0.7609; a direction has length 1",
+        ),
+        (
+            "mask_deg = 85.0",
+            "mask_deg = 185.0",
+            "antenna.0.mask_deg: input should be less than or equal to 180",
+        ),
+        ("channels = 6", "chanels = 6", "antenna.0.chanels: unknown key"),
+        ("channels = 6", "", "antenna.0.channels: missing"),
+        ("channels = 6", 'channels = "six"', "antenna.0.channels: .*found 'six'"),
+        ("mask_deg = 85.0", "mask_deg = nan", "antenna.0.mask_deg: input should be a finite number"),
+        ("[[antenna]]", "[[antenna", "not TOML"),
+    ],
+)
+def test_mistakes_get_a_line(old, new, line):
+    with pytest.raises(VehicleError, match=line):
+        parse(TEXT.replace(old, new, 1), "mine.toml")
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(VehicleError, match=r"none.toml: No such file or directory"):
+        load(tmp_path / "none.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(VehicleError, match="not UTF-8 text"):
+        load(tmp_path / "binary.toml")
+
+
+def test_shipped_vehicles_are_found_by_name(tmp_path):
+    assert find("soyuz-ms") == find("soyuz-ms.toml")
+    (tmp_path / "soyuz-ms.toml").write_text(TEXT)
+    assert find("soyuz-ms.toml", tmp_path) == tmp_path / "soyuz-ms.toml"
+    with pytest.raises(VehicleError, match=r"vehicle 'mir': no such file; shipped are .*soyuz-ms-4clocks"):
+        find("mir", tmp_path)

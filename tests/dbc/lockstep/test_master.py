@@ -1,0 +1,162 @@
+"""The time master's side: barrier and exchange."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.dbc.contract.frames import EMPTY, ERR_FLAG, FrameBatch, batch, concat
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, TIME_NODE
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.dbc.lockstep.master import Barrier, Exchange
+from gnss_hil.dbc.lockstep.messages import Bench
+from tests.support.lockstep_frames import (
+    CODEC,
+    SESSION,
+    block,
+    done,
+    heartbeat,
+    measurements,
+    navigation,
+    sync,
+)
+
+
+def test_bench_frames_are_laid_out_as_the_database_says():
+    for kind, can_id in (("BENCH_SYNC", messages.SYNC_ID), ("BENCH_DONE", messages.DONE_ID)):
+        frame = messages.encode(can_id, 0xABCD, 0x12345678, 0x4321)
+        assert {k: v[0] for k, v in CODEC.decode(kind, frame.data).items()} == {
+            "epoch": 0x12345678, "session": 0xABCD, "count": 0x4321,
+        }  # fmt: skip
+        assert messages.decode(frame, 0) == Bench(can_id, 0xABCD, 0x12345678, 0x4321)
+    end = messages.encode(messages.END_ID, 1, 600, messages.END_REASON["INTERRUPTED"])
+    assert CODEC.decode("BENCH_END", end.data)["reason"][0] == 1
+
+
+def test_sessions_of_seeds_fit_the_signal_and_differ():
+    sessions = {messages.session_of(seed) for seed in range(1000)}
+    assert 0 not in sessions and max(sessions) < 1 << 16
+    assert len(sessions) > 950
+
+
+def test_barrier_opens_when_every_required_node_spoke_this_contract():
+    barrier = Barrier(CODEC, (FLIGHT_NODE, TIME_NODE))
+    assert barrier.missing == (FLIGHT_NODE, TIME_NODE)
+    barrier.hear(heartbeat(FLIGHT_NODE))
+    assert barrier.missing == (TIME_NODE,)
+    assert barrier.explain() == "no heartbeat from TIME"
+    barrier.hear(concat((measurements(3), heartbeat(TIME_NODE))))
+    assert barrier.missing == () and barrier.explain() == ""
+
+
+def test_barrier_names_a_node_of_another_contract():
+    barrier = Barrier(CODEC)
+    barrier.hear(heartbeat(contract_hash=0xDEADBEEF))
+    assert barrier.explain() == f"FLIGHT speaks contract deadbeef, this bench speaks {CODEC.hash:08x}"
+
+
+def changed(frames: FrameBatch, flag: int = 0, bits: int = 0) -> FrameBatch:
+    """With a flag on the identifier, or with bits of the first byte flipped."""
+    data = frames.data.copy()
+    data[:, 0] ^= bits
+    return FrameBatch(frames.t_ns, frames.can_id | np.uint32(flag), frames.length, data)
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        changed(heartbeat(), bits=1),
+        changed(heartbeat(), flag=ERR_FLAG),
+        batch(heartbeat().can_id, b"\x01\x02"),
+        batch([0x7FF], b"12345678"),
+        EMPTY,
+    ],
+    ids=["bad CRC", "error frame", "short", "unknown identifier", "silence"],
+)
+def test_barrier_is_not_opened_by_anything_else(frames):
+    barrier = Barrier(CODEC)
+    barrier.hear(frames)
+    assert barrier.missing == (FLIGHT_NODE,)
+
+
+def exchange(**more) -> Exchange:
+    return Exchange(CODEC, SESSION, {FLIGHT_NODE: heartbeat().data[0].tobytes()}, **more)
+
+
+def test_an_epoch_is_the_block_closed_by_sync():
+    assert exchange().open(4, block(4)) == concat((block(4), sync(4, 6)))
+
+
+def test_the_answer_is_what_came_before_done():
+    e = exchange()
+    e.open(0, block(0))
+    assert not e.hear(navigation(0))
+    assert e.hear(done(0, 3))
+    assert e.inbox() == navigation(0)
+    assert e.lost == 0
+
+
+def test_answers_of_other_epochs_and_sessions_are_ignored():
+    e = exchange()
+    e.open(5, block(5))
+    assert not e.hear(concat((navigation(4), done(4, 3), navigation(5), done(5, 3, session=8))))
+    assert e.hear(concat((navigation(5), done(5, 3))))
+    assert e.inbox() == navigation(5)
+
+
+def test_an_answer_given_twice_counts_once():
+    e = exchange()
+    e.open(5, block(5))
+    assert e.repeat() == sync(5, 6)
+    e.hear(concat((navigation(5), done(5, 3))))
+    assert e.inbox() == navigation(5)
+    e.open(6, block(6))
+    assert not e.hear(concat((navigation(5), done(5, 3))))
+    assert e.hear(concat((navigation(6), done(6, 3))))
+    assert e.inbox() == navigation(6)
+
+
+def test_when_done_was_lost_the_repeated_answer_stands_alone():
+    e = exchange()
+    e.open(5, block(5))
+    e.hear(navigation(5))  # its DONE did not arrive
+    e.repeat()
+    assert e.hear(concat((navigation(5), done(5, 3))))
+    assert e.inbox() == navigation(5)
+    assert e.lost == 0
+
+
+@pytest.mark.parametrize("waiting", [0, 1, 4])
+def test_heartbeats_from_before_the_start_reach_no_epoch(waiting):
+    e = exchange()
+    e.open(0, block(0))
+    answer = concat((navigation(0), heartbeat()))  # a node may say the same again in its block
+    assert e.hear(concat((*[heartbeat()] * waiting, answer, done(0, 4))))
+    assert e.inbox() == answer
+
+
+def test_missing_frames_are_counted():
+    e = exchange()
+    e.open(0, block(0))
+    e.hear(concat((navigation(0, 2), done(0, 5))))
+    assert e.lost == 3
+    assert e.inbox() == navigation(0, 2)
+
+
+def test_frames_of_others_come_after_the_nodes():
+    e = exchange()
+    e.open(0, block(0))
+    stranger, error = batch([0x555], b"x"), batch([0x40 | ERR_FLAG], b"12345678")
+    e.hear(concat((stranger, navigation(0), error, done(0, 3))))
+    assert e.inbox() == concat((navigation(0), stranger, error))
+    assert e.inbox() == navigation(0)
+
+
+def test_free_running_keeps_what_came_late():
+    e = exchange(keep_late=True)
+    e.open(5, block(5))
+    e.everything()
+    e.open(6, block(6))
+    assert not e.hear(concat((navigation(5), done(5, 3), navigation(6))))
+    assert sorted(e.everything().data[:, 0].tolist()) == [5, 5, 5, 6, 6, 6]
+    assert e.everything() == EMPTY

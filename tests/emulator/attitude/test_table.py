@@ -1,0 +1,48 @@
+"""Attitude of a table: against SciPy's rotations and interpolation."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.attitude.table import AttitudeTableError, TabulatedAttitude
+from gnss_hil.emulator.earth import frames
+from gnss_hil.emulator.files.csv_table import Table
+from gnss_hil.emulator.files.finals import Orientation
+from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion
+
+START_NS = 1_300_000_000 * gpstime.NS_PER_S
+
+
+def turning(rng):
+    """Ten attitudes 10 s apart; SciPy's rotations turn vectors, so they are those from body to celestial."""
+    turns = Rotation.from_rotvec(np.cumsum(rng.normal(size=(10, 3)) * 0.05, axis=0))
+    t_ns = START_NS + np.arange(10) * 10 * gpstime.NS_PER_S
+    scalar_first = np.roll(turns.as_quat(), 1, axis=1)
+    signs = np.where(np.arange(10) % 3 == 0, -1, 1)[:, None]  # q and -q are the same attitude
+    return turns, t_ns, Table(t_ns, scalar_first * signs)
+
+
+def test_between_rows_it_is_the_shortest_turn():
+    turns, t_ns, table = turning(np.random.default_rng(3))
+    measured = Orientation(t_ns[[0, -1]], np.full(2, -15.4), np.array(((1e-6, 2e-6), (1e-6, 2e-6))), "f")
+    attitude = TabulatedAttitude(table, "x.csv", measured)
+    slerp = Slerp((t_ns - START_NS) / 1e9, turns)
+    for t_s in (0.0, 3.2, 47.5, 89.9):
+        t = START_NS + int(t_s * 1e9)
+        quaternion, rate = attitude.at(t, None)
+        body_from_eme2000 = dcm_of_quaternion(quaternion) @ frames.ecef_from_eme2000(t, measured)
+        assert np.abs(body_from_eme2000 - slerp(t_s).as_matrix().T).max() < 1e-9
+        # The rate in body axes turns the attitude on: R(t + dt) = R(t) exp(w dt).
+        step = (slerp(t_s).inv() * slerp(t_s + 0.05)).as_rotvec() / 0.05
+        assert np.abs(rate - step).max() < 1e-8
+
+
+def test_what_is_no_attitude_or_too_short_is_refused():
+    _, t_ns, table = turning(np.random.default_rng(3))
+    bad = table.columns.copy()
+    bad[4] *= 1.1
+    with pytest.raises(AttitudeTableError, match=r"x\.csv: row 5: quaternion has length 1\.1"):
+        TabulatedAttitude(Table(t_ns, bad), "x.csv")
+    with pytest.raises(AttitudeTableError, match=r"x\.csv: attitude from .*; the run is from"):
+        TabulatedAttitude(table, "x.csv").check(START_NS, START_NS + 10**12, "x.csv")

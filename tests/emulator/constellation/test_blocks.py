@@ -1,0 +1,55 @@
+"""Which block a GPS number was of."""
+
+from datetime import date
+
+import numpy as np
+import pytest
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.emulator.constellation import blocks
+
+IIF, IIR, IIR_M, III = "gps-iif", "gps-iir", "gps-iir-improved", "gps-iii"
+
+# PRN -> block in January 2021, as Stanford's LuPNT has it (data/gnss/gps_table.csv); IIR of PRN 2, 19 and 22
+# carry the improved panel by W. Marquis, The GPS Block IIR/IIR-M Antenna Panel Pattern, 2014 (SVN 61, 59, 47)
+JANUARY_2021 = {
+    1: IIF, 2: IIR_M, 3: IIF, 4: III, 5: IIR_M, 6: IIF, 7: IIR_M, 8: IIF, 9: IIF, 10: IIF, 11: IIR, 12: IIR_M,
+    13: IIR, 14: III, 15: IIR_M, 16: IIR, 17: IIR_M, 18: III, 19: IIR_M, 20: IIR, 21: IIR, 22: IIR_M, 23: III,
+    24: IIF, 25: IIF, 26: IIF, 27: IIF, 28: IIR, 29: IIR_M, 30: IIF, 31: IIR_M, 32: IIF,
+}  # fmt: skip
+
+
+def test_january_2021_against_a_published_table():
+    found = blocks.gps_blocks(date(2021, 1, 15))
+    assert {number: found[number] for number in JANUARY_2021} == JANUARY_2021
+
+
+def test_2012_flies_nine_old_satellites_and_three_new():
+    """31 October 2012: IIF SVN 62, 63 and 65, the last launched on 4 October; SVN 49, a IIR-M, as PRN 27."""
+    found = [blocks.gps_blocks(date(2012, 10, 31))[number] for number in range(1, 33)]
+    assert [found.count(name) for name in ("gps-iia", IIF, III)] == [9, 3, 0]
+
+
+@pytest.mark.parametrize(("day", "number", "block"), [
+    (date(2009, 6, 1), 1, IIR_M),  # SVN 49, tested as PRN 1
+    (date(2017, 6, 1), 4, "gps-iia"),  # SVN 38, taken out of storage
+    (date(2018, 10, 1), 18, "gps-iia"),  # SVN 34, after SVN 54 and before the first III
+    (date(2019, 8, 23), 18, III),
+])  # fmt: skip
+def test_a_number_is_its_last_holders(day, number, block):
+    """Notices of the US Coast Guard's navigation centre on which satellite transmits as which PRN."""
+    assert blocks.gps_blocks(day)[number] == block
+
+
+def test_rows_follow_what_is_chosen():
+    rows = blocks.block_rows(date(2021, 1, 15), "gps-iia", {"G05": IIF})
+    assert blocks.NAMES[rows[satellites.parse("G05")]] == IIF
+    assert blocks.NAMES[rows[satellites.parse("G06")]] == "gps-iia"
+    assert blocks.NAMES[rows[satellites.parse("R24")]] == "glonass-m"
+    assert rows[satellites.parse("E11")] == blocks.NO_BLOCK
+    assert np.all(rows <= blocks.NO_BLOCK)
+
+
+def test_a_satellite_cannot_be_of_another_systems_block():
+    with pytest.raises(ValueError, match="R05 cannot be of block gps-iif"):
+        blocks.block_rows(date(2021, 1, 15), "by-date", {"R05": IIF})

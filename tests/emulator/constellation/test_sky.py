@@ -1,0 +1,204 @@
+"""The sky: nominal constellations by their definition, tables, navigation files, users' mistakes."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+import numpy as np
+import pytest
+
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
+from gnss_hil.emulator.constellation.sky import GRID, Sky, build_sky
+from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
+from tests.emulator.files.test_rinex_nav import GLONASS_2, GPS_2, MIXED_3
+
+START = datetime(2012, 10, 31, 2, 0)
+TIME = scenario.Time(start_gps=START, duration_s=600)
+DAY_NS = 86_400 * gpstime.NS_PER_S
+
+
+def sky_of(folder=None, time=TIME, **table):
+    return build_sky(scenario.Sky(**table), time, lambda name: folder / name)
+
+
+def positions(constellation, t_ns):
+    return constellation.sample(np.array([t_ns]), np.zeros(1))[0][0, 0]
+
+
+# --- nominal constellations ---------------------------------------------------------------------------
+
+
+def test_gps_slots_at_the_epoch_of_the_standard():
+    """Slot A1: right ascension of the node 272.847, argument of latitude 268.126 deg, inclination 55 deg."""
+    epoch_ns = gpstime.from_utc(datetime(1993, 7, 1))
+    pos = positions(nominal_gps(epoch_ns), epoch_ns)
+    node, u, i = np.radians((272.847 - 15 * (18 + 36 / 60 + 14.4 / 3600), 268.126, 55.0))
+    along, up = (
+        np.array((np.cos(node), np.sin(node), 0)),
+        np.array((-np.sin(node) * np.cos(i), np.cos(node) * np.cos(i), np.sin(i))),
+    )
+    expected = 26_559_700 * (np.cos(u) * along + np.sin(u) * up)
+    assert pos[0] == pytest.approx(expected, abs=1e-3)
+    assert np.linalg.norm(pos, axis=1) == pytest.approx(np.full(24, 26_559_700), abs=1e-6)
+
+
+def test_gps_slots_of_a_plane_are_not_on_top_of_each_other():
+    """The standard keeps 26 deg at least between satellites of a plane."""
+    pos = positions(nominal_gps(TIME.start_ns), TIME.start_ns).reshape(6, 4, 3) / 26_559_700
+    cosines = np.einsum("pik,pjk->pij", pos, pos) - 2 * np.eye(4)
+    assert np.degrees(np.arccos(cosines.max())) > 26
+
+
+def test_gps_ground_tracks_repeat_after_two_revolutions():
+    gps = nominal_gps(TIME.start_ns)
+    period_ns = round(2 * np.pi / (ROTATION_RPS + 2.6e-9 * np.pi) * 1e9)
+    assert period_ns / 1e9 == pytest.approx(86155, abs=2)  # what the system is flown to, 4 min short of a day
+    later = positions(gps, TIME.start_ns + period_ns)
+    assert later == pytest.approx(positions(gps, TIME.start_ns), abs=1e-3)
+
+
+def test_glonass_planes_slots_and_period():
+    """ICD 5.1: slots 45 deg apart, planes 120 deg apart and shifted by 15 deg, 11 h 15 min 44 s."""
+    glonass = nominal_glonass(TIME.start_ns)
+    node = np.degrees(glonass.node_rad).reshape(3, 8)
+    latitude = np.degrees(glonass.latitude_rad).reshape(3, 8)
+    assert np.diff(latitude, axis=1) % 360 == pytest.approx(np.full((3, 7), 315))
+    assert np.diff(latitude[:, 0]) % 360 == pytest.approx((15, 15))
+    assert np.diff(node[:, 0]) % 360 == pytest.approx((120, 120))
+    assert np.ptp(node, axis=1) == pytest.approx(0)
+    z = [positions(glonass, TIME.start_ns + k * 40544 * gpstime.NS_PER_S)[:, 2] for k in (0, 1)]
+    assert z[1] == pytest.approx(z[0], abs=1e-3)
+    assert np.linalg.norm(positions(glonass, 0), axis=1) == pytest.approx(np.full(24, 25_508_000), abs=2000)
+
+
+def test_glonass_frequencies_are_shared_by_antipodal_slots_only():
+    frequency = nominal_glonass(TIME.start_ns).frequency.reshape(3, 8)
+    assert np.array_equal(frequency[:, :4], frequency[:, 4:])
+    assert len(np.unique(frequency)) == 12
+    assert frequency.min() == -7 and frequency.max() == 6
+
+
+def test_nominal_clocks_differ_and_fit_the_bus():
+    state = sky_of().at(TIME.start_ns)
+    assert len(np.unique(state.clock_m)) == 48
+    assert np.abs(state.clock_m).max() < 30_000
+    assert np.abs(state.clock_drift_mps).max() < 2e-3
+    assert state.available.all() and state.healthy.all()
+
+
+# --- the table ----------------------------------------------------------------------------------------
+
+
+def test_the_table_gives_what_the_constellations_give():
+    """Within 10 um and 1 um of clock, anywhere in a day, in any order."""
+    sky, parts = sky_of(), (nominal_gps(TIME.start_ns), nominal_glonass(TIME.start_ns))
+    for t_ns in np.random.default_rng(3).integers(TIME.start_ns, TIME.start_ns + DAY_NS, 40).tolist():
+        state = sky.at(t_ns)
+        assert state.pos_ecef_m == pytest.approx(
+            np.concatenate([positions(p, t_ns) for p in parts]), abs=1e-5
+        )
+        clocks = np.concatenate([p.sample(np.array([t_ns]), np.zeros(1))[1][0, 0] for p in parts])
+        assert state.clock_m == pytest.approx(clocks, abs=1e-6)
+
+
+def test_derivatives():
+    sky, step_ns = sky_of(), 250_000_000
+    for t_ns in (TIME.start_ns, TIME.start_ns + 59_900_000_000, TIME.start_ns + 4000 * gpstime.NS_PER_S):
+        before, now, after = (sky.at(t_ns + k * step_ns) for k in (-1, 0, 1))
+        assert (after.pos_ecef_m - before.pos_ecef_m) / 0.5 == pytest.approx(now.vel_ecef_mps, abs=1e-5)
+        assert (after.vel_ecef_mps - before.vel_ecef_mps) / 0.5 == pytest.approx(now.acc_ecef_mps2, abs=1e-7)
+        assert (after.clock_m - before.clock_m) / 0.5 == pytest.approx(now.clock_drift_mps, abs=1e-6)
+
+
+def test_the_glonass_offset_is_in_what_is_transmitted_and_in_no_message():
+    plain, shifted = (
+        sky_of(glonass_offset_ns=0).at(TIME.start_ns),
+        sky_of(glonass_offset_ns=30).at(TIME.start_ns),
+    )
+    glonass = satellites.system_of(shifted.index) == satellites.GLONASS
+    assert np.array_equal(plain.clock_m, shifted.clock_m)
+    assert np.array_equal(plain.clock_truth_m, plain.clock_m)
+    assert (shifted.clock_m - shifted.clock_truth_m)[glonass] == pytest.approx(np.full(24, 30e-9 * LIGHT_MPS))
+    assert not (shifted.clock_m - shifted.clock_truth_m)[~glonass].any()
+
+
+def test_any_order_of_questions_gives_the_same_sky():
+    times = [TIME.start_ns + k * 601 * gpstime.NS_PER_S for k in range(-3, 20)]
+    one, other = sky_of(), sky_of()
+    forward = [one.at(t).pos_ecef_m.tobytes() for t in times]
+    assert forward == [other.at(t).pos_ecef_m.tobytes() for t in reversed(times)][::-1]
+
+
+def test_one_system_alone():
+    assert len(sky_of(glonass="none").at(TIME.start_ns).index) == 24
+    assert set(satellites.system_of(sky_of(gps="none").index)) == {satellites.GLONASS}
+
+
+# --- skies from files ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, text in (("gps.n", GPS_2), ("glonass.g", GLONASS_2), ("mixed.rnx", MIXED_3)):
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def test_a_mixed_sky_switches_ephemerides_on_whole_minutes(folder):
+    sky = sky_of(folder, gps="gps.n")
+    row = int(np.flatnonzero(sky.index == satellites.index(satellites.GPS, 7))[0])
+    end_ns = gpstime.from_calendar(datetime(2012, 10, 31, 4))
+    minute_ns = 60 * gpstime.NS_PER_S
+    state = sky.at(TIME.start_ns)
+    assert len(state.index) == 25
+    assert state.available.all() and state.iod[row] == 16 and state.ura[row] == 0
+    known = [bool(sky.at(end_ns + k * minute_ns + d).available[row]) for k in (-1, 0, 1) for d in (-1, 0)]
+    assert known == [True, True, True, True, True, False]  # valid to 04:00:00, and the minute begun then
+
+
+def test_files_of_both_systems_and_one_mixed_file_make_the_same_sky(folder):
+    time = scenario.Time(start_gps=datetime(2012, 10, 31, 0, 20), duration_s=60)
+    two = sky_of(folder, time, gps=["gps.n"], glonass="glonass.g").at(time.start_ns)
+    one = sky_of(folder, time, gps="mixed.rnx", glonass="mixed.rnx").at(time.start_ns)
+    assert [satellites.name(i) for i in two.index] == ["G07", "R03"]
+    assert two.pos_ecef_m == pytest.approx(one.pos_ecef_m, abs=1e-6)
+    # Each file has its own tau_c.
+    assert one.clock_m - two.clock_m == pytest.approx((0, LIGHT_MPS * (-1.8626451492e-9 - 1.597218215466e-7)))
+
+
+MISTAKES = [
+    ({"gps": "none", "glonass": "none"}, "sky: gps and glonass are both 'none'"),
+    ({"gps": []}, "sky.gps: no navigation file is named"),
+    ({"gps": "absent.n"}, "absent.n: No such file or directory"),
+    ({"gps": "glonass.g"}, "glonass.g: no GPS record"),
+    ({"glonass": ["gps.n", "gps.n"]}, "no GLONASS record"),
+    (
+        {"glonass": "glonass.g"},
+        "from 2012-10-31T00:00:16 to 2012-10-31T00:30:16; the run is from 2012-10-31T02:00:00",
+    ),
+]
+
+
+@pytest.mark.parametrize(("table", "expected"), MISTAKES)
+def test_a_sky_that_cannot_be_had_is_refused_in_one_line(folder, table, expected):
+    with pytest.raises(scenario.ScenarioError) as caught:
+        sky_of(folder, **table)
+    message = str(caught.value)
+    assert message.startswith("sky")
+    assert expected in message
+    assert "\n" not in message
+
+
+def test_the_last_epoch_has_to_be_covered_too(folder):
+    time = scenario.Time(start_gps=datetime(2012, 10, 31, 3, 50), duration_s=601)
+    assert sky_of(folder, time, gps="gps.n", glonass="none")
+    longer = scenario.Time(start_gps=datetime(2012, 10, 31, 3, 50), duration_s=602)
+    with pytest.raises(scenario.ScenarioError, match="to 2012-10-31T04:00:01 "):
+        sky_of(folder, longer, gps="gps.n", glonass="none")
+
+
+def test_segments_are_whole_minutes_of_gps_time():
+    assert GRID.origin_ns == 0 and GRID.segment_ns == 60 * gpstime.NS_PER_S
+    assert isinstance(sky_of(), Sky)

@@ -1,0 +1,45 @@
+"""What carrier loops remember, in whole runs: wind-up is phase alone, slips are counted and stay."""
+
+import numpy as np
+
+from tests.support import emulated
+
+
+def phases(factors, epochs=12):
+    """Phases, slips and half-cycle doubts (epochs, channels) by receiver and channel; ranges."""
+    craft = emulated.craft(receivers=emulated.QUICK, factors={**emulated.QUIET, **factors})
+    _, blocks, _ = emulated.run(emulated.world(craft), epochs)
+    seen = [emulated.decode(block, "PHASE") for block in blocks]
+    told = [np.array([b[name] for b in seen]) for name in ("phase_cyc", "slips", "half_cycle")]
+    return *told, np.array([emulated.decode(block, "RANGE")["pseudorange_m"] for block in blocks])
+
+
+def test_windup_changes_phases_by_little_and_smoothly_and_ranges_not_at_all():
+    plain, wound = phases({}), phases({"phase_windup": True})
+    assert np.array_equal(plain[3], wound[3])
+    off = wound[0] - plain[0]
+    assert np.abs(off - np.rint(off)).max() > 0.001
+    assert np.abs(np.diff(off, axis=0)).max() < 0.05, "cycles in a second: an orbit turns once in 93 minutes"
+
+
+def test_slips_are_counted_and_half_ones_stay_in_doubt_until_a_preamble():
+    """A subframe of GPS begins every 6 s, a string of GLONASS every 2 s; then a phase is whole again."""
+    plain, slipped = (phases(f, 30) for f in ({}, {"cycle_slips": {"per_hour": 600.0}}))
+    off = slipped[0] - plain[0]
+    halves = np.rint(2 * off).astype(int)
+    assert np.abs(2 * off - halves).max() < 0.01
+    assert halves.any()
+    goes_on = np.diff(plain[1].astype(int), axis=0) == 0  # where the channel has not begun another phase
+    moved = (np.diff(halves, axis=0) != 0) & goes_on
+    counted = np.diff(slipped[1].astype(int), axis=0) % 16
+    assert ((counted != 0) | ~moved).all()
+    assert np.mean(moved[counted != 0]) > 0.9, "a doubt may end while another slip puts its half cycle back"
+    assert np.array_equal(halves % 2 == 1, slipped[2] == 1)
+    assert slipped[2].any() and not plain[2].any()
+    for epoch in range(6, len(halves)):
+        old = slipped[2][epoch - 6 : epoch + 1].all(axis=0)
+        assert (counted[epoch - 6 : epoch] != 0)[:, old].any(axis=0).all(), "six seconds without a preamble"
+
+
+def test_whole_slips_leave_no_doubt():
+    assert not phases({"cycle_slips": {"per_hour": 3600.0, "costas": False}})[2].any()

@@ -1,0 +1,88 @@
+"""Parameters of the link budget, from a scenario's words to C/N0."""
+
+from datetime import date
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gnss_hil.emulator.constellation import blocks
+from gnss_hil.emulator.error_models.params_link import (
+    BodyJammer,
+    EarthJammer,
+    Jamming,
+    LinkBudget,
+    ReceivePattern,
+    TransmitPattern,
+)
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.signal import antenna_patterns, equipment, jamming, link_budget
+
+
+def budget_of(transmit, receive, noise, names):
+    transmitters = equipment.transmitters_of(transmit, date(2012, 10, 31))
+    return link_budget.Budget(
+        transmitters, equipment.antennas_of(receive, names), *equipment.front_end_of(noise)
+    )
+
+
+def test_defaults_give_what_receivers_in_low_orbit_report():
+    """A satellite of 2012 in the zenith of the ISS: GPS receivers in low orbits report some 45 to 55 dBHz."""
+    table = budget_of(TransmitPattern(), ReceivePattern(), LinkBudget(), ("zenith", "fore"))
+    angle = np.radians([[0.0, 0.0], [60.0, 60.0]])
+    found = link_budget.cn0_dbhz(table, np.array([5, 65]), np.zeros(2), np.full(2, 2e7), angle)
+    assert (found[0] > 45).all() and (found[0] < 55).all()
+    assert found[0] - found[1] == pytest.approx([5, 5])  # the law: 4 dBi to -1 dBi at 60 deg
+
+
+def test_an_antenna_may_have_a_file_of_its_own(tmp_path):
+    file = tmp_path / "deep.txt"
+    file.write_text("0 -50\n180 -50\n")
+    receive = ReceivePattern(pattern="isotropic", antennas={"aft": str(file)})
+    table = budget_of(TransmitPattern(), receive, LinkBudget(), ("fore", "aft"))
+    assert antenna_patterns.gain_dbi(table.antennas, np.ones((2, 1)))[:, 0].tolist() == [0, -50]
+
+
+def test_an_antenna_that_is_not_there_is_told():
+    with pytest.raises(ValueError, match="antenna 'aft' is not there; there are fore, zenith"):
+        equipment.antennas_of(ReceivePattern(antennas={"aft": "isotropic"}), ("fore", "zenith"))
+
+
+def test_jammers_keep_their_order_and_units():
+    factor = Jamming(
+        earth=(EarthJammer(latitude_deg=90.0, longitude_deg=0.0, eirp_dbw=40.0, kind="tone"),),
+        body=(BodyJammer(direction_body=(0.0, 0.0, 1.0), received_dbw=-100.0, bandwidth_mhz=2.0),),
+    )
+    jam = equipment.jammers_of(factor)
+    assert jam.place_ecef_m[0] == pytest.approx([0, 0, 6_356_752.314], abs=1e-3)
+    assert (jam.kind, jam.centre_hz[0], jam.bandwidth_hz[1]) == (("tone", "noise"), 1575.42e6, 2e6)
+    arrival = jamming.arrivals(jam, np.array([0.0, 0, 4.2e7]), np.eye(3))
+    assert arrival.los_ecef == pytest.approx(np.array([[0, 0, -1], [0, 0, 1]]))
+    assert 10 * np.log10(arrival.power_w[1]) == pytest.approx(-100)
+
+
+def test_no_such_pattern_is_told_in_one_line():
+    with pytest.raises(FileError, match=r"^nowhere\.txt: No such file or directory$"):
+        link_budget.pattern_of("nowhere.txt", "", (4.0, -6.0))
+
+
+@pytest.mark.parametrize(
+    "make",
+    (
+        lambda: BodyJammer(direction_body=(1.0, 1.0, 0.0), received_dbw=-100.0),
+        lambda: EarthJammer(latitude_deg=91.0, longitude_deg=0.0, eirp_dbw=10.0),
+        lambda: Jamming(earth=[{"latitude_deg": 1.0}]),
+        lambda: TransmitPattern(blocks={"G5": "gps-iif"}),
+        lambda: TransmitPattern(gps="glonass-m"),
+        lambda: ReceivePattern(floor_dbi=float("-inf")),
+    ),
+)
+def test_what_makes_no_sense_is_refused(make):
+    with pytest.raises(ValidationError):
+        make()
+
+
+def test_choices_are_the_blocks_there_are():
+    for name in blocks.NAMES:
+        kind = "R01" if name == "glonass-m" else "G01"
+        assert TransmitPattern(blocks={kind: name}).blocks[kind] == name

@@ -1,0 +1,318 @@
+"""Block 3: the fix against synthetic measurements made in an inertial frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
+from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
+from gnss_hil.flightsw.estimation.position import GLONASS_OFFSET, Fix, NoFix, solve
+from gnss_hil.flightsw.io.epoch import AttitudeReport
+from gnss_hil.flightsw.measurement.noise import code_variance_m2, range_variance_m2, rate_variance_m2ps2
+from gnss_hil.flightsw.measurement.observables import Ranges
+from tests.support import synthetic_epochs as s
+
+LEVERS = np.array([[2.4, 0, -1.1], [1.2, 1.0, -1.1], [-1.8, 0, -1.1], [1.2, -1.0, -1.1]])
+RATE = np.array([0.01, -0.02, 0.005])
+LEO, MEO, GEO = (
+    s.Circle(radius, inclination, 1.0, 0.4)
+    for radius, inclination in ((6_793e3, 0.9), (20_000e3, 0.9), (42_164e3, 0.01))
+)
+SKY = s.constellation()
+
+
+def craft(orbit=LEO, domain=(0, 0, 0, 0), clock_s=(1e-3,), rate=(2e-8,), offset=3e-8, levers=LEVERS):
+    return s.Craft(
+        orbit, levers, s.lvlh(orbit), RATE, np.array(clock_s), np.array(rate), np.array(domain), offset
+    )
+
+
+def measurements(o, cn0=45.0):
+    n = len(o["sat"])
+    antenna, sat = o["antenna"].astype(int), o["sat"].astype(int)
+    flat = np.zeros(n)
+    return Ranges(
+        antenna, sat, 1 << np.arange(n) % 32, flat, o["p"], o["pdot"],
+        np.array([o["x"], o["y"], o["z"]]), np.array([o["vx"], o["vy"], o["vz"]]), o["clock"], o["drift"],
+        code_variance_m2(flat + cn0, sat), rate_variance_m2ps2(flat + cn0),
+    )  # fmt: skip
+
+
+def in_view(c, count, antennas=4, sats=None):
+    """Pairs of antennas in turn and satellites clear of the Earth."""
+    at = c.orbit.at(0.0)
+    seen = [sat for sat in (sats or SKY) if s.clear(at, SKY[sat].at(-0.08))][:count]
+    return [(k % antennas, sat) for k, sat in enumerate(seen)]
+
+
+def fix_of(c, m, start=None, **more):
+    dcm = c.dcm_body_from_eci @ s.ecef_from_eci(0.0).T
+    report = AttitudeReport(s.quaternion(dcm), c.rate_body)
+    lever, lever_rate = levers_ecef(attitude_now(report, None, s.T0_NS, 0), c.lever_body)
+    return solve(m, lever.T[:, m.receiver], lever_rate.T[:, m.receiver], c.domain[m.receiver], start, **more)
+
+
+def errors(c, fix):
+    position, velocity = s.truth_ecef(c)
+    return np.linalg.norm(fix.position_m - position), np.linalg.norm(fix.velocity_mps - velocity)
+
+
+@pytest.mark.parametrize("orbit", [LEO, MEO, GEO], ids=["LEO", "MEO", "GEO"])
+def test_fix_from_earths_centre_without_noise(orbit):
+    c = craft(orbit)
+    m = measurements(s.observe(c, in_view(c, 40), SKY))
+    fix = fix_of(c, m)
+    assert isinstance(fix, Fix)
+    position, velocity = errors(c, fix)
+    # 10 nm of rounding a range, times the dilution.
+    assert position < 1e-6 * fix.pdop, position
+    assert velocity < 2e-5 * fix.pdop, velocity
+    assert fix.items == (0, GLONASS_OFFSET)
+    assert fix.clock_m == pytest.approx([s.C * 1e-3, s.C * 3e-8], abs=1e-6 * fix.pdop)
+    assert fix.drift_mps[0] == pytest.approx(s.C * 2e-8, abs=2e-5 * fix.pdop)
+
+
+def test_warm_start_gives_the_same_fix_in_fewer_steps():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 16), SKY))
+    cold = fix_of(c, m)
+    warm = fix_of(c, m, s.truth_ecef(c)[0] + [30.0, -40.0, 20.0])
+    assert warm.iterations == 2 < cold.iterations
+    assert np.linalg.norm(warm.position_m - cold.position_m) < 2e-5
+    assert errors(c, warm)[0] < 2e-5
+
+
+def test_one_clock_for_each_domain():
+    c = craft(
+        domain=(0, 1, 2, 5), clock_s=(1e-3, -8e-4, 2e-4, 0, 0, 5e-7), rate=(1e-8, 2e-8, -3e-8, 0, 0, 4e-8)
+    )
+    m = measurements(s.observe(c, in_view(c, 24), SKY))
+    fix = fix_of(c, m)
+    assert fix.items == (0, 1, 2, 5, GLONASS_OFFSET)
+    assert errors(c, fix)[0] < 1e-5
+    assert fix.clock_m / s.C == pytest.approx([1e-3, -8e-4, 2e-4, 5e-7, 3e-8], abs=1e-13)
+
+
+@pytest.mark.parametrize("system", ["gps", "glonass"])
+def test_one_system_needs_no_offset(system):
+    c = craft()
+    sats = [sat for sat in SKY if (sat >= 64) == (system == "glonass")]
+    fix = fix_of(c, measurements(s.observe(c, in_view(c, 12, sats=sats), SKY)))
+    assert fix.items == (0,)
+    assert errors(c, fix)[0] < 1e-5
+    assert fix.clock_m[0] / s.C == pytest.approx(1e-3 + 3e-8 * (system == "glonass"), abs=1e-13)
+
+
+def test_systems_on_separate_clocks_need_no_offset_either():
+    """No domain hears both systems: each clock contains its system's offset, and one more is unobservable."""
+    c = craft(domain=(0, 1, 0, 1), clock_s=(1e-3, -5e-4), rate=(0.0, 0.0))
+    pairs = [(int(sat >= 64), sat) for _, sat in in_view(c, 24)]
+    fix = fix_of(c, measurements(s.observe(c, pairs, SKY)))
+    assert fix.items == (0, 1)
+    assert errors(c, fix)[0] < 1e-5
+    assert fix.clock_m / s.C == pytest.approx([1e-3, -5e-4 + 3e-8], abs=1e-13)
+
+
+def test_same_satellites_on_all_antennas_is_a_fix_by_fewer_satellites():
+    c = craft()
+    six = [sat for _, sat in in_view(c, 6, sats=list(SKY)[::2])]
+    fix = fix_of(c, measurements(s.observe(c, [(a, sat) for a in range(4) for sat in six], SKY)))
+    assert fix.satellites == 6 and fix.used.sum() == 24
+    assert errors(c, fix)[0] < 1e-5
+
+
+def test_too_few_satellites_however_many_measurements():
+    c = craft()
+    gps = [sat for sat in SKY if sat < 64]
+    three = [sat for _, sat in in_view(c, 3, sats=gps)]
+    glonass = in_view(c, 1, sats=[sat for sat in SKY if sat >= 64])
+    for pairs in (
+        [(a, sat) for a in range(4) for sat in three],
+        [*glonass, *((0, sat) for sat in three)],
+        [],
+    ):
+        m = measurements(s.observe(c, pairs, SKY, rates=False))
+        assert fix_of(c, m) == NoFix.TOO_FEW_SATELLITES
+
+
+def test_four_satellites_with_a_clock_each_are_unobservable():
+    c = craft(domain=(0, 1, 2, 3), clock_s=(0.0,) * 4, rate=(0.0,) * 4)
+    gps = [sat for sat in SKY if sat < 64]
+    m = measurements(s.observe(c, in_view(c, 4, sats=gps), SKY, rates=False))
+    assert fix_of(c, m) == NoFix.TOO_FEW_SATELLITES
+
+
+def test_satellites_in_one_place_are_singular_geometry():
+    c = craft()
+    near = {1 + k: s.Circle(26_560e3, 0.9, 1.0, 0.4 + 1e-8 * k) for k in range(6)}
+    m = measurements(s.observe(c, [(0, sat) for sat in near], near, rates=False))
+    assert fix_of(c, m) == NoFix.SINGULAR_GEOMETRY
+
+
+@pytest.mark.parametrize("bias_m", [100.0, -3e4, 2e7])
+def test_one_outlier_is_excluded(bias_m):
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 12), SKY))
+    m.pseudorange_m[5] += bias_m
+    for start in (None, s.truth_ecef(c)[0] + 100.0):
+        fix = fix_of(c, m, start)
+        assert isinstance(fix, Fix) and not fix.used[5] and fix.used.sum() == 11
+        assert errors(c, fix)[0] < 1e-4
+
+
+def test_one_satellite_wrong_on_all_antennas_is_excluded_whole():
+    c = craft()
+    nine = [sat for _, sat in in_view(c, 9)]
+    m = measurements(s.observe(c, [(a, sat) for a in range(4) for sat in nine], SKY))
+    for bad in nine:
+        wrong = m.sat == bad
+        fix = fix_of(c, replace(m, pseudorange_m=m.pseudorange_m + 200.0 * wrong))
+        assert isinstance(fix, Fix) and np.array_equal(fix.used, ~wrong)
+        assert errors(c, fix)[0] < 1e-5
+
+
+DOMAINS = [(0, 0, 0, 0), (0, 1, 0, 1), (0, 1, 2, 2), (0, 1, 2, 3)]
+
+
+def separate(domain):
+    n = max(domain) + 1
+    return craft(domain=domain, clock_s=(1e-3, -8e-4, 2e-4, 6e-4)[:n], rate=(1e-8, 2e-8, -3e-8, 0)[:n])
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_one_satellite_too_many_tells_that_something_is_wrong_but_not_what(domain):
+    """One degree of freedom: whichever is left out, the rest fits. 300 m on one must not become a fix."""
+    c = separate(domain)
+    gps = [sat for sat in SKY if sat < 64]
+    unknowns = 3 + len(set(domain))
+    pairs = in_view(c, unknowns + 1, sats=gps)
+    m = measurements(s.observe(c, pairs, SKY))
+    assert len(m) == unknowns + 1 and isinstance(fix_of(c, m), Fix)
+    for k in range(len(m)):
+        p = m.pseudorange_m.copy()
+        p[k] += 3000.0
+        found = fix_of(c, replace(m, pseudorange_m=p))
+        assert found == NoFix.INCONSISTENT_RANGES, k
+
+
+def test_five_satellites_on_four_antennas_are_no_better_than_five():
+    """Sixteen degrees of freedom, but any four satellites agree among themselves."""
+    c = craft()
+    five = [sat for _, sat in in_view(c, 5, sats=[sat for sat in SKY if sat < 64])]
+    m = measurements(s.observe(c, [(a, sat) for a in range(4) for sat in five], SKY))
+    for bad in five:
+        assert fix_of(c, replace(m, pseudorange_m=m.pseudorange_m + 300.0 * (m.sat == bad))) == (
+            NoFix.INCONSISTENT_RANGES
+        )
+
+
+@pytest.mark.parametrize("count", [5, 6, 8])
+def test_no_sound_satellite_is_taken_for_the_faulty_one(count):
+    """With noise, random geometry and faults of all sizes: right, none, or too small to be seen."""
+    rng = np.random.default_rng(7)
+    excluded = 0
+    for _ in range(15):
+        c = craft(s.Circle(6_793e3, 0.9, *rng.uniform(0, 6, 2)))
+        gps = [sat for sat in SKY if sat < 64]
+        rng.shuffle(gps)
+        m = measurements(s.observe(c, in_view(c, count, sats=gps), SKY, rates=False))
+        sigma = np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
+        for bias_m in (10.0, 30.0, 300.0, 3000.0):
+            bad = rng.integers(len(m))
+            p = m.pseudorange_m + sigma * rng.normal(size=len(m))
+            p[bad] += bias_m
+            found = fix_of(c, replace(m, pseudorange_m=p))
+            if isinstance(found, Fix) and not found.used.all():
+                assert np.flatnonzero(~found.used).tolist() == [bad]
+                excluded += 1
+    assert (excluded > 0) == (count > 5)
+
+
+@pytest.mark.parametrize("domain", [(0, 0, 0, 0), (0, 1, 2, 3)])
+def test_satellite_with_a_wrong_range_rate_is_excluded_from_the_velocity(domain):
+    c = separate(domain)
+    m = measurements(s.observe(c, in_view(c, 16), SKY))
+    m.range_rate_mps[5] += 30.0
+    fix = fix_of(c, m)
+    assert fix.used.all() and max(errors(c, fix)) < 1e-3
+    assert fix.drift_mps[: max(domain) + 1] / s.C == pytest.approx(c.clock_rate, abs=1e-12)
+
+
+def test_contradicting_range_rates_are_a_position_without_velocity():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 9), SKY))
+    m.range_rate_mps[2] += 40.0
+    m.range_rate_mps[6] -= 70.0
+    fix = fix_of(c, m)
+    assert fix.velocity_mps is None and fix.drift_mps is None
+    assert np.linalg.norm(fix.position_m - s.truth_ecef(c)[0]) < 1e-4
+
+
+def test_velocity_beyond_what_the_bus_carries_is_none():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 9), SKY))
+    limit = 2**27 * 1e-4  # 28 bits signed of 0.1 mm/s
+    for beyond in (13_400.0, limit + 100.0):
+        fix = fix_of(c, replace(m, range_rate_mps=m.range_rate_mps + beyond))
+        assert (fix.velocity_mps is None) == (beyond > limit)
+
+
+def test_two_outliers_are_no_fix():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 9), SKY))
+    m.pseudorange_m[5] += 1000.0
+    m.pseudorange_m[2] -= 3000.0
+    assert fix_of(c, m) == NoFix.INCONSISTENT_RANGES
+
+
+def test_covariance_is_the_scatter_of_fixes():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 14), SKY, rates=False), cn0=40.0)
+    sigma = np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
+    rng = np.random.default_rng(3)
+    truth = s.truth_ecef(c)[0]
+    scatter = []
+    for _ in range(250):
+        noisy = replace(m, pseudorange_m=m.pseudorange_m + sigma * rng.normal(size=len(m)))
+        fix = fix_of(c, noisy, truth)
+        scatter.append(fix.position_m - truth)
+    whitened = np.linalg.solve(np.linalg.cholesky(fix.covariance_m2), np.array(scatter).T)
+    # 750 unit normals: the mean square is 1 with a spread of sqrt(2 / 750) = 0.05.
+    assert 0.8 < (whitened**2).mean() < 1.2
+
+
+def test_pdop_of_one_at_zenith_and_three_on_the_horizon():
+    """By hand: horizontal 1 / 1.5 each; vertical with clock [[1, -1], [-1, 4]]: 4/3. PDOP^2 = 8/3."""
+    east = np.radians([0, 120, 240])
+    los = np.vstack(([0, 0, 1], np.column_stack((np.cos(east), np.sin(east), 0 * east))))
+    solution = least_squares(np.column_stack((-los, np.ones(4))), np.zeros(4), np.array([1.0, 4.0, 9.0, 0.5]))
+    assert np.trace(solution.cofactor[:3, :3]) == pytest.approx(8 / 3)
+
+
+def test_unweighted_rows_agree_with_numpys_least_squares():
+    rng = np.random.default_rng(5)
+    design, y, weight = rng.normal(size=(12, 5)), rng.normal(size=12), rng.uniform(0.2, 3, 12)
+    root = np.sqrt(weight)
+    expected = np.linalg.lstsq(design * root[:, None], y * root, rcond=None)[0]
+    assert least_squares(design, y, weight).x == pytest.approx(expected)
+    assert adjusted(design, y, weight) == pytest.approx(expected)
+
+
+def test_common_error_of_a_satellite_does_not_average_out():
+    code, ura = 0.1**2 + 0.5**2, np.full(4, 2.0)
+    alone, shared = (
+        range_variance_m2(np.full(4, code), ura, np.array(sats)) for sats in ([1, 2, 3, 4], [1] * 4)
+    )
+    assert alone == pytest.approx(np.full(4, code + 16.0))
+    assert shared.mean() / 4 == pytest.approx(code / 4 + 16.0)
+
+
+def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_told():
+    both = np.array([1, 65])
+    code, ura = code_variance_m2(np.full(2, 45.0), both), np.full(2, 2.0)
+    assert code == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
+    assert range_variance_m2(code, ura, both, 0.0) == pytest.approx(code)
+    assert range_variance_m2(code, ura, both, 0.5) - code == pytest.approx(4.0)

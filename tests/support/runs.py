@@ -1,0 +1,62 @@
+"""Runs in processes of their own, their folders, and the children they have."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+DURATION = "70"
+FILES = {
+    "bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json", "summary.json", "fixes.parquet",
+    "channels.parquet", "assignments.parquet", "truth.parquet", "epochs.parquet", "report.html",
+}  # fmt: skip
+
+
+def sha(folder: Path) -> str:
+    return hashlib.sha256((folder / "bus.log").read_bytes()).hexdigest()
+
+
+def summary_of(folder: Path) -> dict:
+    return json.loads((folder / "summary.json").read_text())
+
+
+def started(folder: Path, *more: str) -> subprocess.Popen:
+    command = [
+        sys.executable,
+        "-m",
+        "gnss_hil.tools.command_line.main",
+        "run",
+        "--duration",
+        "1d",
+        "--out",
+        str(folder),
+        *more,
+    ]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_frames(folder: Path, process: subprocess.Popen) -> None:
+    log, deadline = folder / "bus.log", time.monotonic() + 30
+    while not (log.exists() and log.stat().st_size > 300_000):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline, "no frames within 30 s"
+        time.sleep(0.05)
+
+
+def children_of(pid: int) -> dict[str, int]:
+    """Processes started by `pid`: last part of the module's name -> process number."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                words = (entry / "cmdline").read_bytes().split(b"\0")
+            except (OSError, IndexError):
+                continue
+            if parent == pid and b"-m" in words:
+                found[words[words.index(b"-m") + 1].decode().rpartition(".")[2]] = int(entry.name)
+    return found

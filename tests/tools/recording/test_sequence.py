@@ -1,0 +1,181 @@
+"""The recorder's canonical order, whatever happened on the bus meanwhile."""
+
+from __future__ import annotations
+
+import pytest
+
+from gnss_hil.dbc.contract import codec, e2e
+from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.tools.recording.sequence import Sequencer
+
+CODEC = codec.codec(4)
+SESSION = 7
+
+
+def frame(name: str, mark: int, number: int = 0) -> FrameBatch:
+    """A frame of a kind that can be told from others by `mark`."""
+    return batch([CODEC.can_id_of[name, number]], bytes([0, 0, mark, 0, 0, 0, 0, 0]))
+
+
+def time_mark(epoch: int, session: int = SESSION) -> FrameBatch:
+    payload = CODEC.encode("TIME_MARK", {"session": session, "epoch": epoch}, 1)
+    mark = batch([CODEC.can_id_of["TIME_MARK", 0]], payload)
+    return e2e.protect(CODEC, mark, e2e.fresh_counters(), epoch)[0]
+
+
+def emulated(epoch: int) -> FrameBatch:
+    return concat([time_mark(epoch), frame("RANGE", epoch % 256, 1)])
+
+
+def flown(epoch: int) -> FrameBatch:
+    return concat([frame("NAV_STATUS", epoch), frame("HEARTBEAT", epoch, 16)])
+
+
+def sync(epoch: int) -> FrameBatch:
+    return messages.encode(messages.SYNC_ID, SESSION, epoch, 2)
+
+
+def done(epoch: int, count: int = 2) -> FrameBatch:
+    return messages.encode(messages.DONE_ID, SESSION, epoch, count)
+
+
+GREETING = frame("HEARTBEAT", 99, 16)
+CANONICAL = [(0, concat([emulated(0), flown(0)])), (1, concat([emulated(1), flown(1)]))]
+
+
+def recorded(*heard: FrameBatch, piece: int = 1000, lockstep: bool = True) -> list[tuple[int, FrameBatch]]:
+    sequencer, bus = Sequencer(CODEC, lockstep), concat(heard)
+    epochs = [e for i in range(0, len(bus), piece) for e in sequencer.hear(bus[i : i + piece])]
+    return [(e.number, e.frames) for e in [*epochs, *sequencer.finish()]]
+
+
+PLAIN = [emulated(0), sync(0), flown(0), done(0), emulated(1), sync(1), flown(1), done(1)]
+
+
+@pytest.mark.parametrize("piece", [1, 2, 3, 1000])
+def test_order_does_not_depend_on_the_pieces(piece):
+    assert recorded(*PLAIN, piece=piece) == CANONICAL
+
+
+@pytest.mark.parametrize(
+    "heard",
+    [
+        [GREETING, GREETING, *PLAIN],
+        [emulated(0), GREETING, sync(0), GREETING, flown(0), done(0), *PLAIN[4:]],
+        [emulated(0), sync(0), sync(0), flown(0), done(0), flown(0), done(0), *PLAIN[4:]],
+        [*PLAIN[:4], emulated(1), flown(0), done(0), sync(1), flown(1), done(1)],
+        [*PLAIN[:4], flown(0), emulated(1), done(0), sync(1), flown(1), done(1)],
+        [emulated(0), flown(0)[:1], sync(0), flown(0)[1:], done(0), *PLAIN[4:]],
+    ],
+    ids=["greetings", "late-greetings", "answered-twice", "second-answer-late", "across-mark", "early"],
+)
+def test_what_is_no_part_of_the_run_leaves_no_trace(heard):
+    assert recorded(*heard) == CANONICAL
+
+
+def test_an_answer_after_its_epoch_is_kept_where_it_was_heard():
+    heard = [emulated(0), sync(0), emulated(1), sync(1), flown(0), done(0), flown(1), done(1)]
+    assert recorded(*heard) == [(0, emulated(0)), (1, concat([emulated(1), flown(0), flown(1)]))]
+
+
+def test_frames_that_nobody_closes_are_kept():
+    heard = [*PLAIN[:4], emulated(1), flown(1)]
+    assert recorded(*heard) == CANONICAL
+
+
+END = messages.encode(messages.END_ID, SESSION, 2, 0)
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_after_the_end_nothing_belongs_to_the_run(lockstep):
+    assert recorded(*PLAIN, END, GREETING, frame("RANGE", 1, 1), lockstep=lockstep) == CANONICAL
+    other = messages.encode(messages.END_ID, SESSION + 1, 2, 0)
+    assert recorded(*PLAIN, other, GREETING)[1] == (1, concat([emulated(1), flown(1), GREETING]))
+
+
+def test_without_a_sync_frames_stay_as_heard():
+    heard = [GREETING, emulated(0), GREETING, emulated(1), flown(0), emulated(2), flown(2)]
+    assert recorded(*heard) == [
+        (0, emulated(0)),
+        (1, concat([emulated(1), flown(0)])),
+        (2, concat([emulated(2), flown(2)])),
+    ]
+
+
+def test_foreign_frames_are_kept():
+    stranger = batch([0x7A0], b"whatever")
+    (first, _) = recorded(emulated(0), stranger, *PLAIN[1:])
+    assert first[1] == concat([emulated(0), stranger, flown(0)])
+
+
+def test_at_other_paces_order_is_as_heard():
+    heard = [GREETING, flown(0)[:1], emulated(0), flown(0), sync(0), emulated(1)]
+    assert recorded(*heard, lockstep=False) == [(0, concat([emulated(0), flown(0)])), (1, emulated(1))]
+
+
+def spoilt(mark: FrameBatch, bit: int = 61) -> FrameBatch:
+    """The mark with one bit of its epoch turned over on the way."""
+    data = mark.data.copy()
+    data[0, bit // 8] ^= 1 << bit % 8
+    return FrameBatch(mark.t_ns, mark.can_id, mark.length, data)
+
+
+def cut(mark: FrameBatch) -> FrameBatch:
+    return FrameBatch(mark.t_ns, mark.can_id, mark.length - 1, mark.data)
+
+
+FALSE_MARKS = {
+    "corrupted": spoilt(time_mark(1)),
+    "wrong-length": cut(time_mark(1)),
+    "repeated": time_mark(0),
+    "absurdly-far": time_mark(4_000_000_000),
+    "other-session": time_mark(1, SESSION + 1),
+}
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+@pytest.mark.parametrize("false", FALSE_MARKS.values(), ids=FALSE_MARKS)
+def test_a_mark_that_opens_no_epoch_is_a_frame_like_any_other(false, lockstep):
+    heard = [emulated(0), false, sync(0), flown(0), done(0), *PLAIN[4:]]
+    first = concat([emulated(0), false, flown(0)])
+    assert recorded(*heard, lockstep=lockstep) == [(0, first), CANONICAL[1]]
+
+
+def test_a_replayed_mark_does_not_turn_time_back():
+    heard = [*PLAIN, time_mark(0), emulated(2)]
+    second = concat([emulated(1), time_mark(0), flown(1)])
+    assert recorded(*heard) == [CANONICAL[0], (1, second), (2, emulated(2))]
+
+
+@pytest.mark.parametrize(
+    "false", [spoilt(time_mark(0)), cut(time_mark(0))], ids=["corrupted", "wrong-length"]
+)
+def test_no_run_begins_with_a_spoilt_mark(false):
+    assert recorded(false, GREETING, *PLAIN) == CANONICAL
+
+
+def test_marks_that_were_lost_do_not_hold_up_the_next():
+    assert recorded(emulated(0), emulated(900)) == [(0, emulated(0)), (900, emulated(900))]
+
+
+def declared_after(*heard: FrameBatch) -> int:
+    sequencer = Sequencer(CODEC, lockstep=False)
+    sequencer.hear(concat(heard))
+    return sequencer.declared
+
+
+def test_what_was_sent_is_unknown_unless_every_epoch_was_declared_by_both():
+    assert declared_after() == 0
+    assert declared_after(*PLAIN) == 8
+    assert declared_after(*PLAIN[:3], *PLAIN[4:]) == 0, "an epoch without DONE"
+    assert declared_after(*PLAIN[:7]) == 0, "the last epoch without DONE"
+    assert declared_after(emulated(0), flown(0), done(0), *PLAIN[4:]) == 0, "an epoch without SYNC"
+    assert declared_after(*[f for f in PLAIN if f.can_id[-1] != messages.DONE_ID]) == 0, "never a DONE"
+
+
+def test_declared_counts_each_block_once():
+    sequencer = Sequencer(CODEC, lockstep=True)
+    sequencer.hear(concat([emulated(0), sync(0), sync(0), flown(0), done(0), flown(0), done(0)]))
+    assert sequencer.declared == 4
+    assert [e.number for e in sequencer.finish()] == [0]

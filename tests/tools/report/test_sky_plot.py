@@ -1,0 +1,92 @@
+"""The antennas' skies against directions known without a computer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.tools.report.sky_plot import Places, angles_deg, antenna_axes, instants, look, side_names
+
+ZENITH = np.array([0.0, 0, -1])
+TILTED = np.array([np.sin(np.radians(35)), 0, -np.cos(np.radians(35))])
+RADIUS_M = 2.66e7
+
+
+@pytest.mark.parametrize(
+    ("direction", "off", "around"),
+    [
+        ((0, 0, -1), 0, 0),
+        ((1, 0, -1), 45, 0),
+        ((0, 1, -1), 45, 90),
+        ((-1, 0, -1), 45, 180),
+        ((0, -1, 0), 90, 270),
+    ],
+)
+def test_a_zenith_antenna_is_a_map_with_fore_up_and_starboard_right(direction, off, around):
+    los = np.array([direction], float) / np.linalg.norm(direction)
+    found = angles_deg(ZENITH, los)
+    assert found[0] == pytest.approx([off], abs=1e-9)
+    assert off == 0 or found[1] == pytest.approx([around], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("boresight", "sides"),
+    [
+        (ZENITH, ("fore", "starboard", "aft", "port")),
+        (-ZENITH, ("fore", "port", "aft", "starboard")),
+        (TILTED, ("fore", "starboard", "aft", "port")),
+        (np.array([1.0, 0, 0]), ("zenith", "port", "nadir", "starboard")),
+        (np.array([0, 1.0, 0]), ("fore", "nadir", "aft", "zenith")),
+    ],
+)
+def test_sides_have_the_names_of_the_body(boresight, sides):
+    assert side_names(boresight) == sides
+    axes = antenna_axes(boresight)
+    assert np.allclose(axes @ axes.T, np.eye(3))
+
+
+def at(*rows) -> Places:
+    """(t, satellite, x, y, z) as places at rest."""
+    table = np.array(rows, float).reshape(-1, 5)
+    return Places(table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2:], 0 * table[:, 2:])
+
+
+def test_who_tracks_what_and_what_nobody_tracks():
+    """A craft on the x axis whose zenith is x: one satellite measured, one foretold, one behind the Earth."""
+    craft = np.array([[7e6, 0, 0]])
+    half = np.sqrt(0.5)
+    upright = np.array([[half, 0, -half, 0]])  # body z, nadir, is ECEF -x
+    measured = at((0, 7, RADIUS_M, 0, 0), (0, 7, RADIUS_M, 0, 0))
+    foretold = at((5, 7, RADIUS_M, 1, 0), (5, 9, RADIUS_M, 0.5 * RADIUS_M, 0), (5, 11, -RADIUS_M, 0, 0))
+    seen = look(
+        np.array([0]),
+        craft,
+        upright,
+        np.stack([ZENITH, -ZENITH, TILTED]),
+        measured,
+        np.array([1, 3]),
+        foretold,
+    )
+    assert seen.satellite.tolist() == [7, 9]
+    assert seen.tracked.tolist() == [[True, False, True], [False, False, False]]
+    assert seen.off_deg[0] == pytest.approx([0, 180, 35], abs=1e-6)
+    elevation = np.degrees(np.arctan2(0.5 * RADIUS_M, RADIUS_M - 7e6))
+    assert seen.off_deg[1, :2] == pytest.approx([elevation, 180 - elevation], abs=1e-6)
+
+
+def test_a_prediction_is_carried_on_with_its_velocity_and_not_for_ever():
+    craft, upright = np.array([[7e6, 0, 0]] * 2), np.array([[1.0, 0, 0, 0]] * 2)
+    foretold = Places(np.array([0]), np.array([9]), np.array([[RADIUS_M, 0, 0]]), np.array([[0, 3000.0, 0]]))
+    nobody = at()
+    times = np.array([60, 121]) * 1_000_000_000
+    seen = look(times, craft, upright, np.array([[1.0, 0, 0]]), nobody, np.zeros(0, int), foretold)
+    assert seen.instant.tolist() == [0]
+    assert seen.off_deg[0, 0] == pytest.approx(np.degrees(np.arctan2(180e3, RADIUS_M - 7e6)))
+
+
+def test_instants_are_spread_over_what_can_be_used():
+    usable = np.ones(1000, bool)
+    usable[:500] = False
+    rows = instants(usable, 5)
+    assert rows.tolist() == [500, 625, 750, 874, 999]
+    assert len(instants(np.zeros(10, bool))) == 0

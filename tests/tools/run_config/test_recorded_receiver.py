@@ -1,0 +1,23 @@
+"""What `run replay` makes of a scenario."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+
+from gnss_hil.emulator.receivers.recorded import assemble
+from gnss_hil.tools.run_config import recorded_receiver
+
+
+def test_the_span_of_a_file_leaves_what_else_the_scenario_says_of_time(monkeypatch):
+    span = {"start_gps": "2010-07-27T00:00:00", "duration_s": 86400.0, "epoch_interval_s": 10.0}
+    monkeypatch.setattr(assemble, "span_of", lambda path, craft: dict(span))
+    document = {
+        "time": {"start_gps": "2001-01-01T00:00:00", "duration_s": 60, "orientation": "finals2000A.all"},
+        "sky": {"gps": "nominal"},
+        "craft": [{"name": "observed", "observations": {}}],
+    }
+    asked = {"obs": Path("grace.obs"), "duration": None, "interval": 30.0}
+    silent = dict.fromkeys(("sp3", "nav", "reference", "ionosphere_free"))
+    recorded_receiver.change(document, Namespace(**asked, **silent))
+    assert document["time"] == {**span, "epoch_interval_s": 30.0, "orientation": "finals2000A.all"}

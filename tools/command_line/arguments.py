@@ -1,0 +1,118 @@
+"""Arguments that several commands share, checked as they are read: one line says what is allowed."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from gnss_hil.dbc.process.command_line import seconds
+
+DEFAULT_SCENARIO = "soyuz"
+OURS, EXTERNAL = "ours", "external"
+"""Whose flight software flies: ours, or one that somebody starts; anything else is a command to start."""
+
+
+def pace(text: str) -> str:
+    from gnss_hil.dbc.lockstep.master_loop import parse_pace
+
+    try:
+        parse_pace(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def bus(text: str) -> str:
+    """'embedded', 'inline', or INTERFACE:CHANNEL."""
+    interface, colon, channel = text.partition(":")
+    alone = ("embedded", "inline", "python-can")
+    if (interface in alone and not colon) or (interface and channel and interface != "inline"):
+        return text
+    raise argparse.ArgumentTypeError(
+        f"'{text}': not one of {', '.join(alone)}, socketcan:IFACE, INTERFACE:CHANNEL"
+    )
+
+
+def seed(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or int(text) >= 2**63:
+        raise argparse.ArgumentTypeError(f"'{text}': a whole number from 0 to 2^63 - 1")
+    return int(text)
+
+
+def option(text: str) -> tuple[str, float | str | bool]:
+    """'hysteresis_deg=2', 'overflow=next', 'flag=true'."""
+    key, equals, value = text.partition("=")
+    if not (key and equals and value):
+        raise argparse.ArgumentTypeError(f"'{text}': not of the form KEY=VALUE")
+    if value in ("true", "false"):
+        return key, value == "true"
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenario", nargs="?", default=DEFAULT_SCENARIO, metavar="SCENARIO",
+        help=f"shipped scenario or a .toml file (default {DEFAULT_SCENARIO}; see gnss-hil scenarios)",
+    )  # fmt: skip
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """What a command line may change of a scenario."""
+    from gnss_hil.emulator.error_models.registry import FACTORS
+    from gnss_hil.emulator.receivers.emulated.search import RULES
+    from gnss_hil.flightsw.assignment.registry import POLICIES
+
+    add = parser.add_argument
+    add("--duration", type=seconds, metavar="S", help="simulated time: seconds, or 10m, 24h, 1d")
+    add("--interval", type=seconds, metavar="S", help="time between epochs")
+    add("--seed", type=seed, metavar="N", help="seed of all random draws")
+    add(
+        "--nav", action="append", type=Path, metavar="FILE",
+        help="broadcast navigation file (RINEX 2 or 3, .gz accepted), repeatable; together they are the sky",
+    )  # fmt: skip
+    add(
+        "--sp3", action="append", type=Path, metavar="FILE",
+        help="precise orbits and clocks, repeatable: flown while the satellites report what --nav or the "
+        "scenario says; in a replay what they report, with --nav's group delays",
+    )  # fmt: skip
+    add(
+        "--obs", type=Path, metavar="FILE",
+        help="observations of a real receiver (RINEX 2 or 3, compact or gzip too) for the scenario 'replay'",
+    )  # fmt: skip
+    add(
+        "--reference", type=Path, metavar="FILE",
+        help="the craft's known orbit in a replay, CCSDS OEM: what the fixes are judged by",
+    )  # fmt: skip
+    add(
+        "--ionosphere-free", action="store_true",
+        help="play both frequencies; the flight software combines them",
+    )  # fmt: skip
+    add("--vehicle", metavar="FILE", help="vehicle file, or name of a shipped one, instead of the scenario's")
+    add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
+    add(
+        "--option", action="append", type=option, default=[], metavar="K=V",
+        help="option of the policy; repeatable",
+    )  # fmt: skip
+    add(
+        "--autonomous",
+        choices=RULES,
+        metavar="RULE",
+        help=f"receivers left alone search by: {', '.join(RULES)}",
+    )
+    for way in ("on", "off"):
+        add(
+            f"--{way}", action="append", default=[], choices=[*FACTORS, "all"], metavar="FACTOR",
+            help=f"switch an error factor {way}; repeatable: {', '.join(FACTORS)}; or all but what needs "
+            "parameters (jamming). A name counts more than all",
+        )  # fmt: skip
+
+
+def unchanged(scenario: str) -> argparse.Namespace:
+    """The arguments of a command that changes nothing of a scenario."""
+    parser = argparse.ArgumentParser()
+    add_scenario(parser)
+    add_changes(parser)
+    return parser.parse_args([scenario])

@@ -1,0 +1,247 @@
+"""The command line, `gnss-hil`: one table of commands, one place where mistakes become a line and a status.
+
+Start-up counts: nothing heavy is imported before a command is known, and then only that command's modules.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TextIO
+
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+
+# One BLAS thread, before NumPy is loaded: the same sums in the same order, and no spinning helpers.
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command; its module, `tools.commands.NAME`, has `add_arguments(parser)` and `run(arguments)`, which
+    returns the exit status."""
+
+    name: str
+    help: str
+    examples: tuple[str, ...]
+
+    @property
+    def module(self) -> str:
+        return f"gnss_hil.tools.commands.{self.name}"
+
+
+COMMANDS = {
+    c.name: c
+    for c in (
+        Command(
+            "run", "play a scenario: emulator, bus, flight software, recorder, summary",
+            (
+                "run",
+                "run soyuz-roll --bus inline",
+                "run soyuz --nav brdc3050.12n --nav brdc3050.12g --duration 86400 --bus inline --no-log",
+                "run soyuz --policy prototype --autonomous elevation --out runs/prototype",
+            ),
+        ),
+        Command(
+            "emulate", "the emulator alone, on a bus of yours",
+            ("emulate soyuz --bus socketcan:vcan0 --pace realtime",),
+        ),
+        Command(
+            "fly", "the flight software alone, on a bus of yours",
+            ("fly --vehicle soyuz-ms.toml --bus socketcan:vcan0",),
+        ),
+        Command(
+            "report", "a run's tables, summary and report.html again; or two runs compared",
+            ("report runs/soyuz-20121031-001500", "report runs/patent runs/prototype --out compared.html"),
+        ),
+        Command(
+            "replay", "play a recording again: one side against real software, or all of it",
+            (
+                "replay runs/soyuz-20121031-001500 --only emulator --same",
+                "replay RUN --only emulator --flight ./mine --report runs/mine",
+                "replay trace.blf --only emulator --bus socketcan:vcan0 --pace realtime",
+                "replay RUN --only flight --bus socketcan:can0",
+                "replay RUN --bus socketcan:vcan0 --pace x10",
+            ),
+        ),
+        Command(
+            "convert", "write a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
+            ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
+        ),
+        Command(
+            "export", "what a run measured, for other software: RINEX, CCSDS OEM, SP3",
+            (
+                "export rinex runs/soyuz-20121031-001500 --out rinex",
+                "export oem runs/soyuz-20121031-001500 --truth",
+                "export sp3 runs/soyuz-20121031-001500",
+            ),
+        ),
+        Command(
+            "study", "many runs compared: error factors one at a time, on two craft",
+            ("study factors", "study factors --factor ephemeris_error --duration 6000 --interval 10"),
+        ),
+        Command("scenarios", "what ships with the bench", ("scenarios",)),
+        Command(
+            "vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",
+            ("vcan up", "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0"),
+        ),
+        Command(
+            "monitor", "listen on a bus: every frame decoded and checked, live",
+            (
+                "monitor --bus socketcan:vcan0",
+                "monitor --only 'NAV_*' --duration 10 | head",
+                "monitor --bus embedded:/tmp/bus --vehicle soyuz-ms --only RX1,COMMAND,0x7E0-0x7EF --raw",
+            ),
+        ),
+        Command(
+            "icd", "the bus contract: interface control document, DBC, hash, budget",
+            (
+                "icd --html",
+                "icd dbc --receivers 2 > two.dbc",
+                "icd html soyuz-roll --out icd.html",
+                "icd hash",
+                "icd budget soyuz",
+            ),
+        ),
+    )
+}  # fmt: skip
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse whose errors are one line."""
+
+    def error(self, message: str):
+        raise Mistake(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
+
+
+def overview() -> str:
+    """The text of `gnss-hil --help`."""
+    width = max(map(len, COMMANDS))
+    lines = [
+        f"usage: {PROGRAM} COMMAND [...]      {PROGRAM} COMMAND --help      {PROGRAM} --version",
+        "",
+        "A bench for spacecraft satellite navigation on CAN: an emulator plays the receivers, the flight",
+        "software commands them and publishes fixes, everything between them is frames.",
+        "",
+        *(f"  {c.name:<{width}}  {c.help}" for c in COMMANDS.values()),
+        "",
+        "examples:",
+        *(f"  {PROGRAM} {example}" for c in COMMANDS.values() for example in c.examples[:2]),
+        "",
+        "exit status: 0 done; 1 run failed or an expectation missed; 2 bad usage, scenario or input;",
+        "             3 the environment lacks something; 130 interrupted",
+    ]
+    return "\n".join(lines)
+
+
+def parser_of(command: Command) -> Parser:
+    """The argument parser of one command."""
+    parser = Parser(
+        prog=f"{PROGRAM} {command.name}",
+        description=command.help[0].upper() + command.help[1:] + ".",
+        epilog="examples:\n" + "\n".join(f"  {PROGRAM} {example}" for example in command.examples),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    import_module(command.module).add_arguments(parser)
+    parser.add_argument("--debug", action="store_true", help="show where in the program a failure arose")
+    return parser
+
+
+def _dispatch(argv: Sequence[str]) -> int:
+    if not argv or argv[0] in ("-h", "--help", "help"):
+        print(overview())
+        return 0
+    if argv[0] == "--version":
+        from importlib.metadata import version
+
+        print(f"{PROGRAM} {version(PROGRAM)}")
+        return 0
+    if argv[0] not in COMMANDS:
+        near = difflib.get_close_matches(argv[0], COMMANDS, 1)
+        hint = f"did you mean '{near[0]}'?" if near else f"commands are {', '.join(COMMANDS)}"
+        raise Mistake(f"unknown command '{argv[0]}'; {hint}")
+    command = COMMANDS[argv[0]]
+    arguments = parser_of(command).parse_args(argv[1:])
+    return import_module(command.module).run(arguments)
+
+
+def _told(error: BaseException) -> tuple[int, str] | None:
+    """Exit status and text of an error that people can understand; None if it is a fault of the program.
+
+    The classes are looked up among loaded modules: what is not loaded cannot have been raised.
+    """
+    if isinstance(error, Mistake):
+        return error.status, str(error)
+    for module, name, status in (
+        ("gnss_hil.emulator.config.scenario", "ScenarioError", 2),
+        ("gnss_hil.dbc.common.vehicle", "VehicleError", 2),
+        ("gnss_hil.dbc.bus.base", "LinkError", 3),
+        ("gnss_hil.emulator.orbits.dynamics", "OrbitError", 2),
+        ("gnss_hil.tools.recording.formats.candump", "LogError", 2),
+        ("gnss_hil.tools.results.truth", "TruthError", 2),
+    ):
+        if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):
+            return status, str(error)
+    if isinstance(error, OSError) and error.strerror:  # disk full, no permission
+        return 1, f"{error.filename or 'standard output'}: {error.strerror}"  # files have names
+    return None
+
+
+def _open_missing_streams() -> None:
+    """A process may be started with stdout or stderr closed; then what it says there goes nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the rest of the process
+
+
+def _empties(stream: TextIO) -> bool:
+    """Whether a stream gets rid of what it holds."""
+    try:
+        stream.flush()
+    except OSError:
+        return False
+    return True
+
+
+def _give_up_unwritable() -> None:
+    """What a stream cannot get rid of is dropped, or the interpreter would complain of it at its end."""
+    for stream in (sys.stdout, sys.stderr):
+        if not _empties(stream):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; the exit status."""
+    argv = list(sys.argv[1:] if argv is None else argv)
+    _open_missing_streams()
+    try:
+        status = _dispatch(argv)
+        sys.stdout.flush()  # at the interpreter's end a failure would have no words
+        return status
+    except SystemExit as request:  # argparse's --help
+        return int(request.code or 0)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has left
+        return 0
+    except Exception as error:
+        told = _told(error)
+        if "--debug" in argv:
+            raise
+        status, text = told or (1, f"internal error: {type(error).__name__}: {error} (--debug shows where)")
+        for line in text.splitlines() or [type(error).__name__]:
+            print(f"{PROGRAM}: {line}", file=sys.stderr)
+        return status
+    finally:
+        _give_up_unwritable()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

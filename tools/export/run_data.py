@@ -1,0 +1,164 @@
+"""A run as its bus told it: what is exported comes from here and from nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
+from gnss_hil.tools.results import assemble, tables
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Measurements, one row for each channel and epoch; names and conventions of the bus contract.
+
+    epoch     (k,) row of the epochs;  receiver (k,) 0-based;  channel (k,);  sat (k,) satellite index
+    signal    (k,) value of the contract's table "Signal"
+    pseudorange_m, range_rate_mps, phase_cyc, cn0_dbhz, clock_m   (k,)
+    slips, half_cycle, frequency   (k,);  used (k,) in the fix
+    pos_sv_m, vel_sv_mps   (k, 3) satellite at transmission, ECEF of that instant
+    """
+
+    epoch: Numbers
+    receiver: Numbers
+    channel: Numbers
+    sat: Numbers
+    signal: Numbers
+    pseudorange_m: Array
+    range_rate_mps: Array
+    phase_cyc: Array
+    cn0_dbhz: Array
+    clock_m: Array
+    slips: Numbers
+    half_cycle: Numbers
+    frequency: Numbers
+    used: NDArray[np.bool_]
+    pos_sv_m: Array
+    vel_sv_mps: Array
+
+    def __len__(self) -> int:
+        return len(self.epoch)
+
+    def __getitem__(self, rows) -> Rows:
+        return Rows(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Heard:
+    """One craft.
+
+    t_ns            (e,) time marks, ascending [ns]
+    quaternion      (e, 4) body from ECEF, and rate_body_rps (e, 3) relative to inertial space, nan if unsaid
+    position_m, velocity_mps   (e, 3) the fix, centre of mass, ECEF; nan where there is none
+    tag_offset_ns   (e, m) receivers' clocks minus mark, nan where unsaid;  domain (e, m)
+    """
+
+    name: str
+    vehicle: Vehicle
+    t_ns: Numbers
+    quaternion: Array
+    rate_body_rps: Array
+    position_m: Array
+    velocity_mps: Array
+    tag_offset_ns: Array
+    domain: Numbers
+    rows: Rows
+
+    def tag_ns(self, epoch: Numbers, receiver: Numbers) -> Numbers:
+        """What a receiver's clock showed at an epoch's mark [ns]; the tag must have been said."""
+        return self.t_ns[epoch] + np.rint(self.tag_offset_ns[epoch, receiver]).astype(np.int64)
+
+
+_ROW_NAMES = {
+    "pseudorange_m": float, "range_rate_mps": float, "phase_cyc": float, "cn0_dbhz": float, "clock_m": float,
+    "slips": int, "half_cycle": int, "frequency": int, "sat": int, "signal": int, "channel": int,
+    "receiver": int, "used": bool,
+}  # fmt: skip
+_AXES = ("x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps")
+
+
+def read(folder: Path) -> tuple[Scenario, list[Heard]]:
+    """The scenario of a run folder and what each craft's bus carried; Mistake where it is no run folder."""
+    _check(folder)
+    scenario, codecs = assemble.read_scenario(folder)
+    path = folder / SCENARIO
+    vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
+    names = [craft.name for craft in scenario.craft]
+    buses = assemble.bus_names(names)
+    pieces: dict[str, list] = {bus: [] for bus in buses}
+    takers = {bus: pieces[bus].append for bus in buses}
+    digests = tables.digest_log(folder / LOG, buses, codecs, takers)
+    return scenario, [
+        _heard(folder, name, v, digests[bus], pieces[bus])
+        for name, v, bus in zip(names, vehicles, buses, strict=True)
+    ]
+
+
+def _check(folder: Path) -> None:
+    if not folder.is_dir():
+        raise Mistake(f"{folder}: no such run folder")
+    if not (folder / SCENARIO).is_file():
+        raise Mistake(f"{folder}: is no run folder: it has no {SCENARIO}")
+    if not (folder / LOG).is_file():
+        raise Mistake(f"{folder}: has no {LOG}; a run without a log (--no-log) cannot be exported")
+
+
+def _heard(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces: list) -> Heard:
+    timeline = digest.timeline
+    if not timeline or not len(timeline["t_ns"]):
+        raise Mistake(f"{folder / LOG}: nothing was heard of craft {name}: no time mark")
+    t_ns = timeline["t_ns"]
+    if (np.diff(t_ns) <= 0).any():
+        raise Mistake(f"{folder / LOG}: craft {name}: time goes back: several runs in one recording")
+    fixes, epochs = digest.fixes, len(t_ns)
+    motion = np.full((epochs, 6), np.nan)
+    at = np.searchsorted(t_ns, fixes["t_ns"][fixes["valid"]])
+    motion[at] = np.stack([fixes[axis][fixes["valid"]] for axis in _AXES], axis=-1)
+    tags = digest.tags.rows
+    tag_at = np.searchsorted(t_ns, tags["t_ns"]), tags["receiver"] - 1
+    offset_ns = np.full((epochs, craft.antennas), np.nan)
+    domain = np.zeros(offset_ns.shape, np.int64)
+    offset_ns[tag_at], domain[tag_at] = tags["tag_offset_ns"], tags["clock_domain"]
+    return Heard(
+        name=name,
+        vehicle=craft,
+        t_ns=t_ns,
+        quaternion=np.stack([timeline[f"q{i}"] for i in range(4)], axis=-1),
+        rate_body_rps=np.stack([timeline[f"w{axis}_rps"] for axis in "xyz"], axis=-1),
+        position_m=motion[:, :3],
+        velocity_mps=motion[:, 3:],
+        tag_offset_ns=offset_ns,
+        domain=domain,
+        rows=_rows(t_ns, pieces),
+    )
+
+
+def _rows(t_ns: Numbers, pieces: list) -> Rows:
+    """The channel tables, put together and sorted by epoch and satellite."""
+
+    def column(name: str, kind: type) -> NDArray:
+        return np.concatenate([np.zeros(0, kind), *(np.asarray(p[name], kind) for p in pieces)])
+
+    columns = {name: column(name, kind) for name, kind in _ROW_NAMES.items()}
+    columns["receiver"] = columns["receiver"] - 1
+    position = np.stack([column(axis, float) for axis in _AXES], axis=-1)
+    rows = Rows(
+        epoch=np.searchsorted(t_ns, column("t_ns", np.int64)),
+        pos_sv_m=position[:, :3],
+        vel_sv_mps=position[:, 3:],
+        **columns,
+    )
+    return rows[np.lexsort((rows.receiver, rows.sat, rows.epoch))]

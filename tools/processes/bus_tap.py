@@ -1,0 +1,120 @@
+"""What the recorder hears: a tap on a bus of our own, or a listener on somebody else's."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from gnss_hil.dbc.bus.base import LinkClosed, LinkError, frames_from_wire, is_shared, open_link
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.probe import occupied
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
+from gnss_hil.tools.common.errors import Failed
+
+QUEUE_PIECES = 4096
+"""Pieces of the bus that may wait for the recorder; then the bus waits."""
+
+
+LISTEN_S = 1.2
+"""How long a shared bus is listened to: a bench at real time speaks once a second."""
+
+
+def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
+    """LinkError if a bus cannot be joined, or another bench plays there; asked before a run folder is made.
+
+    awaited  nodes that may be there already
+    """
+    link = open_link(spec)
+    try:
+        others = {*codec.sender_of} - {"", *awaited}
+        heard = occupied(link, codec, others, LISTEN_S) if is_shared(spec) else set()
+    except LinkClosed as error:
+        raise LinkError(f"bus '{spec}': {error or 'gone'}") from None
+    finally:
+        link.close()
+    if heard:
+        raise LinkError(f"bus '{spec}': {', '.join(sorted(heard))} of another bench can be heard there")
+
+
+class Ear:
+    """What the bus says, from another thread to the supervisor's.
+
+    laggards  peers (number, process) that have held the bus back for so many seconds; a bus of ours knows
+
+    Frames come out with the instant they were heard in `t_ns`: nanoseconds of `time.perf_counter_ns`.
+    """
+
+    def __init__(self):
+        self._pieces: queue.Queue[tuple[int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
+        self.laggards: Callable[[float], list[tuple[int, int]]] = lambda seconds: []
+        self.closing = False
+        self.failure = ""
+
+    def hear(self, piece: FrameBatch | bytes) -> None:
+        """Hand over a piece; waits while the recorder is behind."""
+        heard = time.perf_counter_ns(), piece
+        while not self.closing:
+            try:
+                return self._pieces.put(heard, timeout=0.1)
+            except queue.Full:
+                continue
+
+    def take(self) -> FrameBatch:
+        """All that is here, in bus order."""
+        pieces = []
+        while True:
+            try:
+                heard_ns, piece = self._pieces.get_nowait()
+            except queue.Empty:
+                break
+            frames = piece if isinstance(piece, FrameBatch) else frames_from_wire(piece)[0]
+            pieces.append(replace(frames, t_ns=np.full(len(frames), heard_ns)))
+        return concat(pieces) if pieces else EMPTY
+
+
+@contextmanager
+def embedded_bus(path: Path, ear: Ear) -> Iterator[str]:
+    """A hub of our own with the recorder inside; its specification."""
+    hub = Hub(path, taps=(lambda sender, wire: ear.hear(wire),))
+    ear.laggards = hub.holding_back
+    try:
+        yield f"embedded:{path}"
+    finally:
+        ear.closing = True
+        hub.close()
+        if hub.failure is not None:
+            raise Failed(f"the bus failed: {hub.failure}")
+
+
+@contextmanager
+def foreign_bus(spec: str, ear: Ear) -> Iterator[str]:
+    """A bus that others own: the recorder is a listener of its own on it."""
+    link = open_link(spec)
+    ended = threading.Event()
+
+    def listen():
+        try:
+            while not ended.is_set():
+                frames = link.receive(0.1)
+                if len(frames):
+                    ear.hear(frames)
+        except LinkClosed as error:
+            ear.failure = f"bus {spec}: {error or 'gone'}"
+
+    thread = threading.Thread(target=listen, name="recorder", daemon=True)
+    thread.start()
+    try:
+        yield spec
+    finally:
+        ended.set()
+        ear.closing = True
+        thread.join()
+        link.close()

@@ -1,0 +1,169 @@
+"""The processes of a run: how they are started, watched and ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gnss_hil.tools.command_line.arguments import EXTERNAL
+from gnss_hil.tools.common.errors import Failed, Missing, Mistake
+from gnss_hil.tools.processes import parent_death
+from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder
+from gnss_hil.tools.run_config.plan import Plan
+
+LEAVE_S = 5.0
+"""How long a process has to leave when asked, before it is killed."""
+
+BARRIER_S = 60.0
+"""How long the emulator waits for the flight software's first heartbeat."""
+
+_CLASS_OF_STATUS = {2: Mistake, 3: Missing}
+
+
+@dataclass(slots=True, eq=False)
+class Child:
+    """A process of the bench, and the file that catches its last words if any; `sent_away`: we ended it."""
+
+    name: str
+    process: subprocess.Popen
+    words: Path | None
+    sent_away: bool = False
+
+    @property
+    def running(self) -> bool:
+        return self.process.poll() is None
+
+    def obituary(self) -> str:
+        """How it ended, for people."""
+        code = self.process.returncode
+        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
+        return f"{self.name} {how}{self.last_words(': ')}"
+
+    def last_words(self, before: str = "") -> str:
+        if self.words is None or not self.words.exists():  # whoever cleans /tmp must not hide who died
+            return ""
+        lines = self.words.read_text("utf-8", "replace").strip().splitlines()
+        return before + lines[-1] if lines else ""
+
+    def refusal(self) -> Exception:
+        """Why it never began, as an error of the class its exit status stands for."""
+        known = _CLASS_OF_STATUS.get(self.process.returncode)
+        return known(self.last_words() or self.obituary()) if known else Failed(self.obituary())
+
+    def wait(self, seconds: float) -> bool:
+        """Give it time to leave by itself; whether it did."""
+        try:
+            self.process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return False
+        return True
+
+    def leave(self) -> None:
+        """End it and what it started: asked first, killed when it does not listen."""
+        if self.running:
+            self.sent_away = True
+            self._signal_group(signal.SIGTERM)
+            self.wait(LEAVE_S)
+            self._signal_group(signal.SIGKILL)
+            self.process.wait()
+
+    def _signal_group(self, number: int) -> None:
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, number)
+
+
+def told_of_bus(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
+    """What another software finds in its environment, on either side."""
+    return {
+        "GNSS_HIL_BUS": spec,
+        "GNSS_HIL_VEHICLE": str(vehicle.absolute()),
+        "GNSS_HIL_CRAFT": craft,
+    }
+
+
+def told_of_run(plan: Plan, scenario: Path, pace: str) -> dict[str, str]:
+    """What another emulator finds there besides."""
+    return {
+        "GNSS_HIL_SCENARIO": str(scenario.absolute()),
+        "GNSS_HIL_PACE": pace,
+        "GNSS_HIL_DURATION": f"{plan.scenario.time.duration_s:.12g}",
+    }
+
+
+def start(
+    name: str,
+    command: Sequence[str],
+    words: Path | None,
+    told: Mapping[str, str] | None = None,
+    pass_fds: Sequence[int] = (),
+) -> Child:
+    """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order.
+    It is on a leash: if the supervisor dies, it is told to end.
+
+    words  file for its stderr; None lets it pass to ours
+    told   what it finds in its environment besides ours
+    """
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(told or {})}
+    leashed = [sys.executable, "-I", "-S", parent_death.__file__, str(os.getpid()), *command]
+    with nullcontext() if words is None else words.open("wb") as stream:
+        process = subprocess.Popen(
+            leashed, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
+            process_group=0,
+        )  # fmt: skip
+    return Child(name, process, words)
+
+
+def emulator_command(
+    plan: Plan, arguments: Namespace, folder: RunFolder, specs: Mapping[str, str], status: int
+) -> list[str]:
+    buses = [word for name, spec in specs.items() for word in ("--bus", f"{name}={spec}")]
+    return [
+        sys.executable, "-P", "-m", "gnss_hil.emulator",
+        str(folder / SCENARIO), *buses, "--pace", arguments.pace,
+        "--session", str(plan.session), "--truth", str(folder / TRUTH), "--status", f"fd:{status}", "--quiet",
+        *(() if arguments.flight == EXTERNAL else ("--wait", f"{BARRIER_S:g}")),
+    ]  # fmt: skip
+
+
+def flight_command(plan: Plan, vehicle: Path, number: int, spec: str) -> list[str]:
+    flight = plan.scenario.craft[number].flight
+    options = [f"{key}={_option_text(value)}" for key, value in flight.options.items()]
+    return [
+        sys.executable, "-P", "-m", "gnss_hil.flightsw",
+        "--vehicle", str(vehicle), "--bus", spec,
+        "--once", "--quiet", "--policy", flight.policy,
+        *(word for option in options for word in ("--option", option)),
+    ]  # fmt: skip
+
+
+def _option_text(value: float | str | bool) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+class StatusReader:
+    """JSON lines of the emulator's status pipe; the last one stands."""
+
+    def __init__(self, descriptor: int):
+        os.set_blocking(descriptor, False)
+        self._descriptor = descriptor
+        self._rest = b""
+        self.last: dict[str, Any] = {}
+
+    def poll(self) -> None:
+        try:
+            while piece := os.read(self._descriptor, 1 << 16):
+                self._rest += piece
+        except BlockingIOError:
+            pass
+        whole, newline, self._rest = self._rest.rpartition(b"\n")
+        if newline:
+            self.last |= json.loads(whole.splitlines()[-1])

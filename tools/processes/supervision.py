@@ -1,0 +1,266 @@
+"""The supervisor's rounds: record what is heard, notice who died, end a run when it is over."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from gnss_hil.tools.common.errors import Failed
+from gnss_hil.tools.live.display import Display
+from gnss_hil.tools.processes.bus_session import Line
+from gnss_hil.tools.processes.children import BARRIER_S, LEAVE_S, Child, StatusReader
+from gnss_hil.tools.processes.outcome import Outcome
+
+TURN_S = 0.03
+"""Rhythm of the supervisor: how long frames may wait to be recorded."""
+
+NO_ANSWER = (
+    "the flight software does not answer BENCH_SYNC, every epoch waits for it in vain; use --pace realtime"
+)
+
+FAREWELL_S = 1.0
+"""At the end of a run the flight software may be gone this much before the emulator."""
+
+HELD_BACK_S = 5.0
+"""A bus of ours loses nothing: a peer that never reads stops it, and is named after this long."""
+
+SETTLE_S = 1.0
+"""Where no BENCH_END tells that all is said, the last answers may come this long after the emulator left."""
+
+SILENCE_S = 2.0
+"""An emulator that played all epochs and is silent so long has no more to say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What the master of time, or whoever watched it, counted; as in `Outcome`."""
+
+    epochs: int
+    unanswered: int
+    wall_s: float | None
+    latency_p50_s: float | None
+    latency_p99_s: float | None
+    latency_histogram: tuple[tuple[float, int], ...]
+
+
+class Master(Protocol):
+    """The emulator's side of a run."""
+
+    children: Sequence[Child]
+
+    def look(self) -> None:
+        """Called every round."""
+
+    @property
+    def over(self) -> bool:
+        """Whether the run is over by its own account; the processes may still be there."""
+
+    @property
+    def trouble(self) -> str:
+        """What is wrong with it though no process died."""
+
+    def figures(self) -> Figures:
+        """What was counted up to now."""
+
+
+class ReportingMaster:
+    """Our emulator: it reports, and the run is over when it leaves."""
+
+    trouble = ""
+
+    def __init__(self, child: Child | None, status: StatusReader):
+        self.children = [child]
+        self._status = status
+
+    def look(self) -> None:
+        self._status.poll()
+
+    @property
+    def over(self) -> bool:
+        return not self.children[0].running
+
+    def figures(self) -> Figures:
+        said = self._status.last
+        latency = said.get("epoch_latency_ms", {})
+
+        def seconds(name: str) -> float | None:
+            return None if latency.get(name) is None else latency[name] / 1e3
+
+        epochs, unanswered = (said.get(key, 0) for key in ("epoch", "epochs_unanswered"))
+        histogram = tuple((edge_ms, count) for edge_ms, count in said.get("latency_histogram", ()))
+        return Figures(epochs, unanswered, said.get("wall_s"), seconds("p50"), seconds("p99"), histogram)
+
+
+class WatchedMaster:
+    """Somebody else's emulator: the bus tells how it goes. The run is over with its process, with BENCH_END,
+    or when the scenario's time is up on the bus."""
+
+    def __init__(self, children: Sequence[Child], lines: Sequence[Line], epochs: int):
+        self.children = children
+        self._lines = lines
+        self._epochs = epochs
+        self._begun_s = time.monotonic()
+
+    def look(self) -> None:
+        pass
+
+    @property
+    def over(self) -> bool:
+        gone = bool(self.children) and not any(child.running for child in self.children)
+        return gone or all(self._played(line) for line in self._lines)
+
+    def _played(self, line: Line) -> bool:
+        silent = line.silent_s >= SILENCE_S
+        return line.sequencer.ended or line.over or (silent and line.sequencer.opened >= self._epochs)
+
+    @property
+    def trouble(self) -> str:
+        """One of ours to start that never said a thing."""
+        if self.children and time.monotonic() - self._begun_s > BARRIER_S:
+            for child, line in zip(self.children, self._lines, strict=True):
+                if not line.sequencer.opened:
+                    return f"{child.name}: no time mark within {BARRIER_S:g} s"
+        return ""
+
+    def figures(self) -> Figures:
+        latency = self._lines[0].latency
+        return Figures(
+            max(line.epochs for line in self._lines),
+            sum(line.sequencer.unanswered for line in self._lines),
+            max(line.wall_s for line in self._lines),
+            latency.percentile_s(50),
+            latency.percentile_s(99),
+            latency.histogram(),
+        )
+
+
+@dataclass(slots=True, eq=False)
+class Watch:
+    """The supervisor's rounds."""
+
+    lines: Sequence[Line]
+    display: Display
+    master: Master
+    flights: Sequence[Child]
+    lockstep: bool
+    advised: bool = False
+    named: set[tuple[int, int]] = field(default_factory=set)
+    begun: float = field(default_factory=time.perf_counter)
+
+    def until_over(self, stop: Callable[[], bool]) -> str:
+        """Rounds until all have left; why the run broke off, "" if it did not.
+
+        A run that never began is an error: of the one who refused, in his words, else of the first to end
+        by itself. Whoever we sent away is to blame for nothing.
+        """
+        failure = ""
+        while not failure and not stop() and not self.master.over:
+            self.round()
+            failure = self._trouble()
+        if not failure and not stop():
+            failure = self._end(stop)
+        for child in (*self.master.children, *self.flights):
+            child.leave()
+        for line in self.lines:
+            line.finish()
+        self.master.look()
+        if not self._epochs and not stop():
+            self._refuse(failure)
+        return failure
+
+    def _end(self, stop: Callable[[], bool]) -> str:
+        """The regular end: emulators leave, then the flight software; who did not end well."""
+        for child in self.master.children:
+            if self._leaves(child, LEAVE_S, stop) and child.process.returncode:
+                return child.obituary()
+        heard_end = all(line.sequencer.ended for line in self.lines)
+        if not heard_end:
+            self._rounds_until(lambda: False, SETTLE_S, stop)
+        for flight in self.flights if heard_end else ():
+            if self._leaves(flight, LEAVE_S, stop) and flight.process.returncode:
+                return flight.obituary()
+        return ""
+
+    def _leaves(self, child: Child, seconds: float, stop: Callable[[], bool]) -> bool:
+        """Give a process time to leave by itself, recording meanwhile; whether it did."""
+        self._rounds_until(lambda: not child.running, seconds, stop)
+        return not child.running
+
+    def _rounds_until(self, reached: Callable[[], bool], seconds: float, stop: Callable[[], bool]) -> None:
+        until_s = time.monotonic() + seconds
+        while not reached() and not stop() and time.monotonic() < until_s:
+            self.round()
+
+    def _refuse(self, failure: str) -> None:
+        """The error of a run without an epoch."""
+        by_themselves = [c for c in (*self.master.children, *self.flights) if not c.sent_away]
+        refused = next((c for c in by_themselves if c.process.returncode in (2, 3)), None)
+        if refused:
+            raise refused.refusal()
+        if failure or by_themselves:
+            raise Failed(failure or by_themselves[0].obituary())
+
+    def _trouble(self) -> str:
+        """Who broke off while the run goes on."""
+        for line in self.lines:
+            if line.ear.failure:
+                return line.ear.failure
+        for child in self.master.children:
+            if not child.running and child.process.returncode:
+                return child.obituary()
+        for flight in self.flights:
+            if not flight.running and (flight.process.returncode or not self._ends_well()):
+                return flight.obituary()
+        return self.master.trouble
+
+    def _ends_well(self) -> bool:
+        """Whether the run is over within the time by which the flight software may leave before it."""
+        self._rounds_until(lambda: self.master.over, FAREWELL_S, lambda: False)
+        return self.master.over and not any(c.process.returncode for c in self.master.children)
+
+    def round(self) -> None:
+        time.sleep(TURN_S)
+        for line in self.lines:
+            line.take()
+            self._name_laggards(line)
+        self.master.look()
+        figures = self.master.figures()
+        self._advise(figures)
+        self.display.refresh(figures.unanswered)
+
+    def _name_laggards(self, line: Line) -> None:
+        """Once each: peers for whom the whole bus waits."""
+        for number, process in line.ear.laggards(HELD_BACK_S):
+            if (line.number, number) not in self.named:
+                self.named.add((line.number, number))
+                self.display.note(
+                    f"the bus has waited {HELD_BACK_S:g} s for peer {number} (process {process}) to read; "
+                    "a peer that only sends shuts its reading side"
+                )
+
+    def _advise(self, figures: Figures) -> None:
+        """Once, when lockstep goes on without a single answer: it looks hung, and is not."""
+        if self.lockstep and not self.advised and 0 < figures.epochs == figures.unanswered:
+            self.advised = True
+            self.display.note(NO_ANSWER)
+
+    @property
+    def _epochs(self) -> int:
+        """Epochs on record."""
+        return self.lines[0].epochs
+
+    def outcome(self, failure: str, interrupted: bool) -> Outcome:
+        figures = self.master.figures()
+        return Outcome(
+            epochs=self._epochs,
+            unanswered=figures.unanswered,
+            wall_s=figures.wall_s or time.perf_counter() - self.begun,
+            latency_p50_s=figures.latency_p50_s,
+            latency_p99_s=figures.latency_p99_s,
+            frames_sent=sum(line.sequencer.declared for line in self.lines) or None,
+            interrupted=interrupted,
+            failure=failure,
+            latency_histogram=figures.latency_histogram,
+        )

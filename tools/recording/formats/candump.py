@@ -1,0 +1,232 @@
+"""The candump log format (`candump -l`), whole batches at a time.
+
+    (1351642484.000111) can0 101#8A000304050607FF
+
+Source: can-utils, lib.c (`snprintf_canframe`) and asc/log conventions of `candump -l`: seconds since the
+UNIX epoch with six decimals, interface, identifier of three (base) or eight (extended, error) hexadecimal
+digits, `#`, payload; a remote frame has `R` and its length instead of a payload. `candump -x` adds the
+direction, `R` or `T`, which is read over. CAN FD frames (`##`) can be recognised, not represented.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.frames import (
+    EFF_FLAG,
+    EFF_MASK,
+    ERR_FLAG,
+    RTR_FLAG,
+    SFF_MASK,
+    WIDTH,
+    FrameBatch,
+)
+
+_DIGITS3 = np.array([f"{i:03d}".encode() for i in range(1000)])
+_ID3 = np.array([f"{i:03X}".encode() for i in range(SFF_MASK + 1)])
+_HEX2 = np.array([f"{i:02X}".encode() for i in range(256)]).view("<u2")
+_STAMP = ("s9", "s6", "s3", "s0", "us3", "us0")
+_NIBBLE = np.full(256, -1, np.int16)  # value of a hexadecimal digit
+_NIBBLE[list(b"0123456789ABCDEF")] = range(16)
+_NIBBLE[list(b"abcdef")] = range(10, 16)
+_DIGIT = np.where(_NIBBLE < 10, _NIBBLE, -1).astype(np.int16)
+_OCTET = (
+    np.where(  # value of two digits, by their characters as a little-endian word
+        np.minimum(_NIBBLE[None, :], _NIBBLE[:, None]) < 0, -1, _NIBBLE[None, :] << 4 | _NIBBLE[:, None]
+    )
+    .astype(np.int16)
+    .ravel()
+)
+NAME_BYTES = 15
+"""Longest name of a bus: IFNAMSIZ less the closing zero."""
+
+FD, CUT = "CAN FD", "cut short"
+"""Why frames are left out."""
+
+_LINE = re.compile(
+    rb"\((\d{1,12})\.(\d{6})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
+    rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?: [RT])?"
+)
+_FD_LINE = re.compile(rb"\(\d+\.\d{6}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+(?: [RT])?")
+
+
+class LogError(ValueError):
+    """A line that is not candump's; the message is for people."""
+
+
+def format_lines(unix_us: NDArray[np.int64], frames: FrameBatch, bus: str) -> bytes:
+    """Log text of frames (n,) stamped with UNIX times (n,) [us], one line each."""
+    if (frames.can_id <= SFF_MASK).all() and (frames.length == WIDTH).all():
+        return _records(unix_us, frames, bus, id_digits=3, with_remote=False).tobytes()
+    return _irregular(unix_us, frames, bus)
+
+
+def _records(unix_us, frames: FrameBatch, bus: str, id_digits: int, with_remote: bool) -> NDArray:
+    """(n,) packed records, one line each, all of the same length."""
+    lines = np.empty(len(frames), _line_type(len(bus), id_digits, with_remote))
+    second, micro = np.divmod(unix_us, 1_000_000)
+    lines["open"], lines["point"], lines["close"], lines["hash"], lines["newline"] = (
+        b"(",
+        b".",
+        b") ",
+        b"#",
+        b"\n",
+    )
+    billion, rest = np.divmod(second, 1_000_000_000)
+    lines["s9"] = billion + ord("0")
+    for name, value in (("s6", rest // 1_000_000), ("s3", rest // 1000 % 1000), ("s0", rest % 1000)):
+        lines[name] = _DIGITS3.take(value)
+    lines["us3"] = _DIGITS3.take(micro // 1000)
+    lines["us0"] = _DIGITS3.take(micro % 1000)
+    lines["bus"] = f"{bus} ".encode()
+    if id_digits == 3:
+        lines["id"] = _ID3.take(frames.can_id)
+    else:
+        shown = (frames.can_id & (EFF_MASK | ERR_FLAG)).astype(">u4")
+        lines["id"] = _HEX2.take(shown.view(np.uint8).reshape(-1, 4)).view("S8")[:, 0]
+    if with_remote:
+        lines["remote"] = b"R"
+    lines["data"] = _HEX2.take(frames.data).view("S16")[:, 0]
+    return lines
+
+
+@cache
+def _line_type(bus_characters: int, id_digits: int, with_remote: bool) -> np.dtype:
+    return np.dtype(
+        [("open", "S1"), ("s9", "u1"), ("s6", "S3"), ("s3", "S3"), ("s0", "S3"), ("point", "S1")]
+        + [("us3", "S3"), ("us0", "S3"), ("close", "S2"), ("bus", f"S{bus_characters + 1}")]
+        + [("id", f"S{id_digits}"), ("hash", "S1")]
+        + [("remote", "S1")] * with_remote
+        + [("data", "S16"), ("newline", "S1")]
+    )
+
+
+def _irregular(unix_us, frames: FrameBatch, bus: str) -> bytes:
+    """Lines of differing length: every character has its place, some are left out."""
+    lines = _records(unix_us, frames, bus, id_digits=8, with_remote=True)
+    at = {name: offset for name, (_, offset) in lines.dtype.fields.items()}
+    text = lines.view(np.uint8).reshape(len(lines), -1)
+    remote = frames.can_id & RTR_FLAG != 0
+    keep = np.ones(text.shape, bool)
+    keep[frames.can_id & (EFF_FLAG | ERR_FLAG) == 0, at["id"] : at["id"] + 5] = False
+    keep[:, at["remote"]] = remote
+    digits = np.where(remote, 1, 2 * frames.length.astype(int))
+    keep[:, at["data"] : at["newline"]] = np.arange(2 * WIDTH) < digits[:, None]
+    text[remote, at["data"]] = ord("0") + frames.length[remote]
+    return text[keep].tobytes()
+
+
+Piece = tuple[NDArray[np.int64], NDArray[np.bytes_], FrameBatch]
+"""Part of a recording: UNIX times (n,) [us], names of buses (n,), frames (n,)."""
+
+
+def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None = None) -> Piece:
+    """The frames of whole lines of log text.
+
+    LogError names the first line that is none. CAN FD frames are errors too, unless `omitted` counts them.
+    """
+    raw = np.frombuffer(text, np.uint8)
+    ends = np.flatnonzero(raw == ord("\n"))
+    n = len(ends)
+    unix_us, bus = np.zeros(n, np.int64), np.zeros(n, f"S{NAME_BYTES}")
+    frames = FrameBatch(np.zeros(n, np.int64), np.zeros(n, np.uint32), np.full(n, WIDTH, np.uint8),
+                        np.zeros((n, WIDTH), np.uint8))  # fmt: skip
+    if not n:
+        return unix_us, bus, frames
+    starts = np.r_[0, ends[:-1] + 1]
+    lengths = ends - starts
+    width = int(np.bincount(lengths).argmax())
+    name_length = width - len("(1351642484.000111)  123#0011223344556677")
+    usual = lengths == width if 0 < name_length <= NAME_BYTES else np.zeros(n, bool)
+    if usual.any():
+        kind = _line_type(name_length, 3, False)
+        if usual.all():
+            lines = raw.view(kind)
+        else:
+            lines = raw[starts[usual, None] + np.arange(width + 1)].view(kind)[:, 0]
+        good = _parse_records(lines, np.flatnonzero(usual), unix_us, bus, frames)
+        usual[np.flatnonzero(usual)[~good]] = False
+    too_long = np.zeros(n, bool)
+    for i in np.flatnonzero(~usual):
+        line = text[starts[i] : ends[i]]
+        if omitted is not None and _FD_LINE.fullmatch(line):
+            too_long[i] = True
+            continue
+        unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload = _parse_line(
+            line, f"{origin}: line {i + 1}"
+        )
+        frames.data[i] = list(payload.ljust(WIDTH, b"\0"))
+    if too_long.any():
+        omitted[FD] += int(too_long.sum())
+        return unix_us[~too_long], bus[~too_long], frames[~too_long]
+    return unix_us, bus, frames
+
+
+def _parse_records(lines: NDArray, rows: NDArray, unix_us, bus, frames: FrameBatch) -> NDArray[np.bool_]:
+    """Fill the rows from packed lines (k,) of base frames of eight bytes; (k,) whether a line is one."""
+    digits = [_DIGIT.take(column) for name in _STAMP for column in _columns(lines, name)]
+    stamp = np.zeros(len(lines), np.int64)
+    for digit in digits:
+        stamp *= 10
+        stamp += digit
+    nibbles = [_NIBBLE.take(column) for column in _columns(lines, "id")]
+    octets = _OCTET.take(np.ascontiguousarray(lines["data"]).view("<u2").reshape(-1, WIDTH))
+    good = octets.min(axis=1) >= 0
+    for value in (*digits, *nibbles):
+        good &= value >= 0
+    good &= nibbles[0] < 8
+    *name, gap = _columns(lines, "bus")
+    good &= gap == ord(" ")
+    for value in name:  # an extended identifier of a bus with a shorter name is as long
+        good &= value > ord(" ")
+    for name, mark in (("open", b"("), ("point", b"."), ("close", b") "), ("hash", b"#")):
+        good &= lines[name] == mark
+    unix_us[rows] = stamp
+    bus[rows] = lines["bus"].astype(f"S{lines['bus'].dtype.itemsize - 1}")
+    frames.can_id[rows] = (nibbles[0].astype(np.int32) << 8) + (nibbles[1] << 4) + nibbles[2]
+    frames.data[rows] = octets.astype(np.uint8)
+    return good
+
+
+def _columns(lines: NDArray, name: str) -> list[NDArray[np.uint8]]:
+    """The characters of a field, (k,) each."""
+    field = np.ascontiguousarray(lines[name])
+    return list(np.ascontiguousarray(field.view(np.uint8).reshape(len(lines), -1).T))
+
+
+def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
+    match = _LINE.fullmatch(line)
+    if match is None and _FD_LINE.fullmatch(line):
+        raise LogError(f"{where}: a CAN FD frame; this bench's are classical")
+    if match is None:
+        raise LogError(f"{where}: not a candump line: {line[:60].decode('ascii', 'replace')!r}")
+    second, micro, bus, digits, remote, count, payload = match.groups()
+    can_id = int(digits, 16)
+    if len(digits) == 8 and not can_id & ERR_FLAG:
+        can_id |= EFF_FLAG
+    if remote:
+        return int(second) * 1_000_000 + int(micro), bus, can_id | RTR_FLAG, int(count or 0), b""
+    octets = bytes.fromhex(payload.decode())
+    return int(second) * 1_000_000 + int(micro), bus, can_id, len(octets), octets
+
+
+def read_chunks(
+    log: BinaryIO, origin: str, chunk_bytes: int = 1 << 23, omitted: Counter[str] | None = None
+) -> Iterator[Piece]:
+    """Parsed pieces of a log of any size; a last line cut short (a crash) is left out."""
+    rest, lines = b"", 0
+    while piece := log.read(chunk_bytes):
+        whole, newline, rest = (rest + piece).rpartition(b"\n")
+        if newline:
+            text = whole + newline
+            yield parse_lines(text, f"{origin} (after line {lines})" if lines else origin, omitted)
+            lines += text.count(b"\n")
+    if rest and omitted is not None:
+        omitted[CUT] += 1

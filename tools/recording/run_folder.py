@@ -1,0 +1,86 @@
+"""The run folder: what is in it, how it comes to be, how it is taken back when nothing came of it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from gnss_hil.tools.common import toml
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.plan import Plan, vehicle_name
+
+LOG, TRUTH, SUMMARY, SCENARIO, FACTS = "bus.log", "truth", "summary.json", "scenario.toml", "run.json"
+
+
+def default_path(scenario: str) -> Path:
+    """runs/<scenario>-<now>, with a number behind it if that is taken."""
+    stem = f"{scenario}-{datetime.now():%Y%m%d-%H%M%S}"
+    candidates = (Path("runs") / (stem + suffix) for suffix in ("", *(f"-{i}" for i in range(2, 1000))))
+    return next(path for path in candidates if not path.exists())
+
+
+class RunFolder:
+    """A new folder; `discard` removes it and the folders above that were made for it.
+
+    option  that named it
+    """
+
+    def __init__(self, path: Path, option: str = "--out"):
+        self.path = path
+        if path.exists() and (not path.is_dir() or any(path.iterdir())):
+            raise Mistake(f"{option} {path}: exists and is not an empty folder")
+        self._made = [p for p in (path, *path.parents) if not p.exists()]
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            probe = path / ".writable"
+            probe.touch()
+            probe.unlink()
+        except OSError as error:
+            self.discard()
+            raise Mistake(f"{option} {path}: cannot be written: {error.strerror}") from None
+
+    def __truediv__(self, name: str) -> Path:
+        return self.path / name
+
+    def describe(self, plan: Plan) -> None:
+        """scenario.toml and vehicle files: enough to play the run again."""
+        for i, text in enumerate(plan.vehicle_texts):
+            (self / vehicle_name(plan.names, i)).write_text(text, "utf-8")
+        document = plan.scenario.model_dump(mode="json", exclude_none=True)
+        (self / SCENARIO).write_text(toml.dumps(document), "utf-8")
+
+    def discard(self) -> None:
+        for path in self._made:
+            if path == self.path:
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                _remove_if_empty(path)
+
+
+def _remove_if_empty(path: Path) -> None:
+    try:
+        path.rmdir()
+    except OSError:
+        return  # somebody else has put something there
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """An OSError that does not say where it arose (a write does not) arose in `path`."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
+
+
+def write_json(path: Path, document: Mapping[str, Any]) -> None:
+    """A JSON file that is there whole or not at all."""
+    draft = path.with_name(f".{path.name}.draft")
+    draft.write_text(json.dumps(document, indent=2) + "\n", "utf-8")
+    draft.replace(path)

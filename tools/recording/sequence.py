@@ -1,0 +1,179 @@
+"""The recorder's order: one canonical order of frames per epoch, whoever was quicker on the bus.
+
+Per epoch: the emulator's block, then each flight node's block, each in sending order (lockstep). At other
+paces frames stay in the order they were heard. Bench frames steer and are left out; so is whatever came
+before the first time mark (start heartbeats) or after BENCH_END.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
+from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
+from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST
+
+_FARTHEST = 10_000
+"""Epochs by which a mark may be ahead of the last one. Nobody misses more and goes on listening."""
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """All frames of one epoch in canonical order."""
+
+    number: int
+    frames: FrameBatch
+
+
+class Sequencer:
+    """Turns frames as heard into epochs in canonical order.
+
+    The first time mark with a sound CRC begins the run, later ones of its session each open an epoch if they
+    lead on. Any other mark is a frame of the epoch it is heard in, for the digest to reject.
+
+    A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
+    epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.
+
+    Where a second mark comes without a BENCH_SYNC before it, the emulator does not steer: from then on frames
+    stay in the order they were heard.
+
+    opened  epochs that began      ended  BENCH_END was heard
+    """
+
+    def __init__(self, codec: Codec, lockstep: bool):
+        self._codec = codec
+        self._lockstep = lockstep
+        self._flight_id = np.zeros(IDENTIFIERS, bool)
+        self._flight_id[[i for i, sender in enumerate(codec.sender_of) if sender == "FLIGHT"]] = True
+        self._mark_id = codec.can_id_of["TIME_MARK", 0]
+        self._done_id = codec.can_id_of["BENCH_DONE", 0]
+        self._end_id = codec.can_id_of["BENCH_END", 0]
+        self._sync_id = codec.can_id_of["BENCH_SYNC", 0]
+        self._heartbeat = codec.kinds["HEARTBEAT"].number
+        self._session = -1
+        self._epoch: int | None = None
+        self._heard: list[FrameBatch] = []
+        self._answers: list[FrameBatch] = []
+        self._pending: list[FrameBatch] = []
+        self._answered = -1
+        self._announced = -1
+        self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
+        self.ended = False
+        self._declared = 0
+
+    @property
+    def declared(self) -> int:
+        """Frames that the senders of all blocks say they sent; 0 if any epoch lacks what one of them says."""
+        return self._declared if self._dones == self._syncs >= self.opened else 0
+
+    @property
+    def steered(self) -> bool:
+        """Whether the emulator closes its blocks with BENCH_SYNC."""
+        return self._syncs > 0
+
+    @property
+    def unanswered(self) -> int:
+        """Epochs that were announced and not answered before the next one began."""
+        waiting = self._epoch is not None and self._announced == self._epoch > self._answered
+        return self._syncs - self._dones - waiting
+
+    def hear(self, frames: FrameBatch) -> list[Epoch]:
+        """Epochs that these frames completed."""
+        closed: list[Epoch] = []
+        can_id = frames.can_id
+        steering = (can_id == self._mark_id) | ((can_id >= BENCH_FIRST) & (can_id <= BENCH_LAST))
+        begin = 0
+        for i in np.flatnonzero(steering):
+            self._take(frames[begin:i])
+            begin = i + 1
+            if can_id[i] == self._mark_id:
+                if self._opens(frames[i : i + 1]):
+                    closed += self.finish(keep_pending=self.steered)
+                    self._open(frames[i : i + 1])
+                else:
+                    self._take(frames[i : i + 1])
+            else:
+                self._steer(int(can_id[i]), frames.data[i : i + 1])
+        self._take(frames[begin:])
+        return closed
+
+    def _label(self, mark: FrameBatch) -> tuple[int, int]:
+        """Session and epoch that a mark names."""
+        said = self._codec.decode("TIME_MARK", mark.data)
+        return int(said["session"][0]), int(said["epoch"][0])
+
+    def _opens(self, mark: FrameBatch) -> bool:
+        """Whether an epoch begins here: the mark is intact and leads on from the last one."""
+        if mark.length[0] != 8 or mark.data[0, 0] != e2e.crc(mark.can_id, mark.data)[0]:
+            return False
+        session, epoch = self._label(mark)
+        return self._epoch is None or (session == self._session and 0 < epoch - self._epoch <= _FARTHEST)
+
+    def _open(self, mark: FrameBatch) -> None:
+        if self.opened and not self._syncs:
+            self._lockstep = False
+        self._session, self._epoch = self._label(mark)
+        self.opened += 1
+        self.ended = False
+        self._heard.append(mark)
+
+    def finish(self, keep_pending: bool = False) -> list[Epoch]:
+        """The epoch in hand, closed; at the end of the run also what no BENCH_DONE claimed."""
+        if self._epoch is None:
+            return []
+        tail = [] if keep_pending else self._pending
+        if not self.steered:  # start heartbeats waited with the first answers
+            tail = [self._without_heartbeats(piece) for piece in tail]
+        epoch = Epoch(self._epoch, concat([*self._heard, *self._answers, *tail]))
+        self._heard, self._answers = [], []
+        if not keep_pending:
+            self._pending, self._epoch = [], None
+        return [epoch]
+
+    def _take(self, frames: FrameBatch) -> None:
+        if not len(frames) or self.ended:
+            return
+        flight = self._flight_id[frames.can_id & SFF_MASK]
+        if not self._lockstep:
+            if self._epoch is not None:
+                self._heard.append(frames)
+            return
+        if flight.any():
+            self._pending.append(frames[flight])
+        if self._epoch is not None and not flight.all():
+            self._heard.append(frames[~flight])
+
+    def _steer(self, can_id: int, data: np.ndarray) -> None:
+        if can_id == self._sync_id:
+            said = self._codec.decode("BENCH_SYNC", data)
+            if said["epoch"][0] > self._announced:
+                self._announced = int(said["epoch"][0])
+                self._syncs += 1
+                self._declared += int(said["count"][0])
+        elif can_id == self._done_id:
+            said = self._codec.decode("BENCH_DONE", data)
+            self._close_answer(int(said["epoch"][0]), int(said["count"][0]))
+        elif can_id == self._end_id and self._epoch is not None:
+            self.ended |= self._codec.decode("BENCH_END", data)["session"][0] == self._session
+
+    def _close_answer(self, epoch: int, count: int) -> None:
+        first = self._answered < 0
+        if epoch > self._answered:
+            self._dones += 1
+            self._declared += count
+        if self._lockstep:
+            block = concat(self._pending)
+            self._pending = []
+            before, block = block[: len(block) - count], block[max(len(block) - count, 0) :]
+            if first:  # start heartbeats that crossed the first time mark
+                before = self._without_heartbeats(before)
+            self._answers.append(before)
+            if epoch > self._answered:
+                self._answers.append(block)
+        self._answered = max(self._answered, epoch)
+
+    def _without_heartbeats(self, frames: FrameBatch) -> FrameBatch:
+        return frames[self._codec.kind_of[frames.can_id & SFF_MASK] != self._heartbeat]

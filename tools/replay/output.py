@@ -1,0 +1,129 @@
+"""What a replay leaves: a recording of both sides, or a run folder with a report of it."""
+
+from __future__ import annotations
+
+import shutil
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from gnss_hil.dbc.contract.frames import FrameBatch, concat
+from gnss_hil.tools.command_line.arguments import OURS
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.recording.formats.convert import convert
+from gnss_hil.tools.recording.formats.recording import Recording, format_of
+from gnss_hil.tools.recording.recorder import Recorder
+from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, TRUTH, RunFolder, naming, write_json
+from gnss_hil.tools.replay.players import Keep, Played
+from gnss_hil.tools.replay.recorded_run import Tape
+from gnss_hil.tools.replay.source import Source
+from gnss_hil.tools.run_config.plan import vehicle_name
+
+
+def check(out: Path | None, report: Path | None, force: bool, source: Source) -> None:
+    """Mistake if what is to be left cannot be, before anything is played."""
+    if out and report:
+        raise Mistake("--out with --report: the folder of --report has the recording, bus.log")
+    if out:
+        format_of(out)
+        if out.exists() and (not force or out.is_dir()):
+            raise Mistake(f"--out {out}: exists{'' if out.is_dir() else '; --force overwrites it'}")
+        if out.exists() and out.samefile(source.tape.recording.path):
+            raise Mistake(f"--out {out}: is what would be read; name another file")
+        if not out.absolute().parent.is_dir():
+            raise Mistake(f"--out {out}: no such folder {out.parent}")
+    if report and not source.alone:
+        raise Mistake(f"--report {report}: only for a run folder of one craft")
+
+
+@contextmanager
+def recorder(tape: Tape, path: Path | None) -> Iterator[Keep]:
+    """Takes epochs into a candump log at `path`, in canonical order: emulator, then flight software."""
+    if path is None:
+        yield lambda number, emulator, flight: None
+        return
+    with naming(path), path.open("wb") as log:
+        record = Recorder({tape.bus: tape.codec}, tape.start_ns, tape.interval_ns, log)
+
+        def keep(number: int, emulator: FrameBatch, flight: FrameBatch) -> None:
+            record.add(0, number, concat((emulator, flight)))
+
+        try:
+            yield keep
+        finally:
+            record.flush()
+            if not record.frames:  # nothing came of it
+                path.unlink()
+
+
+@contextmanager
+def recording_at(tape: Tape, out: Path | None) -> Iterator[Keep]:
+    """Takes epochs into a recording of any format."""
+    if out is None or out.suffix.lower() == ".log":
+        with recorder(tape, out) as keep:
+            yield keep
+        return
+    draft = out.with_name(f".{out.name}.log")
+    try:
+        with recorder(tape, draft) as keep:
+            yield keep
+        if draft.exists():
+            with naming(out):
+                convert(Recording(draft), out)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def make_folder(path: Path, source: Source, truth: bool) -> RunFolder:
+    """A run folder that describes what is replayed; `truth` belongs to a recorded emulator only."""
+    folder = RunFolder(path, "--report")
+    names = [craft.name for craft in source.scenario.craft]
+    shutil.copy(source.folder / SCENARIO, folder / SCENARIO)
+    shutil.copy(source.vehicle, folder / vehicle_name(names, 0))
+    if truth and (source.folder / TRUTH).exists():
+        shutil.copy(source.folder / TRUTH, folder / TRUTH)
+    return folder
+
+
+def report(folder: RunFolder, source: Source, arguments: Namespace, played: Played) -> int:
+    """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them; its status."""
+    from gnss_hil.tools.commands import report as command
+
+    write_json(folder / FACTS, facts_of(source, arguments, played))
+    return command.run(Namespace(run=folder.path, other=None, out=None))
+
+
+def facts_of(source: Source, arguments: Namespace, played: Played) -> dict[str, Any]:
+    """What the replay alone knows; as `tools.commands.run.facts_of` has it of a run."""
+    scenario, latency = source.scenario, played.tally.latency
+    interface, _, channel = arguments.bus.partition(":")
+    simulated_s = played.epochs * source.tape.interval_ns / 1e9
+    recorded = f"replay of {source.folder}"
+
+    def milliseconds(percent: int) -> float | None:
+        value_s = latency.percentile_s(percent)
+        return None if value_s is None else float(f"{value_s * 1e3:.4g}")
+
+    ours = arguments.flight == OURS
+    policy = (arguments.policy or scenario.craft[0].flight.policy) if ours else arguments.flight
+    return {
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "emulator": recorded if arguments.only == "emulator" else arguments.emulator,
+        "policy": recorded if arguments.only == "flight" else policy,
+        "pace": arguments.pace,
+        "bus": {"interface": interface, "channel": channel},
+        "reproducible": arguments.pace == "lockstep" and played.complete and not played.tally.unanswered,
+        "interrupted": not played.complete,
+        "duration_s": simulated_s,
+        "epoch_interval_s": source.tape.interval_ns / 1e9,
+        "epochs": played.epochs,
+        "epochs_unanswered": played.tally.unanswered,
+        "real_time_factor": float(f"{simulated_s / played.wall_s:.4g}") if played.wall_s > 0 else None,
+        "epoch_latency_ms": {"p50": milliseconds(50), "p99": milliseconds(99)},
+        "latency_histogram": [list(bar) for bar in latency.histogram()],
+        "frames_sent": None,
+        "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
+    }

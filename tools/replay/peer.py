@@ -1,0 +1,174 @@
+"""The bus of a replay, and whoever is on its other side."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from gnss_hil.dbc.bus.base import Link, LinkClosed, LinkError, NotYet, is_shared, open_link
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.probe import occupied
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.tools.common.errors import Failed, Mistake
+from gnss_hil.tools.processes.bus_tap import LISTEN_S
+from gnss_hil.tools.processes.children import LEAVE_S, Child, start, told_of_bus
+from gnss_hil.tools.recording.run_folder import SCENARIO
+from gnss_hil.tools.replay.source import Source
+
+FAREWELL_S = 1.0
+"""Its last frames may still be under way when a process is gone."""
+
+
+@contextmanager
+def bus(spec: str, private: Path, note: Callable[[str], None]) -> Iterator[str]:
+    """A bus to replay on; its specification.
+
+    embedded            a hub of our own that nobody else knows
+    embedded:PATH       the bench that serves PATH, else a hub of our own there
+    INTERFACE:CHANNEL   as everywhere
+    """
+    if spec == "embedded":
+        with Hub(private / "can0"):
+            yield f"embedded:{private / 'can0'}"
+    elif served(spec):
+        yield spec
+    else:
+        with Hub(Path(spec.partition(":")[2])):
+            note(f"a bus of our own at {spec}, while this replay lasts")
+            yield spec
+
+
+def served(spec: str) -> bool:
+    """Whether a bus is there; False for one that we could make. LinkError if it can be neither."""
+    try:
+        open_link(spec).close()
+    except NotYet:
+        return False
+    return True
+
+
+@contextmanager
+def joined(spec: str, codec: Codec, played: set[str]) -> Iterator[Link]:
+    """A link on a bus where nobody speaks for the nodes that will be played."""
+    link = open_link(spec)
+    try:
+        heard = occupied(link, codec, played, LISTEN_S) if is_shared(spec) else set()
+        if heard:
+            raise LinkError(f"bus '{spec}': {', '.join(sorted(heard))} of another bench can be heard there")
+        yield link
+    except LinkClosed as error:
+        raise Failed(f"bus '{spec}': {error or 'gone'}") from None
+    finally:
+        link.close()
+
+
+class Other:
+    """The software on the other side: a process of ours or of somebody's, or one that nobody started here."""
+
+    def __init__(self, child: Child | None):
+        self._child = child
+        self._gone_s: float | None = None
+
+    @property
+    def started(self) -> bool:
+        return self._child is not None
+
+    @property
+    def gone(self) -> bool:
+        """Whether its process has ended, and everything it said has arrived."""
+        if self._child is None or self._child.running:
+            return False
+        now_s = time.monotonic()
+        self._gone_s = now_s if self._gone_s is None else self._gone_s
+        return now_s - self._gone_s >= FAREWELL_S
+
+    def end(self, complete: bool, interrupted: bool) -> None:
+        """Lets it leave after a replay that went to its end; Failed or its own refusal if it broke off."""
+        child = self._child
+        if child is None or interrupted:
+            return
+        if complete:
+            child.wait(LEAVE_S)
+            child.leave()
+        if not complete and not child.running:
+            raise child.refusal()
+        if not child.sent_away and child.process.returncode:
+            raise Failed(child.obituary())
+
+
+@contextmanager
+def other_side(
+    command: Sequence[str] | None, role: str, told: Mapping[str, str], words: Path | None
+) -> Iterator[Other]:
+    """Starts the other side, and sends it away at the end.
+
+    command  None: nobody starts it here
+    told     what it finds in its environment
+    words    file for its stderr; None lets it pass
+    """
+    if command is None:
+        yield Other(None)
+        return
+    child = start(role, command, words, told)
+    try:
+        yield Other(child)
+    finally:
+        child.leave()
+
+
+def words_of(command: str) -> list[str]:
+    return shlex.split(command)
+
+
+def flight_command(source: Source, spec: str, policy: str | None, options: Sequence[str]) -> list[str]:
+    """Our flight software; as the run had it, unless told otherwise."""
+    if source.scenario is not None and policy is None:
+        flight = source.scenario.craft[source.number].flight
+        policy = flight.policy
+        options = [*(f"{key}={_text(value)}" for key, value in flight.options.items()), *options]
+    return [
+        sys.executable, "-P", "-m", "gnss_hil.flightsw",
+        "--vehicle", str(need_vehicle(source)), "--bus", spec, "--once",
+        "--quiet", "--policy", policy or "patent", *(word for o in options for word in ("--option", o)),
+    ]  # fmt: skip
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def emulator_command(source: Source, spec: str, wait_s: float) -> list[str]:
+    """Our emulator, with the run's scenario."""
+    return [
+        sys.executable, "-P", "-m", "gnss_hil.emulator",
+        str(need_scenario(source)), "--bus", spec, "--quiet",
+        "--session", str(source.tape.session), "--wait", f"{wait_s:g}",
+    ]  # fmt: skip
+
+
+def told(source: Source, spec: str, of_run: bool) -> dict[str, str]:
+    """What somebody else's software finds in its environment."""
+    words = told_of_bus(spec, need_vehicle(source), source.craft)
+    if of_run:
+        words["GNSS_HIL_SCENARIO"] = str(need_scenario(source).absolute())
+        words["GNSS_HIL_PACE"] = "lockstep"
+        words["GNSS_HIL_DURATION"] = f"{source.scenario.time.duration_s:.12g}"
+    return words
+
+
+def need_vehicle(source: Source) -> Path:
+    if source.vehicle is None:
+        raise Mistake(f"{source.tape.recording.path}: is in no run folder; name its vehicle with --vehicle")
+    return source.vehicle
+
+
+def need_scenario(source: Source) -> Path:
+    if source.folder is None:
+        raise Mistake(f"{source.tape.recording.path}: is in no run folder; an emulator needs its scenario")
+    if not source.alone:
+        raise Mistake(f"{source.folder}: has several craft; start its emulator yourself, on one bus for each")
+    return source.folder / SCENARIO

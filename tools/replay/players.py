@@ -1,0 +1,180 @@
+"""The three ways to play a tape: as the emulator, as the flight software, as a loudspeaker.
+
+Each plays on a link until the tape ends, the run is over or `stop()`. What was said in an epoch goes to
+`keep(number, emulator's frames, flight software's frames)`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gnss_hil.dbc.bus.base import Link
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.dbc.lockstep.master_loop import SLICE_S, Bus, Conductor, MissingNodes, Tally
+from gnss_hil.dbc.lockstep.slave import Follower
+from gnss_hil.dbc.lockstep.slave_loop import follow
+from gnss_hil.flightsw.io import encode
+from gnss_hil.tools.common.errors import Failed
+from gnss_hil.tools.replay.compare import Comparison
+from gnss_hil.tools.replay.recorded_run import Tape, TapeEpoch, marks_in, one_bus, with_session
+
+Keep = Callable[[int, FrameBatch, FrameBatch], None]
+Stop = Callable[[], bool]
+
+
+@dataclass(slots=True)
+class Played:
+    """How a replay went.
+
+    comparison   what the other side said against what it said then
+    epochs       played
+    sent, heard  frames of the tape, frames of the other side
+    wall_s       from the first epoch to the last
+    complete     to the end of the tape, or of the run on the bus
+    tally        of the master of time
+    """
+
+    comparison: Comparison
+    epochs: int = 0
+    sent: int = 0
+    heard: int = 0
+    wall_s: float = 0.0
+    complete: bool = False
+    tally: Tally = field(default_factory=Tally)
+
+    def count(self, sent: FrameBatch, heard: FrameBatch) -> None:
+        self.epochs += 1
+        self.sent += len(sent)
+        self.heard += len(heard)
+
+
+@dataclass(frozen=True, slots=True)
+class Mastery:
+    """How the tape plays the master of time.
+
+    pace      simulated per wall second, None for lockstep
+    required  begin when a flight software of this contract was heard, at the latest after `wait_s`
+    limit_s   lockstep: how long an answer may take
+    session   instead of the recorded one
+    """
+
+    pace: float | None
+    required: bool
+    wait_s: float | None
+    limit_s: float
+    session: int | None
+
+
+def play_emulator(tape: Tape, link: Link, how: Mastery, keep: Keep, stop: Stop) -> Played:
+    """The tape as the master of time."""
+    session = how.session
+    number = tape.session if session is None else session
+    conductor = Conductor(
+        {tape.bus: Bus(link, tape.codec)}, number, how.pace, tape.interval_ns / 1e9, how.limit_s, stop=stop
+    )
+    try:
+        conductor.assemble((FLIGHT_NODE,) if how.required else (), how.wait_s)
+    except MissingNodes as error:
+        raise Failed(str(error)) from None
+    played = Played(Comparison(tape.codec, exact=how.pace is None), tally=conductor.tally)
+    begun_s = time.perf_counter()
+    for epoch in tape.epochs():
+        if stop():
+            break
+        block = epoch.emulator if session is None else with_session(tape.codec, epoch.emulator, session)
+        answer = conductor.play(epoch.number, {tape.bus: block})[tape.bus]
+        if len(answer) or not stop():
+            played.comparison.add(epoch.number, epoch.flight, answer)
+        played.count(sent=block, heard=answer)
+        keep(epoch.number, block, answer)
+    else:
+        played.complete = True
+    played.wall_s = time.perf_counter() - begun_s
+    conductor.end(played.epochs, "COMPLETED" if played.complete else "INTERRUPTED")
+    return played
+
+
+def play_flight(tape: Tape, link: Link, keep: Keep, stop: Stop) -> Played:
+    """The tape as the flight software: in each epoch that is heard it says what it said then."""
+    played = Played(Comparison(tape.codec, exact=True))
+    seeker = _Seeker(tape)
+    begun_s: list[float] = []
+
+    def play(block: FrameBatch, fresh: bool) -> FrameBatch:
+        begun_s.append(time.perf_counter())
+        number = int(marks_in(tape.codec, block).epoch[0])
+        epoch = seeker.at(number)
+        played.comparison.add(number, epoch.emulator, block)
+        played.count(sent=epoch.flight, heard=block)
+        keep(number, block, epoch.flight)
+        return epoch.flight
+
+    journey = follow(link, Follower(tape.codec), _greeting(tape), play, stop, once=True)
+    played.wall_s = time.perf_counter() - begun_s[0] if begun_s else 0.0
+    played.complete = journey.runs_ended > 0
+    return played
+
+
+class _Seeker:
+    """Epochs of a tape by number; going back begins it again."""
+
+    def __init__(self, tape: Tape):
+        self._tape = tape
+        self._rest: Iterator[TapeEpoch] = iter(())
+        self._here: TapeEpoch | None = None
+
+    def at(self, number: int) -> TapeEpoch:
+        if self._here is None or number < self._here.number:
+            self._rest, self._here = self._tape.epochs(), None
+        while self._here is None or self._here.number < number:
+            last, self._here = self._here, next(self._rest, None)
+            if self._here is None:
+                raise Failed(
+                    f"epoch {number} is on the bus; the recording has {self._tape.first} to {last.number}"
+                )
+        if self._here.number != number:
+            raise Failed(
+                f"epoch {number} is on the bus; the recording has none, its next is {self._here.number}"
+            )
+        return self._here
+
+
+def _greeting(tape: Tape) -> FrameBatch:
+    """The heartbeat before the first epoch, with the recorded count of starts."""
+    first = next(tape.epochs()).flight
+    beats = first[first.can_id == tape.codec.can_id_of["HEARTBEAT", FLIGHT_NODE]]
+    boots = int(tape.codec.decode("HEARTBEAT", beats.data)["boot_count"][0]) if len(beats) else 0
+    frames = encode.heartbeat(tape.codec, encode.NodeState.READY, boots, 0)
+    return e2e.protect(tape.codec, frames, e2e.fresh_counters(), 0)[0]
+
+
+def play_all(tape: Tape, link: Link, pace: float, stop: Stop) -> Played:
+    """Every frame of the bus as it was recorded, at its time; what others say is read and forgotten."""
+    played = Played(Comparison(tape.codec, exact=True))
+    begun_s, first_us = time.monotonic(), None
+    for piece in tape.recording.pieces():
+        unix_us, frames = one_bus(piece, tape.bus)
+        if not len(frames):
+            continue
+        first_us = int(unix_us[0]) if first_us is None else first_us
+        due_s = np.maximum.accumulate((unix_us - first_us) / (1e6 * pace))
+        row = 0
+        while row < len(frames) and not stop():
+            now_s = time.monotonic() - begun_s
+            end = int(np.searchsorted(due_s, now_s, "right"))
+            if end > row:
+                link.send(frames[row:end])
+                played.sent += end - row
+                row = end
+            played.heard += len(link.receive(0.0))
+            if row < len(frames) and due_s[row] > now_s:
+                time.sleep(min(float(due_s[row]) - now_s, SLICE_S))
+    played.wall_s = time.monotonic() - begun_s
+    played.complete = not stop()
+    return played

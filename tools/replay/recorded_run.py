@@ -1,0 +1,205 @@
+"""A recording as epochs of one bus, each with its two sides: the emulator's frames, the flight software's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
+from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch, concat
+from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.decoder.mark_time import said_ns
+from gnss_hil.tools.recording.formats.candump import Piece
+from gnss_hil.tools.recording.formats.recording import Recording
+from gnss_hil.tools.recording.sequence import Sequencer
+
+PEEK_EPOCHS = 16
+"""Epochs whose distance in time is the interval of the recording."""
+
+
+@dataclass(frozen=True, slots=True)
+class TapeEpoch:
+    """One epoch; frames of both sides, each in recorded order, without the bench's."""
+
+    number: int
+    emulator: FrameBatch
+    flight: FrameBatch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tape:
+    """One run on one bus.
+
+    bus          its name in the recording
+    session      of the time marks
+    first        number of the first epoch
+    start_ns     GPS time [ns] of epoch 0, reckoned from the first
+    interval_ns  between epochs
+    """
+
+    recording: Recording
+    bus: str
+    codec: Codec
+    session: int
+    first: int
+    start_ns: int
+    interval_ns: int
+
+    def epochs(self) -> Iterator[TapeEpoch]:
+        """All epochs, from the beginning again at each call."""
+        return _epochs(self.recording, self.bus, self.codec)
+
+
+def open_tape(recording: Recording, bus: str | None, contract: Codec | None) -> Tape:
+    """The run on a bus of a recording; Mistake if there is none, or none of this contract.
+
+    bus       name in the recording; None: the only one
+    contract  None: the one that the heartbeats name
+    """
+    names = buses(recording)
+    if bus is None:
+        if len(names) != 1:
+            found = f"holds {len(names)} buses: {', '.join(names)}; choose one with --craft" if names else ""
+            raise Mistake(f"{recording.path}: {found or 'holds no frames'}")
+        bus = names[0]
+    elif bus not in names:
+        raise Mistake(f"{recording.path}: holds no bus {bus}; it has {', '.join(names) or 'no frames'}")
+    contract = contract or spoken_contract(recording, bus)
+    begun = list(islice(_epochs(recording, bus, contract), PEEK_EPOCHS))
+    if not begun:
+        raise Mistake(f"{recording.path}: holds no intact time mark on {bus}; there is nothing to replay")
+    numbers = np.array([epoch.number for epoch in begun])
+    t_ns = _times_ns(contract, begun, numbers)
+    steps = np.diff(t_ns) // np.diff(numbers)
+    interval_ns = max(int(np.median(steps)), 1) if len(steps) else gpstime.NS_PER_S
+    start_ns = int(t_ns[0]) - int(numbers[0]) * interval_ns
+    session = int(marks_in(contract, begun[0].emulator).session[0])
+    return Tape(recording, bus, contract, session, int(numbers[0]), start_ns, interval_ns)
+
+
+def buses(recording: Recording) -> list[str]:
+    """Names of the buses in the first piece, which has epochs of all craft of a run."""
+    _, names, _ = next(recording.pieces(), (None, np.empty(0, "S1"), None))
+    return [name.decode() for name in np.unique(names).tolist()]
+
+
+def spoken_contract(recording: Recording, bus: str) -> Codec:
+    """The contract whose hash the heartbeats on a bus carry."""
+    four = codec()
+    spoken: set[int] = set()
+    for _, frames in _on_bus(recording, bus):
+        base = frames[(frames.can_id <= SFF_MASK) & (frames.length == WIDTH)]
+        beats = base[four.kind_of[base.can_id] == four.kinds["HEARTBEAT"].number]
+        beats = beats[beats.data[:, 0] == e2e.crc(beats.can_id, beats.data)]
+        spoken = set(four.decode("HEARTBEAT", beats.data)["contract_hash"].tolist())
+        if spoken:
+            break
+    order = (four.receivers, *(n for n in range(1, MAX_RECEIVERS + 1) if n != four.receivers))
+    found = next((codec(n) for n in order if codec(n).hash in spoken), None) if spoken else None
+    if found is None:
+        said = f"speaks contract {min(spoken):08x}" if spoken else "has no intact heartbeat"
+        raise Mistake(
+            f"{recording.path}: {bus} {said}; this bench speaks {four.hash:08x} with {four.receivers} "
+            "receivers; --vehicle FILE replays it all the same"
+        )
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Marks:
+    """Intact time marks of a batch: rows (n,), sessions (n,), epochs (n,)."""
+
+    rows: NDArray[np.intp]
+    session: NDArray[np.int64]
+    epoch: NDArray[np.int64]
+
+
+def marks_in(contract: Codec, frames: FrameBatch) -> Marks:
+    rows = np.flatnonzero((frames.can_id == contract.can_id_of["TIME_MARK", 0]) & (frames.length == WIDTH))
+    rows = rows[frames.data[rows, 0] == e2e.crc(frames.can_id[rows], frames.data[rows])]
+    said = contract.decode("TIME_MARK", frames.data[rows])
+    return Marks(rows, said["session"], said["epoch"])
+
+
+def with_session(contract: Codec, frames: FrameBatch, session: int) -> FrameBatch:
+    """The same frames, intact time marks with another session and their CRC made anew."""
+    layout = contract.kinds["TIME_MARK"]
+    at = layout.signals.index("session")
+    rows = marks_in(contract, frames).rows
+    data = frames.data.copy()
+    words = np.ascontiguousarray(data[rows]).view("<u8")[:, 0]
+    mask = layout.mask[at] << layout.shift[at]
+    words = (words & ~mask) | np.uint64(session) << layout.shift[at]
+    data[rows] = words.astype("<u8").view(np.uint8).reshape(-1, WIDTH)
+    data[rows, 0] = e2e.crc(frames.can_id[rows], data[rows])
+    return replace(frames, data=data)
+
+
+def _times_ns(contract: Codec, epochs: list[TapeEpoch], numbers: np.ndarray) -> np.ndarray:
+    """(e,) GPS times [ns] of epochs: what they say; where they do not, when they were recorded."""
+    blocks = [epoch.emulator for epoch in epochs]
+    heard_ns = np.array([gpstime.from_unix_ns(int(block.t_ns[0])) for block in blocks])
+    counts = np.array([len(block) for block in blocks])
+    said = said_ns(contract, concat(blocks), counts, numbers)
+    return said if (said >= 0).all() else heard_ns
+
+
+def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[TapeEpoch]:
+    """The first run of a recording: it ends with BENCH_END, or where another session begins."""
+    sequencer = None
+    flight_id = np.array([contract.sender_of[i] == "FLIGHT" for i in range(IDENTIFIERS)])
+    session = None
+    for _, frames in _on_bus(recording, bus):
+        marks = marks_in(contract, frames)
+        if session is None and len(marks.session):
+            session = marks.session[0]
+        over = _over(frames, marks, session)
+        frames = frames[:over]
+        if sequencer is None:  # a run's own log has no BENCH_SYNC any more, and its frames are in order
+            steered = bool((frames.can_id == contract.can_id_of["BENCH_SYNC", 0]).any())
+            sequencer = Sequencer(contract, lockstep=steered)
+        for epoch in sequencer.hear(frames):
+            yield _sides(epoch, flight_id)
+        if over is not None:
+            break
+    for epoch in sequencer.finish() if sequencer else ():
+        yield _sides(epoch, flight_id)
+
+
+def _over(frames: FrameBatch, marks: Marks, session: int | None) -> int | None:
+    """The row where a run of a session is over; None if it goes on."""
+    if session is None:
+        return None
+    rows = marks.rows[marks.session != session].tolist()
+    for row in np.flatnonzero(frames.can_id == messages.END_ID).tolist():
+        if messages.decode(frames, row).session == session:
+            rows.append(row)
+    return min(rows, default=None)
+
+
+def _sides(epoch, flight_id: np.ndarray) -> TapeEpoch:
+    frames = epoch.frames
+    flight = (frames.can_id <= SFF_MASK) & flight_id[frames.can_id & SFF_MASK]
+    return TapeEpoch(epoch.number, frames[~flight], frames[flight])
+
+
+def _on_bus(recording: Recording, bus: str) -> Iterator[tuple[np.ndarray, FrameBatch]]:
+    """UNIX times [us] and frames of one bus, piece by piece; a frame's `t_ns` is its UNIX time."""
+    for piece in recording.pieces():
+        yield one_bus(piece, bus)
+
+
+def one_bus(piece: Piece, bus: str) -> tuple[np.ndarray, FrameBatch]:
+    unix_us, names, frames = piece
+    mine = names == bus.encode()
+    if not mine.all():
+        unix_us, frames = unix_us[mine], frames[mine]
+    return unix_us, replace(frames, t_ns=unix_us * 1000)

@@ -1,0 +1,218 @@
+"""What a report draws of one craft, gathered from its bus, its truth and its channel table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.report.decimate import BUCKETS
+from gnss_hil.tools.report.frames import covariance, radial_along_cross, sigmas_along
+from gnss_hil.tools.report.sky_plot import Places, Sightings, instants, look, places
+from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
+
+_MOST_HOLDS = 5000
+"""Stretches that a browser draws with ease."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strength:
+    """C/N0 of one receiver, (b,) rows: least, mean and greatest of its channels [dBHz], by time."""
+
+    t_ns: NDArray[np.int64]
+    least: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    greatest: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Craft:
+    """One craft's run on its time marks, (e,) rows; nan where there is nothing.
+
+    position_m, velocity_mps   (e, 3) of valid fixes, ECEF
+    truth_m, truth_mps         (e, 3); None where no truth was kept
+    visible                    (e,) satellites in view as truth says
+    error_m, sigma_m           (e, 3) radial, along, cross; sigma by the flight software's covariance
+    counts                     satellites_used, measurements, pdop, pdop_distinct, bits, faults: (e,) each
+    quaternion                 (e, 4) body from ECEF, as on the bus
+    holds, strength, sightings None where no channels were kept
+    bridge_ns                  breaks up to this long are not drawn in `holds`
+    handed                     handovers: (t_ns, satellite, receiver before, after)
+    """
+
+    name: str
+    vehicle: Vehicle
+    interval_ns: int
+    t_ns: NDArray[np.int64]
+    position_m: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+    truth_m: NDArray[np.float64] | None
+    truth_mps: NDArray[np.float64] | None
+    visible: NDArray[np.float64] | None
+    error_m: NDArray[np.float64] | None
+    sigma_m: NDArray[np.float64] | None
+    counts: dict[str, NDArray[np.float64]]
+    quaternion: NDArray[np.float64]
+    holds: Holds | None
+    bridge_ns: int
+    strength: dict[int, Strength] | None
+    sightings: Sightings | None
+    handed: list[tuple[int, int, int, int]]
+
+    @property
+    def here_m(self) -> NDArray[np.float64]:
+        """(e, 3) the fix, or the truth where there is none."""
+        if self.truth_m is None:
+            return self.position_m
+        return np.where(np.isnan(self.position_m), self.truth_m, self.position_m)
+
+
+def gather(
+    name: str, vehicle: Vehicle, interval_s: float, digest: Digest, rows: np.ndarray, channels: Path | None
+) -> Craft:
+    """rows: truth of this craft, empty if there is none; channels: channels.parquet, None if not kept."""
+    timeline = digest.timeline
+    t_ns, first = np.unique(timeline.get("t_ns", np.zeros(0, np.int64)), return_index=True)
+    interval_ns = round(interval_s * 1e9)
+    quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
+    fixes = _on(t_ns, digest.fixes)
+    position = _vectors(fixes, "{}_m", fixes["valid"] == 1)
+    velocity = _vectors(fixes, "v{}_mps", fixes["valid"] == 1)
+    counts = {k: np.where(fixes["valid"] == 1, fixes[k], np.nan) for k in
+              ("satellites_used", "measurements", "pdop", "pdop_distinct")}  # fmt: skip
+    counts |= {k: _column(timeline, k)[first].astype(float) for k in ("bits", "faults")}
+    truth_m = truth_mps = visible = error = sigma = None
+    if len(rows):
+        truth_m, truth_mps, visible = _truth_on(t_ns, rows)
+        axes = radial_along_cross(truth_m, truth_mps)
+        error = np.einsum("nij,nj->ni", axes, position - truth_m)
+        said = covariance(_vectors(fixes, "sigma_{}_m"), np.column_stack([fixes[f"rho_{p}"] for p in
+                                                                          ("xy", "xz", "yz")]))  # fmt: skip
+        sigma = np.where(np.isnan(error), np.nan, sigmas_along(axes, said))
+    here = position if truth_m is None else np.where(np.isnan(position), truth_m, position)
+    table = _Channels(channels, name, t_ns) if channels is not None else None
+    held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)
+    usable = ~np.isnan(here).any(axis=1) & ~np.isnan(quaternion).any(axis=1)
+    return Craft(
+        name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns,
+        position_m=position, velocity_mps=velocity, truth_m=truth_m, truth_mps=truth_mps, visible=visible,
+        error_m=error, sigma_m=sigma, counts=counts, quaternion=quaternion,
+        holds=held, bridge_ns=bridge,
+        strength=table.strength(vehicle.antennas) if table else None,
+        sightings=_sightings(
+            table, t_ns, here, quaternion, instants(usable), vehicle, places(digest.almanac.rows)
+        ) if table else None,
+        handed=digest.commands.handed,
+    )  # fmt: skip
+
+
+def _sightings(table, t_ns, here_m, quaternion, rows, vehicle: Vehicle, almanac: Places) -> Sightings:
+    measured, receiver = table.at(t_ns[rows])
+    keep = receiver <= vehicle.antennas
+    measured = Places(*(getattr(measured, f)[keep] for f in Places.__slots__))
+    return look(
+        t_ns[rows], here_m[rows], quaternion[rows], vehicle.boresight_body, measured, receiver[keep], almanac
+    )
+
+
+def _column(table, name: str) -> NDArray:
+    return table.get(name, np.zeros(0))
+
+
+_FIX_COLUMNS = ("valid", "satellites_used", "measurements", "pdop", "pdop_distinct", "x_m", "y_m", "z_m",
+                "vx_mps", "vy_mps", "vz_mps", "sigma_x_m", "sigma_y_m", "sigma_z_m",
+                "rho_xy", "rho_xz", "rho_yz")  # fmt: skip
+
+
+def _on(t_ns: NDArray[np.int64], fixes) -> dict[str, NDArray[np.float64]]:
+    """Columns of fixes (e,) on time marks; nan where none was reported."""
+    out = {name: np.full(len(t_ns), np.nan) for name in _FIX_COLUMNS}
+    if fixes:
+        at = np.searchsorted(t_ns, fixes["t_ns"])
+        for name, column in out.items():
+            column[at] = fixes[name]
+    return out
+
+
+def _vectors(columns, pattern: str, where=True) -> NDArray[np.float64]:
+    vectors = np.column_stack([columns[pattern.format(a)] for a in "xyz"])
+    return np.where(np.reshape(where, (-1, 1)), vectors, np.nan)
+
+
+def _truth_on(t_ns: NDArray[np.int64], rows: np.ndarray):
+    at = np.minimum(np.searchsorted(rows["t_gps_ns"], t_ns), len(rows) - 1)
+    known = rows["t_gps_ns"][at] == t_ns
+    one = known[:, None]
+    return (
+        np.where(one, rows["position_ecef_m"][at], np.nan),
+        np.where(one, rows["velocity_ecef_mps"][at], np.nan),
+        np.where(known, rows["satellites_visible"][at].astype(float), np.nan),
+    )
+
+
+def _bridged(table: _Channels, receivers: int, interval_ns: int) -> tuple[Holds, int]:
+    """Stretches, breaks bridged just long enough that they can be drawn; how long."""
+    one_by_one = (holds(*table.tracked(receiver), interval_ns) for receiver in range(1, receivers + 1))
+    found, bridge = joined(list(one_by_one)), 0
+    while len(found) > _MOST_HOLDS:
+        bridge = max(2 * bridge, interval_ns)
+        found = bridged(found, bridge)
+    return found, bridge
+
+
+class _Channels:
+    """channels.parquet of one craft, a few columns at a time: it may have millions of rows.
+
+    marks_ns   (e,) the time marks; the table's seconds are theirs and find their nanoseconds again
+    """
+
+    def __init__(self, path: Path, craft: str, marks_ns: NDArray[np.int64]):
+        import polars
+
+        self._column = polars.col
+        self._marks_ns, self._marks_s = marks_ns, marks_ns / NS_PER_S
+        names = [satellites.name(i) for i in range(satellites.SATELLITES)]
+        numbers = polars.LazyFrame({"satellite": names, "sat": np.arange(len(names))})
+        whole = polars.scan_parquet(path).filter(polars.col("craft") == craft)
+        self._table = whole.join(numbers, on="satellite", how="left")
+
+    def _read(self, lazy) -> dict[str, NDArray]:
+        read = {series.name: series.to_numpy() for series in lazy.collect().get_columns()}
+        read["t_ns"] = self._marks_ns[np.searchsorted(self._marks_s, read["t_gps_s"])]
+        return read
+
+    def tracked(self, receiver: int) -> tuple[NDArray, NDArray, NDArray]:
+        """t_ns, receiver, satellite of every measurement of one receiver."""
+        read = self._read(self._table.filter(receiver=receiver).select("t_gps_s", "receiver", "sat"))
+        return read["t_ns"], read["receiver"], read["sat"]
+
+    def at(self, t_ns: NDArray[np.int64]) -> tuple[Places, NDArray[np.int64]]:
+        """Places of measured satellites at some time marks, and the receivers that measured them."""
+        axes = [f"sv_{v}{a}_ecef_m{p}" for v, p in (("", ""), ("v", "ps")) for a in "xyz"]
+        wanted = self._table.filter(self._column("t_gps_s").is_in((t_ns / NS_PER_S).tolist()))
+        read = self._read(wanted.select("t_gps_s", "receiver", "sat", *axes))
+        vectors = np.column_stack([read[name] for name in axes])
+        return Places(read["t_ns"], read["sat"], vectors[:, :3], vectors[:, 3:]), read["receiver"].astype(int)
+
+    def strength(self, receivers: int) -> dict[int, Strength]:
+        """C/N0 by receiver, in at most BUCKETS stretches of time, so that the least and greatest survive."""
+        if not len(self._marks_s):
+            return {}
+        column, value = self._column, self._column("cn0_dbhz")
+        begin, end = self._marks_s[[0, -1]].tolist()
+        width = max((end - begin) / (BUCKETS - 1), 1e-6)
+        bucket = ((column("t_gps_s") - begin) / width).floor().alias("bucket")
+        read = self._read(
+            self._table.group_by("receiver", bucket)
+            .agg(column("t_gps_s").min(), value.min().alias("least"), value.mean().alias("mean"),
+                 value.max().alias("greatest"))
+            .sort("receiver", "bucket")
+        )  # fmt: skip
+        rows = {receiver: read["receiver"] == receiver for receiver in range(1, receivers + 1)}
+        return {r: Strength(*(read[name][mine] for name in Strength.__slots__)) for r, mine in rows.items()}

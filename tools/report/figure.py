@@ -1,0 +1,98 @@
+"""Plots as plain plotly documents: no plotly in Python, no colours but by name.
+
+Colours are names of the page's custom properties ("--antenna-1", "--muted"); the page puts in what they are
+in light, in dark and on paper.
+"""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.gpstime import NS_PER_S, UNIX_OF_GPS_EPOCH_S
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """One plot of a page.
+
+    figure   traces and layout; None if there is nothing to draw
+    note     how to read it; of a plot without figure, why there is none
+    wide     takes the whole width
+    """
+
+    title: str
+    note: str
+    figure: Json | None
+    height: int = 300
+    wide: bool = False
+
+    @classmethod
+    def missing(cls, title: str, why: str) -> Plot:
+        return cls(title, why, None)
+
+
+def antenna_colour(receiver: int) -> str:
+    """The one colour of a receiver's antenna, 1-based, throughout a page."""
+    return f"--antenna-{receiver}"
+
+
+def numbers(values: NDArray) -> Json:
+    """Values as plotly's typed array, single precision: seven digits are more than a picture shows."""
+    return _typed(values, "f4")
+
+
+def moments(t_ns: NDArray[np.int64]) -> Json:
+    """GPS time as milliseconds of a calendar that runs with it, for an axis of dates."""
+    return _typed(np.asarray(t_ns) / 1e6 + UNIX_OF_GPS_EPOCH_S * 1e3, "f8")
+
+
+def milliseconds(t_ns: NDArray[np.int64]) -> list[int]:
+    """The same for attributes that take no typed arrays."""
+    return (np.asarray(t_ns) // (NS_PER_S // 1000) + UNIX_OF_GPS_EPOCH_S * 1000).tolist()
+
+
+def _typed(values: NDArray, kind: str) -> Json:
+    return {
+        "dtype": kind,
+        "bdata": base64.b64encode(np.asarray(values).astype(f"<{kind}").tobytes()).decode(),
+    }
+
+
+def line(name: str, x: Json, y: Json, colour: str, **more) -> Json:
+    """A line of single points; gaps stay gaps."""
+    style = {"color": colour, "width": 1.5} | more.pop("line", {})
+    return {"type": "scatter", "mode": "lines", "name": name, "x": x, "y": y, "line": style} | more
+
+
+def layout(x: Json, y: Json, **more) -> Json:
+    """A layout of one pair of axes."""
+    return {"xaxis": x, "yaxis": y} | more
+
+
+def axis(title: str, **more) -> Json:
+    return {"title": {"text": title}} | more
+
+
+def time_axis(t_ns: NDArray[np.int64], **more) -> Json:
+    """GPS time of time marks (e,), all of it; plots of one craft move together along it (see page.js)."""
+    limits = {"range": milliseconds(t_ns[[0, -1]])} if len(t_ns) > 1 else {}
+    return axis("GPS time", type="date", **limits, **more)
+
+
+def stacked(rows: int, gap: float = 0.04) -> list[list[float]]:
+    """Vertical domains of so many plots over one time axis, the first on top."""
+    height = (1 - gap * (rows - 1)) / rows
+    return [[round(max(0, 1 - (i + 1) * height - i * gap), 4), round(1 - i * (height + gap), 4)]
+            for i in range(rows)]  # fmt: skip
+
+
+def numbered(name: str, i: int) -> str:
+    """plotly's name of the i-th axis, 0-based: yaxis, yaxis2, ..."""
+    return name if i == 0 else f"{name}{i + 1}"

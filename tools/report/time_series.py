@@ -1,0 +1,185 @@
+"""Time series: how many satellites, how well they stand, how wrong the fix is, how strong signals are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.tools.report.craft import Craft
+from gnss_hil.tools.report.decimate import extremes
+from gnss_hil.tools.report.figure import (
+    Json,
+    Plot,
+    antenna_colour,
+    axis,
+    layout,
+    line,
+    moments,
+    numbered,
+    numbers,
+    stacked,
+    time_axis,
+)
+from gnss_hil.tools.results.text import small
+
+NO_TRUTH = "No truth was kept with this run, so nothing can be compared with it."
+NO_CHANNELS = "This run kept no table of channels (it was played without a log)."
+NO_FIX = "There is not one valid fix in this run."
+
+
+def trace(name: str, t_ns: NDArray[np.int64], values: NDArray, colour: str, **more) -> Json:
+    """A line of a time series, thinned so that peaks and gaps stay."""
+    rows = extremes(np.asarray(values, float))
+    return line(name, moments(t_ns[rows]), numbers(values[rows]), colour, **more)
+
+
+def satellites(craft: Craft) -> Plot:
+    used = craft.counts["satellites_used"]
+    traces = [trace("in the fix", craft.t_ns, used, "--accent", line={"shape": "hv"})]
+    note = "Distinct satellites in the fix"
+    if craft.visible is not None:
+        traces.insert(0, trace("in view", craft.t_ns, craft.visible, "--muted", line={"shape": "hv"}))
+        note += "; in view: healthy, clear of the Earth and strong enough at some antenna, as truth says"
+    y = axis("satellites", rangemode="tozero")
+    return Plot("Satellites", f"{note}. A gap is an epoch without a fix.",
+                {"data": traces, "layout": layout(time_axis(craft.t_ns), y)})  # fmt: skip
+
+
+def dilution(craft: Craft) -> Plot:
+    if np.isnan(craft.counts["pdop"]).all():
+        return Plot.missing("Dilution of precision", NO_FIX)
+    traces = [
+        trace("each satellite once", craft.t_ns, craft.counts["pdop_distinct"], "--muted",
+              line={"dash": "dot"}),
+        trace("as the flight software says", craft.t_ns, craft.counts["pdop"], "--accent"),
+    ]  # fmt: skip
+    return Plot(
+        "Dilution of precision",
+        "Over all measurements of the fix, as published; and as computed here with every satellite once.",
+        {"data": traces, "layout": layout(time_axis(craft.t_ns), axis("PDOP", type="log", dtick="D2"))},
+    )
+
+
+_DIRECTIONS = ("radial", "along", "cross")
+_BANDS = ((3, "--band-3"), (1, "--band-1"))
+
+
+def position_error(craft: Craft) -> Plot:
+    title = "Position error"
+    if craft.error_m is None:
+        return Plot.missing(title, NO_TRUTH)
+    if np.isnan(craft.error_m).all():
+        return Plot.missing(title, NO_FIX)
+    worst = ", ".join(f"{d} {small(v)}" for d, v in zip(_DIRECTIONS, np.nanmax(np.abs(craft.error_m), axis=0),
+                                                        strict=True))  # fmt: skip
+    data, axes = [], {}
+    for i, (direction, domain) in enumerate(zip(_DIRECTIONS, stacked(3), strict=True)):
+        on = {"yaxis": numbered("y", i)}
+        for factor, colour in _BANDS:
+            data += _bounds(craft, i, factor, colour, on, showlegend=i == 0)
+        error = craft.error_m[:, i]
+        data.append(trace("fix - truth", craft.t_ns, error, "--accent", showlegend=i == 0,
+                          line={"width": 1}, **on))  # fmt: skip
+        limit = _view(error, craft.sigma_m[:, i])
+        axes[numbered("yaxis", i)] = axis(f"{direction} [m]", domain=domain, range=[-limit, limit])
+    return Plot(
+        title,
+        "Fix minus truth at the centre of mass; radial is up, along with the motion, cross on the orbit's "
+        "normal. Bands: 1 and 3 sigma of the flight software's own covariance. The first view may leave out "
+        f"the worst, at most {worst} m; double-click shows all.",
+        {"data": data, "layout": axes | {"xaxis": time_axis(craft.t_ns, anchor=numbered("y", 2))}},
+        height=480, wide=True,
+    )  # fmt: skip
+
+
+def _view(error_m: NDArray, sigma_m: NDArray) -> float:
+    """Half height of the first view: nine errors of ten, and the usual 3 sigma."""
+    wanted = [1.3 * np.nanpercentile(np.abs(error_m), 90), 1e-4]
+    if not np.isnan(sigma_m).all():
+        wanted.append(3.6 * np.nanmedian(sigma_m))
+    return float(max(wanted))
+
+
+def _bounds(craft: Craft, i: int, factor: int, colour: str, on: Json, showlegend: bool) -> list[Json]:
+    """A band of +- factor sigma; at the ends of a gap it closes."""
+    sigma = factor * craft.sigma_m[:, i]
+    rows = extremes(sigma)
+    rows = rows[~np.isnan(sigma[rows])]
+    x = np.r_[craft.t_ns[rows], craft.t_ns[rows][::-1]]
+    y = np.r_[sigma[rows], -sigma[rows][::-1]]
+    style = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
+    return [{"type": "scatter", "name": f"{factor} sigma", "x": moments(x), "y": numbers(y), "fill": "toself",
+             "fillcolor": colour, "showlegend": showlegend, **style, **on}]  # fmt: skip
+
+
+def strength(craft: Craft) -> Plot:
+    title = "Carrier to noise density"
+    if craft.strength is None:
+        return Plot.missing(title, NO_CHANNELS)
+    data, axes, names = [], {}, craft.vehicle.names
+    for i, (receiver, domain) in enumerate(zip(craft.strength, stacked(len(names)), strict=True)):
+        s, on, colour = craft.strength[receiver], {"yaxis": numbered("y", i)}, antenna_colour(receiver)
+        x = np.r_[s.t_ns, s.t_ns[::-1]]
+        data.append({"type": "scatter", "mode": "lines", "x": moments(x), "fill": "toself", "opacity": 0.25,
+                     "y": numbers(np.r_[s.least, s.greatest[::-1]]), "fillcolor": colour, "hoverinfo": "skip",
+                     "line": {"width": 0, "color": colour}, "showlegend": False, **on})  # fmt: skip
+        data.append(line(names[receiver - 1], moments(s.t_ns), numbers(s.mean), colour, **on))
+        axes[numbered("yaxis", i)] = axis(names[receiver - 1], domain=domain, nticks=4, matches="y")
+    del axes["yaxis"]["matches"]
+    lowest = numbered("y", len(names) - 1)
+    return Plot(
+        title, "By antenna [dBHz]: mean of its channels; the band is from the weakest to the strongest.",
+        {"data": data, "layout": axes | {"showlegend": False,
+                                         "xaxis": time_axis(craft.t_ns, anchor=lowest)}},
+        height=110 + 75 * len(names), wide=True,
+    )  # fmt: skip
+
+
+def load(craft: Craft) -> Plot:
+    percent = craft.counts["bits"] / (craft.interval_ns / 1e9 * BIT_RATE) * 100
+    return Plot(
+        "Bus load",
+        f"Bits of all frames of an epoch, stuffing included, at {BIT_RATE / 1e6:g} Mbit/s.",
+        {"data": [trace("load", craft.t_ns, percent, "--accent")],
+         "layout": layout(time_axis(craft.t_ns), axis("load [%]", rangemode="tozero"), showlegend=False)},
+    )  # fmt: skip
+
+
+def faults(craft: Craft) -> Plot | None:
+    """Frames that were refused; None if there were none."""
+    refused = craft.counts["faults"]
+    at = np.flatnonzero(refused > 0)
+    if not len(at):
+        return None
+    rows = at[np.unique(extremes(refused[at]))]
+    bars = {"type": "scatter", "mode": "markers", "name": "refused", "x": moments(craft.t_ns[rows]),
+            "y": numbers(refused[rows]), "marker": {"color": "--bad", "size": 5}}  # fmt: skip
+    return Plot(
+        "Frames refused",
+        "Frames that the checks of the protection refused, by epoch; the table above has the reasons.",
+        {"data": [bars], "layout": layout(time_axis(craft.t_ns), axis("frames", rangemode="tozero"))},
+    )  # fmt: skip
+
+
+def latency(histogram: list, p50: float | None, p99: float | None) -> Plot:
+    title = "Latency of an epoch"
+    if not histogram:
+        return Plot.missing(title, "This run did not keep the distribution of its latencies.")
+    edges = np.array([edge for edge, _ in histogram], float)
+    counts = np.array([count for _, count in histogram], float)
+    low = edges / 1.01**10
+    bars = {"type": "bar", "x": np.sqrt(edges * low).tolist(), "y": counts.tolist(), "name": "epochs",
+            "width": (edges - low).tolist(), "marker": {"color": "--accent", "line": {"width": 0}},
+            "hovertemplate": "%{y} epochs at %{x:.3g} ms<extra></extra>"}  # fmt: skip
+    marks = [(p, name) for p, name in ((p50, "p50"), (p99, "p99")) if p]
+    lines = [{"type": "line", "x0": p, "x1": p, "y0": 0, "y1": 1, "yref": "paper",
+              "line": {"color": "--ink", "width": 1, "dash": "dot"}} for p, _ in marks]  # fmt: skip
+    words = [{"x": float(np.log10(p)), "y": 1, "yref": "paper", "text": f"{name} {p:.3g} ms",
+              "yanchor": "bottom", "showarrow": False, "font": {"size": 11}}
+             for p, name in marks]  # fmt: skip
+    return Plot(
+        title, "From the last measurement's way out to the fix's way in; how often.",
+        {"data": [bars], "layout": layout(axis("latency [ms]", type="log"), axis("epochs"), shapes=lines,
+                                          annotations=words, showlegend=False)},
+    )  # fmt: skip

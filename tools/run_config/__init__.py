@@ -1,0 +1,1 @@
+"""What a run will be: scenario, command line and files made into one plan."""
