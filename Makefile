@@ -1,6 +1,7 @@
 # make run    the bench, played: Soyuz, four antennas, two processes on a bus of their own
 # make test   style, architecture, tests
 # make bench  speeds
+# make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
 # Each makes its own virtual environment; nothing but Python 3.11 or newer is needed.
 
 PYTHON ?= python3
@@ -8,7 +9,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: venv run test bench clean
+.PHONY: venv run test bench mutants clean
 
 run: $(STAMP)
 	$(BIN)/gnss-hil run soyuz
@@ -22,6 +23,9 @@ test: $(STAMP)
 bench: $(STAMP)
 	@for file in tests/benchmarks/[a-z]*.py; do \
 	  echo "== $$file"; $(BIN)/python -m tests.benchmarks.$$(basename $$file .py) || exit 1; done
+
+mutants: $(STAMP)
+	$(BIN)/python -m tests.mutants --jobs 2 $(of)
 
 venv: $(STAMP)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
+import erfa
 import pytest
 
 from gnss_hil.dbc.common import gpstime
@@ -49,3 +50,12 @@ def test_nanoseconds_survive():
     t_ns = gpstime.from_week(2400, 604_799, 999_999_999)
     assert gpstime.week_second_ns(t_ns) == (2400, 604_799, 999_999_999)
     assert gpstime.week_second_ns(t_ns + 1) == (2401, 0, 0)
+
+
+def test_leap_seconds_are_those_of_erfa():
+    """Every month since the GPS epoch, its first instant and the last second before it; TAI is GPS + 19 s."""
+    for month in range(1, 12 * 47):
+        first = datetime(1980 + month // 12, month % 12 + 1, 1)
+        for moment in (first, first - timedelta(seconds=1)):
+            expected = round(float(erfa.dat(moment.year, moment.month, moment.day, 0.0))) - 19
+            assert gpstime.leap_seconds(gpstime.from_utc(moment)) == expected, moment
