@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
-from math import radians, sqrt
+from math import radians
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.earth.constants import ROTATION_RPS
 from gnss_hil.emulator.numerics.rotations import dcm_321, quaternion_of_dcm, rate_321
@@ -34,30 +35,30 @@ _STILL = (0.0, 0.0, 0.0)
 
 
 def lvlh(state: CraftState) -> tuple[Array, Array]:
-    """The orbital frame of a craft.
+    """The orbital frame of a craft, at one instant or at q of them.
 
-    returns  (3, 3) rows x, y, z of the frame in ECEF axes; (3,) its rate relative to inertial space,
+    returns  (..., 3, 3) rows x, y, z of the frame in ECEF axes; (..., 3) its rate relative to inertial space,
              in its own axes [rad/s]
 
     The frame turns about the orbit normal with h / r^2 and, where a force has a component a_h along the
     normal, about the radius with r a_h / h. Source: Gauss's equations, e.g. Battin, An Introduction to the
     Mathematics and Methods of Astrodynamics, 10.3 (local frame's rotation)
     """
-    (x, y, z), (vx, vy, vz) = state.pos_ecef_m.tolist(), state.vel_ecef_mps.tolist()
-    ax, ay, az = state.acc_ecef_mps2.tolist()
+    x, y, z = np.moveaxis(state.pos_ecef_m, -1, 0)
+    vx, vy, vz = np.moveaxis(state.vel_ecef_mps, -1, 0)
+    ax, ay, az = np.moveaxis(state.acc_ecef_mps2, -1, 0)
     w = ROTATION_RPS
     # Inertial acceleration and velocity from the relative ones: Coriolis, then centrifugal.
     ax, ay = ax - 2 * w * vy - w * w * x, ay + 2 * w * vx - w * w * y
     vx, vy = vx - w * y, vy + w * x
     hx, hy, hz = y * vz - z * vy, z * vx - x * vz, x * vy - y * vx
-    r, h = sqrt(x * x + y * y + z * z), sqrt(hx * hx + hy * hy + hz * hz)
+    r, h = np.sqrt(x * x + y * y + z * z), np.sqrt(hx * hx + hy * hy + hz * hz)
     zx, zy, zz = -x / r, -y / r, -z / r
     yx, yy, yz = -hx / h, -hy / h, -hz / h
-    dcm = np.array(
-        ((yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx), (yx, yy, yz), (zx, zy, zz)),
-    )
+    rows = (yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx), (yx, yy, yz), (zx, zy, zz)
+    dcm = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
     acc_normal = -(ax * yx + ay * yy + az * yz)
-    return dcm, np.array((0.0, -h / (r * r), -acc_normal * r / h))
+    return dcm, np.stack((np.zeros_like(r), -h / (r * r), -acc_normal * r / h), axis=-1)
 
 
 class OrbitalAttitude:
@@ -68,10 +69,22 @@ class OrbitalAttitude:
 
     def at(self, t_ns: int, state: CraftState) -> tuple[Array, Array]:
         """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
+        return self._turned(*self._turn(t_ns), state)
+
+    def over(self, t_ns: I64, state: CraftState) -> tuple[Array, Array]:
+        """The same (q, 4) and (q, 3) at times (q,) with the craft's states (q, 3) there."""
+        turns = [self._turn(t) for t in t_ns.tolist()]
+        body_from_lvlh, own_rate = (np.stack(part) for part in zip(*turns, strict=True))
+        return self._turned(body_from_lvlh, own_rate, state)
+
+    def _turn(self, t_ns: int) -> tuple[Array, Array]:
         (roll, pitch, yaw), (roll_rate, pitch_rate, yaw_rate) = self._turning(t_ns)
+        return dcm_321(roll, pitch, yaw), rate_321(roll, pitch, roll_rate, pitch_rate, yaw_rate)
+
+    @staticmethod
+    def _turned(body_from_lvlh: Array, own_rate: Array, state: CraftState) -> tuple[Array, Array]:
         lvlh_from_ecef, frame_rate = lvlh(state)
-        body_from_lvlh = dcm_321(roll, pitch, yaw)
-        rate = rate_321(roll, pitch, roll_rate, pitch_rate, yaw_rate) + body_from_lvlh @ frame_rate
+        rate = own_rate + (body_from_lvlh @ frame_rate[..., None])[..., 0]
         return quaternion_of_dcm(body_from_lvlh @ lvlh_from_ecef), rate
 
 
@@ -88,6 +101,11 @@ class InertialAttitude:
         # ECEF axes of t to those of the start: back by what the Earth has turned.
         start_from_now = dcm_321(0.0, 0.0, -turned)
         return quaternion_of_dcm(self._dcm @ start_from_now), np.zeros(3)
+
+    def over(self, t_ns: I64, state: CraftState) -> tuple[Array, Array]:
+        """The same (q, 4) and (q, 3) at times (q,)."""
+        found = [self.at(t, state) for t in t_ns.tolist()]
+        return np.stack([quaternion for quaternion, _ in found]), np.zeros((len(found), 3))
 
 
 Attitude = OrbitalAttitude | InertialAttitude

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.files.csv_table import Table
 from gnss_hil.emulator.files.finals import Orientation
@@ -75,3 +76,8 @@ class TabulatedAttitude:
         body_from_eme2000 = dcm_of_quaternion(product(self._quaternion[row], turned))
         ecef_from_eme2000 = frames.ecef_from_eme2000(t_ns, self._measured)
         return quaternion_of_dcm(body_from_eme2000 @ ecef_from_eme2000.T), rate
+
+    def over(self, t_ns: I64, state: CraftState) -> tuple[Array, Array]:
+        """The same (q, 4) and (q, 3) at times (q,)."""
+        found = [self.at(t, state) for t in t_ns.tolist()]
+        return np.stack([quaternion for quaternion, _ in found]), np.stack([rate for _, rate in found])

@@ -38,7 +38,8 @@ GRID = Grid(origin_ns=0, segment_ns=60 * NS_PER_S, margin_ns=2 * NS_PER_S, degre
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SkyState:
-    """All satellites of a sky at one instant; rows are the same satellites through a run.
+    """All satellites of a sky at one instant, or (an axis before) at several; rows are the same satellites
+    through a run.
 
     index               (n,) satellite index, `dbc.common.satellites`
     pos_ecef_m          (n, 3) antenna phase centre, WGS-84 ECEF axes of the instant [m]
@@ -125,35 +126,54 @@ class Sky:
 
     def at(self, t_ns: int) -> SkyState:
         """The sky at GPS time t_ns."""
-        n = len(self.index)
         segment = GRID.segment(t_ns)
         number, row = divmod(segment, GRID.per_chunk)
         chunk = self._chunks[number]
-        value, rate, acceleration = GRID.evaluate(chunk.coefficients[row], segment, t_ns)
-        clock_m, drift_mps = value[3 * n : 4 * n], rate[3 * n : 4 * n]
+        values = GRID.evaluate(chunk.coefficients[row], segment, t_ns)
+        return self._state(
+            values, {name: getattr(chunk.broadcast, name)[row] for name in Broadcast.__slots__}
+        )
+
+    def over(self, t_ns: NDArray[np.int64]) -> SkyState:
+        """The sky at GPS times (q,), ascending: every field but `index` has an axis of times before its
+        own."""
+        segments, place = np.unique(GRID.segment(t_ns), return_inverse=True)
+        where = [divmod(segment, GRID.per_chunk) for segment in segments.tolist()]
+        said = [(self._chunks[number].broadcast, row) for number, row in where]
+        values = GRID.evaluate_many(self._coefficients, t_ns)
+        names = Broadcast.__slots__
+        return self._state(
+            values.swapaxes(0, 1),
+            {name: np.stack([getattr(b, name)[row] for b, row in said])[place] for name in names},
+        )
+
+    def _coefficients(self, segment: int) -> Array:
+        number, row = divmod(segment, GRID.per_chunk)
+        return self._chunks[number].coefficients[row]
+
+    def _state(self, values: Array, broadcast: Mapping[str, NDArray]) -> SkyState:
+        """The state of values and two derivatives (3, ..., 4 n or 8 n)."""
+        n = len(self.index)
+        value, rate, acceleration = values
+        shape = *value.shape[:-1], n, 3
+        clock_m, drift_mps = value[..., 3 * n : 4 * n], rate[..., 3 * n : 4 * n]
         told_m, told_mps, off, off_rate = clock_m, drift_mps, None, None
-        if len(value) > 4 * n:
-            told_m, told_mps = clock_m + value[7 * n :], drift_mps + rate[7 * n :]
-            off, off_rate = value[4 * n : 7 * n].reshape(n, 3), rate[4 * n : 7 * n].reshape(n, 3)
-        b = chunk.broadcast
+        if value.shape[-1] > 4 * n:
+            told_m, told_mps = clock_m + value[..., 7 * n :], drift_mps + rate[..., 7 * n :]
+            off = value[..., 4 * n : 7 * n].reshape(shape)
+            off_rate = rate[..., 4 * n : 7 * n].reshape(shape)
         return SkyState(
             index=self.index,
-            pos_ecef_m=value[: 3 * n].reshape(n, 3),
-            vel_ecef_mps=rate[: 3 * n].reshape(n, 3),
-            acc_ecef_mps2=acceleration[: 3 * n].reshape(n, 3),
+            pos_ecef_m=value[..., : 3 * n].reshape(shape),
+            vel_ecef_mps=rate[..., : 3 * n].reshape(shape),
+            acc_ecef_mps2=acceleration[..., : 3 * n].reshape(shape),
             clock_truth_m=clock_m - self._offset_m,
             clock_truth_mps=drift_mps,
             clock_m=told_m,
             clock_drift_mps=told_mps,
             off_ecef_m=off,
             off_ecef_mps=off_rate,
-            available=b.available[row],
-            healthy=b.healthy[row],
-            frequency=b.frequency[row],
-            iod=b.iod[row],
-            ura=b.ura[row],
-            ephemeris=b.ephemeris[row],
-            group_delay_m=b.group_delay_m[row],
+            **broadcast,
         )
 
     def _build(self, number: int) -> _Chunk:

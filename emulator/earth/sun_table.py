@@ -26,3 +26,7 @@ class Sun:
     def at(self, t_ns: int) -> NDArray[np.float64]:
         """(3,) geocentric place in ECEF of the instant [m]."""
         return self._table.at(t_ns)[0]
+
+    def over(self, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(q, 3) the same at times (q,), ascending."""
+        return self._table.over(t_ns)[:, 0]

@@ -105,8 +105,8 @@ class Grid:
         """(degree + 1,) nodes of a segment relative to its middle [s]."""
         return self.half_s * lobatto_nodes(self.degree)
 
-    def segment(self, t_ns: int) -> int:
-        """Number of the segment that holds t_ns: [start, end)."""
+    def segment(self, t_ns):
+        """Number of the segment that holds t_ns, a number or (q,): [start, end)."""
         return (t_ns - self.origin_ns) // self.segment_ns
 
     def middles_ns(self, chunk: int) -> NDArray[np.int64]:
@@ -131,6 +131,22 @@ class Grid:
         basis = powers @ _basis_matrix(self.degree, half_s).reshape(self.degree + 1, -1)
         return basis.reshape(3, -1) @ coefficients
 
+    def evaluate_many(
+        self, coefficients: Callable[[int], NDArray[np.float64]], t_ns: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Values and derivatives (q, 3, w) at times (q,), ascending; coefficients of a segment by its
+        number. The same numbers as `evaluate`, one product for each segment."""
+        segments = self.segment(t_ns)
+        out = []
+        for segment in np.unique(segments).tolist():
+            middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
+            x = (t_ns[segments == segment] - middle_ns) / NS_PER_S / self.half_s
+            powers = x[:, None] ** np.arange(self.degree + 1)
+            basis = powers @ _basis_matrix(self.degree, self.half_s).reshape(self.degree + 1, -1)
+            values = basis.reshape(3 * len(x), -1) @ coefficients(segment)
+            out.append(values.reshape(len(x), 3, -1))
+        return np.concatenate(out)
+
 
 class Table:
     """A vector function of time, read through its piecewise polynomials.
@@ -147,3 +163,12 @@ class Table:
         segment = self.grid.segment(t_ns)
         chunk, row = divmod(segment, self.grid.per_chunk)
         return self.grid.evaluate(self._chunks[chunk][row], segment, t_ns)
+
+    def over(self, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(q, 3, w) the same at times (q,), ascending."""
+
+        def coefficients(segment: int) -> NDArray[np.float64]:
+            chunk, row = divmod(segment, self.grid.per_chunk)
+            return self._chunks[chunk][row]
+
+        return self.grid.evaluate_many(coefficients, t_ns)

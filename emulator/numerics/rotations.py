@@ -5,7 +5,7 @@ Passive throughout: C turns coordinates, v_body = C v_reference. Quaternions are
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,21 +41,23 @@ def rate_321(roll: float, pitch: float, roll_rate: float, pitch_rate: float, yaw
 
 
 def quaternion_of_dcm(dcm: Array) -> Array:
-    """(4,) unit quaternion, scalar first and not negative, of a passive rotation matrix.
+    """Unit quaternions (..., 4), scalar first and not negative, of passive rotation matrices (..., 3, 3).
 
     Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1, 1978
     """
-    (a, b, c), (d, e, f), (g, h, i) = dcm.tolist()
-    squares = (1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i)
-    largest = squares.index(max(squares))
+    a, b, c, d, e, f, g, h, i = (dcm[..., row, column] for row in range(3) for column in range(3))
+    squares = np.stack((1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i), axis=-1)
     rows = (
-        (squares[0], f - h, g - c, b - d),
-        (f - h, squares[1], b + d, g + c),
-        (g - c, b + d, squares[2], f + h),
-        (b - d, g + c, f + h, squares[3]),
+        (squares[..., 0], f - h, g - c, b - d),
+        (f - h, squares[..., 1], b + d, g + c),
+        (g - c, b + d, squares[..., 2], f + h),
+        (b - d, g + c, f + h, squares[..., 3]),
     )
-    quaternion = np.array(rows[largest]) / (2 * sqrt(squares[largest]))
-    return -quaternion if quaternion[0] < 0 else quaternion
+    products = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    largest = squares.argmax(axis=-1)[..., None]
+    chosen = np.take_along_axis(products, largest[..., None], axis=-2)[..., 0, :]
+    quaternion = chosen / (2 * np.sqrt(np.take_along_axis(squares, largest, axis=-1)))
+    return np.where(quaternion[..., :1] < 0, -quaternion, quaternion)
 
 
 def dcm_of_quaternion(quaternion: Array) -> Array:

@@ -56,11 +56,12 @@ class OrbitError(ArithmeticError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CraftState:
-    """Centre of mass of a craft at one instant, WGS-84 ECEF axes of that instant, relative to them.
+    """Centre of mass of a craft at one instant or at q of them, (3,) or (q, 3) each, in WGS-84 ECEF axes of
+    the instant, relative to them.
 
-    pos_ecef_m      (3,) [m]
-    vel_ecef_mps    (3,) [m/s]
-    acc_ecef_mps2   (3,) [m/s^2], second time derivative of pos_ecef_m
+    pos_ecef_m      [m]
+    vel_ecef_mps    [m/s]
+    acc_ecef_mps2   [m/s^2], second time derivative of pos_ecef_m
     """
 
     pos_ecef_m: Array
@@ -85,6 +86,10 @@ class Orbit:
     def at(self, t_ns: int) -> CraftState:
         """State at GPS time t_ns."""
         return CraftState(*self._table.at(t_ns))
+
+    def over(self, t_ns: NDArray[np.int64]) -> CraftState:
+        """States (q, 3) at GPS times (q,), ascending."""
+        return CraftState(*self._table.over(t_ns).swapaxes(0, 1))
 
     def _sample(self, chunk: int) -> Array:
         """Positions (per_chunk, nodes, 3), ecef [m], at the nodes of a chunk's segments."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.attitude.profile import Attitude, build_attitude
 from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
 from gnss_hil.emulator.config import scenario
@@ -22,9 +23,11 @@ _AXES = tuple(f"position_{axis}" for axis in "xyz")
 
 
 class Motion(Protocol):
-    """Where a craft is."""
+    """Where a craft is: at a GPS time, and over several (q,), ascending."""
 
     def at(self, t_ns: int) -> CraftState: ...
+
+    def over(self, t_ns: I64) -> CraftState: ...
 
 
 Span = tuple[int, int]

@@ -78,6 +78,10 @@ class Trajectory:
         """State at GPS time t_ns."""
         return CraftState(*self._table.at(t_ns))
 
+    def over(self, t_ns: Times) -> CraftState:
+        """States (q, 3) at GPS times (q,), ascending."""
+        return CraftState(*self._table.over(t_ns).swapaxes(0, 1))
+
     def _sample(self, chunk: int) -> Array:
         middles_ns = self._grid.middles_ns(chunk)
         at_s = ((middles_ns - self.span_ns[0]) / NS_PER_S)[:, None] + self._grid.nodes_s
