@@ -2,6 +2,7 @@
 # make test   style, architecture, tests
 # make bench  speeds
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
+# make docs   the documents that are generated from code and tests
 # Each makes its own virtual environment; nothing but Python 3.11 or newer is needed.
 
 PYTHON ?= python3
@@ -9,7 +10,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: venv run test bench mutants clean
+.PHONY: venv run test bench mutants docs clean
 
 run: $(STAMP)
 	$(BIN)/gnss-hil run soyuz
@@ -26,6 +27,9 @@ bench: $(STAMP)
 
 mutants: $(STAMP)
 	$(BIN)/python -m tests.mutants --jobs 2 $(of)
+
+docs: $(STAMP)
+	$(BIN)/python -m tests.documents
 
 venv: $(STAMP)
 

@@ -11,7 +11,15 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, create_model, field_validator, model_validator
+from pydantic import (
+    Field,
+    GetJsonSchemaHandler,
+    WithJsonSchema,
+    create_model,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema
 
 from gnss_hil.dbc.common import gpstime, vehicle
 from gnss_hil.dbc.common.shipped_files import Files
@@ -42,6 +50,15 @@ class _Switched(Strict):
             return value
         return {k: {"enabled": v} if isinstance(v, bool) else v for k, v in value.items()}
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Each factor is its table or a switch, as `_switches` reads it."""
+        made = handler(core)
+        table = handler.resolve_ref_schema(made)
+        for name, factor in table["properties"].items():
+            table["properties"][name] = {"anyOf": [factor, {"type": "boolean"}]}
+        return made
+
     def on(self) -> dict[str, Factor]:
         """The factors that are on, by name, in the registry's order."""
         return {name: row for name, row in self if row.enabled}
@@ -56,6 +73,8 @@ def _factors(scope: str) -> type[_Switched]:
 SkyFactors, CraftFactors = _factors("sky"), _factors("craft")
 
 
+_GPS_TIME = {"type": "string", "pattern": r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?$"}
+GpsTime = Annotated[datetime, WithJsonSchema(_GPS_TIME)]
 FIRST_START, LAST_START = datetime(1980, 1, 6), datetime(2100, 1, 1)
 
 
@@ -69,7 +88,7 @@ class Time(Strict):
                  an `orbit` is counted from the Earth as it stands at UT1 = UTC, and the Sun is 14 arcsec off
     """
 
-    start_gps: datetime
+    start_gps: GpsTime
     duration_s: Annotated[float, Field(gt=0, le=31 * 86400)] = 600
     epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
     orientation: str | None = None

@@ -86,6 +86,10 @@ COMMANDS = {
         ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
+            "schema", "JSON schemas of scenario, vehicle and structure files, for editors",
+            ("schema --out .", "schema scenario"),
+        ),
+        Command(
             "vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",
             ("vcan up", "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0"),
         ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.plan import Plan, vehicle_name
 
 LOG, TRUTH, SUMMARY, SCENARIO, FACTS = "bus.log", "truth", "summary.json", "scenario.toml", "run.json"
+SCHEMA_LINE = re.compile(r"^#:schema .*\n", re.M)
 
 
 def default_path(scenario: str) -> Path:
@@ -50,7 +52,8 @@ class RunFolder:
     def describe(self, plan: Plan) -> None:
         """scenario.toml and vehicle files: enough to play the run again."""
         for i, text in enumerate(plan.vehicle_texts):
-            (self / vehicle_name(plan.names, i)).write_text(text, "utf-8")
+            own = SCHEMA_LINE.sub("", text)  # it names a file beside the original
+            (self / vehicle_name(plan.names, i)).write_text(own, "utf-8")
         document = plan.scenario.model_dump(mode="json", exclude_none=True)
         (self / SCENARIO).write_text(toml.dumps(document), "utf-8")
 

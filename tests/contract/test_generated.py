@@ -1,0 +1,12 @@
+"""Documents that are generated are those in the repository."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.documents.generated import ROOT, generated
+
+
+@pytest.mark.parametrize("name", generated())
+def test_generated_document_is_current(name):
+    assert (ROOT / name).read_text("utf-8") == generated()[name], "make docs writes it anew"

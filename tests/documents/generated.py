@@ -1,0 +1,28 @@
+"""What is generated, by the file it stands in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gnss_hil.dbc.contract import document as messages
+from gnss_hil.tools.schema import json_schema, page
+
+ROOT = Path(__file__).parents[2]
+SCHEMAS = {
+    "vehicle": "dbc/vehicles",
+    "scenario": "emulator/data/scenarios",
+    "structure": "emulator/data/structures",
+}
+"""Kind of file -> where those are that ship, and their schema."""
+
+
+def generated() -> dict[str, str]:
+    """File, relative to the repository -> its text."""
+    return {
+        "docs/messages.md": messages.document(),
+        "docs/scenario.md": page.page(),
+        **{
+            f"{folder}/{json_schema.file_name(kind)}": json_schema.text(kind)
+            for kind, folder in SCHEMAS.items()
+        },
+    }

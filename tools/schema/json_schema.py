@@ -1,0 +1,156 @@
+"""JSON schemas of the TOML files, from the models that check them.
+
+Editors that know the comment `#:schema ./scenario.schema.json` (taplo, Even Better TOML) complete keys, show
+their meaning and mark mistakes as they are typed. A schema is what pydantic makes of the model, without null,
+which TOML has not, and with the meaning of a key where a model's docstring has it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from typing import Any
+
+from pydantic import BaseModel
+
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.common.shipped_files import Files
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.signal.structure import file as structure
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+KINDS: dict[str, Files[Any]] = {
+    "scenario": scenario.FILES,
+    "vehicle": vehicle.FILES,
+    "structure": structure.FILES,
+}
+"""Kind of file -> its model, and where those are that ship."""
+
+_KEY = re.compile(r"^(?P<keys>[\w.*]+(?:, [\w.*]+)*|the others) {2,}(?P<text>\S.*)$")
+
+
+def file_name(kind: str) -> str:
+    """Of a kind's schema."""
+    return f"{kind}.schema.json"
+
+
+def schema(kind: str) -> dict[str, Any]:
+    """The JSON schema of a kind of file."""
+    return {"$schema": DIALECT, "title": f"gnss-hil {kind} file", **of_model(KINDS[kind].model)}
+
+
+def text(kind: str) -> str:
+    """The schema as it stands in a file."""
+    return json.dumps(schema(kind), indent=1, ensure_ascii=False) + "\n"
+
+
+def of_model(model: type[BaseModel]) -> dict[str, Any]:
+    """The JSON schema of a model, as TOML can say it."""
+    made = _without_null(model.model_json_schema())
+    for table in (made, *made.get("$defs", {}).values()):
+        _tell_keys(table)
+    return made
+
+
+def _without_null(node: Any) -> Any:
+    """A schema without null, without titles made of names, without defaults of whole tables."""
+    if isinstance(node, list):
+        return [_without_null(item) for item in node if item != {"type": "null"}]
+    if not isinstance(node, dict):
+        return node
+    kept: dict[str, Any] = {
+        key: _named(value) if key in ("properties", "$defs") else _without_null(value)
+        for key, value in node.items()
+        if not (key == "title" and isinstance(value, str))
+        and not (key == "default" and (value is None or isinstance(value, dict)))
+    }
+    options = kept.get("anyOf", [])
+    if len(options) == 1:
+        del kept["anyOf"]
+        return {**options[0], **kept}
+    return kept
+
+
+def _named(members: dict[str, Any]) -> dict[str, Any]:
+    """Members whose keys are names of the user's, not words of JSON Schema."""
+    return {name: _without_null(value) for name, value in members.items()}
+
+
+def _tell_keys(table: dict[str, Any]) -> None:
+    """Move what a docstring's list of keys says of each to the key, where it has no description yet."""
+    lead, keys = split_docstring(table.get("description", ""))
+    if lead:
+        table["description"] = lead
+    for name, value in table.get("properties", {}).items():
+        found = next((said for pattern, said in keys if fnmatch(name, pattern)), None)
+        if found and "description" not in value:
+            value["description"] = found
+
+
+def split_docstring(docstring: str) -> tuple[str, list[tuple[str, str]]]:
+    """What a docstring says of a table as a whole, and of its keys: (pattern of the key's name, meaning).
+
+    A list of keys has lines of names, two or more blanks, and text, which goes on in indented lines. `...`
+    and `*` stand for any part of a name, "the others" for all that are not named.
+    """
+    lead: list[str] = []
+    keys: list[tuple[list[str], list[str]]] = []
+    inside = False
+    for line in docstring.splitlines():
+        found = _KEY.match(line)
+        if found:
+            patterns = found["keys"].replace("the others", "*").replace("...", "*").split(", ")
+            keys.append((patterns, [found["text"]]))
+        elif inside and line.startswith(" "):
+            keys[-1][1].append(line.strip())
+        else:
+            lead.append(line)
+        inside = bool(found) or (inside and line.startswith(" "))
+    meanings = [(pattern, " ".join(lines)) for patterns, lines in keys for pattern in patterns]
+    return " ".join(" ".join(lead).split()), meanings
+
+
+def tables(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Every table of a schema with its TOML header (`[sky]`, `[[craft]]`, `[expect.NAME]`), outer ones first.
+
+    The root has no header. A table that occurs in two places comes twice.
+    """
+    yield "", made
+    yield from _inner_tables(made, made, "")
+
+
+def _inner_tables(
+    made: dict[str, Any], table: dict[str, Any], path: str
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    for name, value in table.get("properties", {}).items():
+        found = table_in(made, value)
+        if found:
+            inner, form = found
+            whole = f"{path}{name}"
+            header = form.format(whole)
+            yield header, inner
+            yield from _inner_tables(made, inner, header.strip("[]") + ".")
+
+
+def table_in(made: dict[str, Any], value: dict[str, Any]) -> tuple[dict[str, Any], str] | None:
+    """The table that a key holds (one, an array of them, or by name) and its header's form; None without."""
+    for option in value.get("anyOf", [value]):
+        whole = resolved(made, option)
+        inside = (
+            (whole, "[{}]"),
+            (whole.get("items"), "[[{}]]"),
+            (whole.get("additionalProperties"), "[{}.NAME]"),
+        )
+        for node, form in inside:
+            if isinstance(node, dict) and "properties" in resolved(made, node):
+                return resolved(made, node), form
+    return None
+
+
+def resolved(made: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+    """A node, or what it refers to."""
+    reference = node.get("$ref")
+    return made["$defs"][reference.rsplit("/", 1)[1]] if reference else node
