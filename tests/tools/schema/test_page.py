@@ -14,7 +14,7 @@ from gnss_hil.tools.schema.units import unit
 WITHOUT_UNIT = {
     "alpha", "amplitude", "autonomous", "beta", "bulge_exponent", "channels", "clock_domain", "degree",
     "drag_coefficient", "eccentricity", "enabled", "forces", "least_amplitude", "mark_domain", "max", "min",
-    "options",     "plasmasphere_share", "radiation_coefficient", "receiver", "reflections", "seed", "walk",
+    "options", "plasmasphere_share", "radiation_coefficient", "receiver", "reflections", "seed", "walk",
 }  # fmt: skip
 """Keys of numbers that are pure, or whose unit is that of what they limit."""
 
