@@ -35,14 +35,27 @@ def _step(state: NDArray, bit: NDArray) -> tuple[NDArray, NDArray]:
     return 1 + 5 * bit + run - 1, stuffed.astype(np.int64)
 
 
-def _walk(state: NDArray, word: NDArray, bits: int) -> tuple[NDArray, NDArray]:
-    """State after sending the bits of a word, msb first, and the stuff bits sent; arrays broadcast."""
-    state, word = np.broadcast_arrays(state, word)
+@cache
+def _stretch(bits: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """(11, 2^bits) state after sending a word of a few bits from each state, and the stuff bits sent."""
+    state, word = np.broadcast_arrays(np.arange(_STATES)[:, None], np.arange(1 << bits))
     stuffed = np.zeros(state.shape, np.int64)
     for k in reversed(range(bits)):
         state, sent = _step(state, word >> k & 1)
         stuffed += sent
     return state.astype(np.uint8), stuffed.astype(np.uint8)
+
+
+def _walk(state: NDArray, word: NDArray, bits: int) -> tuple[NDArray, NDArray]:
+    """State after sending the bits of a word, msb first, and the stuff bits sent; arrays broadcast."""
+    stuffed = np.uint8(0)
+    for low in reversed(range(0, bits, 8)):
+        width = min(8, bits - low)
+        after, sent = _stretch(width)
+        piece = word >> low & (1 << width) - 1
+        stuffed = stuffed + sent[state, piece]
+        state = after[state, piece]
+    return state, np.asarray(stuffed)
 
 
 def _crc15(crc: NDArray, word: NDArray, bits: int) -> NDArray:
@@ -59,7 +72,7 @@ def _tables():
     header = rows >> 4 << 7 | rows & 15
     states = np.arange(_STATES)[:, None]
     header_state, header_stuff = _walk(np.array(_START), header, 19)
-    byte_state, byte_stuff = _walk(states, np.arange(256), 8)
+    byte_state, byte_stuff = _stretch(8)
     crc_state, crc_stuff = _walk(states, np.arange(1 << 15), 15)
     # A stuff bit due after the last CRC bit is still sent.
     crc_stuff = crc_stuff + ((crc_state - 1) % 5 == 4)

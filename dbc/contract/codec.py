@@ -1,15 +1,15 @@
 """Encode and decode batches of frames.
 
-cantools reads the DBC once and is the authority for the layout; from it come shift, mask and scale
-tables, one row per *kind* (a layout that repeats per receiver is one kind), and everything after that
-is array arithmetic. Property tests hold both directions equal to cantools for every message.
+The table of messages gives shift, mask and scale, one row per *kind* (a layout that repeats per receiver
+is one kind), and everything after that is array arithmetic. cantools is the authority for the layout: tests
+hold the tables equal to what it reads from the DBC, for every number of receivers, and both directions equal
+to its own for every message.
 """
 
 from __future__ import annotations
 
 import hashlib
-import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import resources
@@ -17,10 +17,10 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.contract.messages import CHANNELS, HEARTBEAT_BASE, MAX_RECEIVERS
+from gnss_hil.dbc.contract.generate import dbc_text
+from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS, Kind, Message, messages
 
 IDENTIFIERS = 2048
-_PREFIX = re.compile(r"^(?:RX(\d)_|(?:ATT|TIME|FLIGHT)_(?=HEARTBEAT$))")
 
 
 class CodecError(ValueError):
@@ -176,38 +176,32 @@ def _misfit(plan: _Plan, raw: NDArray[np.float64]) -> str:
     return f"{layout.name}.{signal} = {found:g} does not fit; allowed {least:g} to {most:g}"
 
 
-def _layout(number: int, name: str, message) -> Layout:
-    signals = sorted(message.signals, key=lambda s: s.start)
-    attributes = message.dbc.attributes
-    key = attributes["E2EStreamKey"].value if "E2EStreamKey" in attributes else ""
-    key_signal = next((s for s in signals if s.name == key), None)
-    assert all(s.byte_order == "little_endian" and not s.is_float for s in signals)
-    bits = np.array([s.length for s in signals])
-    signed = np.array([s.is_signed for s in signals])
+def _layout(number: int, kind: Kind) -> Layout:
+    signals = kind.signals
+    bits = np.array([s.bits for s in signals])
+    signed = np.array([s.signed for s in signals])
     top = 2.0 ** (bits - signed)
+    key = next((s for s in signals if s.name == kind.key), None)
     return Layout(
-        name=name,
+        name=kind.name,
         number=number,
         signals=tuple(s.name for s in signals),
         shift=np.array([s.start for s in signals], np.uint64),
-        mask=np.array([(1 << s.length) - 1 for s in signals], np.uint64),
-        sign_bit=np.array([1 << s.length - 1 if s.is_signed else 0 for s in signals], np.int64),
-        factor=np.array([float(s.scale) for s in signals]),
+        mask=np.array([(1 << s.bits) - 1 for s in signals], np.uint64),
+        sign_bit=np.array([1 << s.bits - 1 if s.signed else 0 for s in signals], np.int64),
+        factor=np.array([float(s.factor) for s in signals]),
         offset=np.array([float(s.offset) for s in signals]),
         raw_min=np.where(signed, -top, 0.0),
         raw_max=top - 1,
-        integral=tuple(s.scale == 1 and s.offset == 0 for s in signals),
-        protected="E2EProfile" in attributes,
-        key_shift=key_signal.start if key_signal else 0,
-        key_mask=(1 << key_signal.length) - 1 if key_signal else 0,
+        integral=tuple(s.factor == 1 and s.offset == 0 for s in signals),
+        protected=kind.protected,
+        key_shift=key.start if key else 0,
+        key_mask=(1 << key.bits) - 1 if key else 0,
     )
 
 
-def from_dbc(text: str, receivers: int) -> Codec:
-    """The codec of a DBC text."""
-    from cantools.database import load_string
-
-    database = load_string(text, database_format="dbc")
+def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec:
+    """The codec of a table of messages, by identifier; `text` is the DBC that says the same."""
     kinds: dict[str, Layout] = {}
     can_id_of, senders = {}, [""] * IDENTIFIERS
     kind_of = np.full(IDENTIFIERS, -1, np.int16)
@@ -215,23 +209,19 @@ def from_dbc(text: str, receivers: int) -> Codec:
     protected = np.zeros(IDENTIFIERS, bool)
     key_shift = np.zeros(IDENTIFIERS, np.uint64)
     key_mask = np.zeros(IDENTIFIERS, np.uint64)
-    for message in database.messages:
-        can_id = message.frame_id
-        prefix = _PREFIX.match(message.name)
-        name = _PREFIX.sub("", message.name)
-        number = int(prefix[1]) if prefix and prefix[1] else 0
-        if name == "HEARTBEAT":
-            number = can_id - HEARTBEAT_BASE
-        layout = kinds.get(name)
-        if layout is None:
-            layout = kinds[name] = _layout(len(kinds), name, message)
+    for message in messages:
+        kind, can_id = message.kind, message.can_id
+        if kind.name not in kinds:
+            kinds[kind.name] = _layout(len(kinds), kind)
+        layout = kinds[kind.name]
+        number = (can_id - kind.base) // kind.stride + 1 if kind.per else 0
         kind_of[can_id] = layout.number
         number_of[can_id] = number
-        senders[can_id] = message.senders[0]
+        senders[can_id] = message.sender
         protected[can_id] = layout.protected
         key_shift[can_id] = layout.key_shift
         key_mask[can_id] = layout.key_mask
-        can_id_of[name, number] = can_id
+        can_id_of[kind.name, number] = can_id
     digest = hashlib.sha256(text.encode("ascii")).digest()
     return Codec(
         receivers=receivers,
@@ -254,8 +244,6 @@ def codec(receivers: int = 4) -> Codec:
     """The codec of the contract with this many receivers; four is the checked-in file."""
     if not 1 <= receivers <= MAX_RECEIVERS:
         raise ValueError(f"{receivers} receivers; a contract has 1 to {MAX_RECEIVERS}")
-    if receivers == 4:
-        return from_dbc(resources.files("gnss_hil.dbc.contract").joinpath("gnss.dbc").read_text("ascii"), 4)
-    from gnss_hil.dbc.contract.generate import dbc_text
-
-    return from_dbc(dbc_text(receivers), receivers)
+    shipped = resources.files("gnss_hil.dbc.contract").joinpath("gnss.dbc")
+    text = shipped.read_text("ascii") if receivers == 4 else dbc_text(receivers)
+    return of_messages(messages(receivers), text, receivers)

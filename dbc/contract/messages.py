@@ -1,7 +1,7 @@
 """The bus contract as one table: every message, signal, identifier and value name.
 
-The DBC files, the interface document and the frame budget are generated from here. At run time the
-codec reads the DBC, not this table, so that what flies is what a third party sees.
+The DBC files, the interface document, the frame budget and the codec's tables are generated from here.
+Tests hold the codec equal to what cantools reads from the DBC, so that what flies is what a third party sees.
 
 A *kind* is one layout. A kind that repeats per receiver (or per node) has one identifier for each:
 `base + stride * (number - 1)`. Payload signals are packed little-endian in the order listed, behind

@@ -8,18 +8,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.batch_codec import form, reader
-from gnss_hil.dbc.contract.codec import codec, from_dbc
-from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS
+from gnss_hil.dbc.contract.codec import codec, of_messages
+from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS, Kind, Message, Signal
 
 CODEC = codec(4)
 KINDS = tuple(CODEC.kinds)
 SHARED = [MEASUREMENT_KINDS, ("TIME_MARK", "TIME_GPS", "TIME_FINE"), ("TAG", "STATUS"), ("ACK",),
           ("ALM_XY", "ALM_Z", "ALM_V"), ("ATT_Q01", "ATT_Q23", "ATT_RATE"), ("COMMAND",)]  # fmt: skip
-OFFSETS = from_dbc(
-    'BO_ 1 ROOM: 8 A\n SG_ warm : 0|12@1+ (0.5,-40) [0|0] "" B\n SG_ damp : 12|9@1- (0.25,3) [0|0] "" B\n'
-    'BO_ 2 DOOR: 8 A\n SG_ width : 3|40@1+ (0.001,0) [0|0] "" B\n',
-    1,
-)
+
+
+def message(can_id, name, *signals):
+    return Message(can_id, name, Kind(name, can_id, "A", ("B",), "", signals, protected=False), "A", ("B",))
+
+
+OFFSETS = of_messages(
+    [
+        message(
+            1, "ROOM",
+            Signal("warm", 12, 0.5, -40, start=0), Signal("damp", 9, 0.25, 3, signed=True, start=12),
+        ),
+        message(2, "DOOR", Signal("width", 40, 0.001, start=3)),
+    ],
+    "", 1,
+)  # fmt: skip
 
 some_kinds = st.lists(st.sampled_from(KINDS), min_size=1, max_size=12)
 seeds = st.integers(0, 2**32)

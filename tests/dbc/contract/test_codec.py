@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from cantools.database import load_string
@@ -9,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.codec import CodecError, codec
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, FLIGHT_NODE, MAX_RECEIVERS, TIME_NODE
 
 CODEC = codec(4)
 CANTOOLS = load_string(CODEC.text, "dbc")
@@ -61,6 +63,52 @@ def test_rounds_to_the_nearest_step():
 def test_refuses_what_a_signal_cannot_carry(kind, values, text):
     with pytest.raises(CodecError, match=text):
         CODEC.encode(kind, values)
+
+
+HEARTBEATS = {"ATT_HEARTBEAT": ATTITUDE_NODE, "TIME_HEARTBEAT": TIME_NODE, "FLIGHT_HEARTBEAT": FLIGHT_NODE}
+
+
+def kind_and_number(name):
+    """Kind and receiver or node of a message, by its name in the DBC."""
+    if name in HEARTBEATS:
+        return "HEARTBEAT", HEARTBEATS[name]
+    repeated = re.fullmatch(r"RX(\d)_(\w+)", name)
+    return (repeated[2], int(repeated[1])) if repeated else (name, 0)
+
+
+@pytest.mark.parametrize("receivers", range(1, MAX_RECEIVERS + 1))
+def test_tables_are_what_cantools_reads_from_the_dbc(receivers):
+    tables = codec(receivers)
+    database = load_string(tables.text, "dbc", strict=True)
+    known = np.zeros(len(tables.kind_of), bool)
+    for message in database.messages:
+        can_id = message.frame_id
+        known[can_id] = True
+        kind, number = kind_and_number(message.name)
+        layout = tables.layouts[tables.kind_of[can_id]]
+        assert (layout.name, tables.number_of[can_id]) == (kind, number)
+        assert layout is tables.kinds[kind]
+        assert tables.can_id_of[kind, number] == can_id
+        assert tables.sender_of[can_id] == message.senders[0]
+        attributes = {name: a.value for name, a in message.dbc.attributes.items()}
+        assert tables.protected_of[can_id] == layout.protected == ("E2EProfile" in attributes)
+        signals = sorted(message.signals, key=lambda s: s.start)
+        key = next((s for s in signals if s.name == attributes.get("E2EStreamKey")), None)
+        assert tables.key_shift_of[can_id] == layout.key_shift == (key.start if key else 0)
+        assert tables.key_mask_of[can_id] == layout.key_mask == ((1 << key.length) - 1 if key else 0)
+        assert all(s.byte_order == "little_endian" and not s.is_float for s in signals)
+        assert layout.signals == tuple(s.name for s in signals)
+        assert layout.shift.tolist() == [s.start for s in signals]
+        assert layout.mask.tolist() == [(1 << s.length) - 1 for s in signals]
+        assert layout.sign_bit.tolist() == [1 << s.length - 1 if s.is_signed else 0 for s in signals]
+        assert layout.factor.tolist() == [s.scale for s in signals]
+        assert layout.offset.tolist() == [s.offset for s in signals]
+        assert layout.raw_min.tolist() == [-(1 << s.length - 1) if s.is_signed else 0 for s in signals]
+        assert layout.raw_max.tolist() == [(1 << s.length - s.is_signed) - 1 for s in signals]
+        assert layout.integral == tuple(s.scale == 1 and s.offset == 0 for s in signals)
+    assert ((tables.kind_of >= 0) == known).all()
+    assert len(tables.can_id_of) == len(database.messages)
+    assert [layout.number for layout in tables.layouts] == list(range(len(tables.kinds)))
 
 
 @pytest.mark.parametrize("receivers", range(1, MAX_RECEIVERS + 1))
