@@ -9,39 +9,42 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-GPS, GLONASS, GALILEO, BEIDOU, SBAS, QZSS, INTERSATELLITE = range(7)
+from gnss_hil.dbc.common import systems
+from gnss_hil.dbc.common.systems import SYSTEMS
 
-SYSTEM_NAMES = ("gps", "glonass", "galileo", "beidou", "sbas", "qzss", "intersatellite")
-SYSTEM_LETTERS = "GRECSJI"  # RINEX 3 letters; I for later inter-satellite ranges
+GPS, GLONASS = SYSTEMS["gps"].value, SYSTEMS["glonass"].value
 
 NUMBERS = 64
-SATELLITES = NUMBERS * 8
+SATELLITES = NUMBERS * systems.COUNT
 
 
-def index(system, number):
+def index(system: ArrayLike, number: ArrayLike) -> NDArray[np.int64]:
     """Array index of satellite (system, number); vectorised."""
     return np.asarray(system) * NUMBERS + np.asarray(number)
 
 
-def system_of(sat_index):
+def system_of(sat_index: ArrayLike) -> NDArray[np.int64]:
     return np.asarray(sat_index) // NUMBERS
 
 
-def number_of(sat_index):
+def number_of(sat_index: ArrayLike) -> NDArray[np.int64]:
     return np.asarray(sat_index) % NUMBERS
 
 
 def name(sat_index: int) -> str:
     """RINEX name of a satellite: 'G07', 'R21'; '7:63' of a system that has no letter."""
-    system, number = divmod(int(sat_index), NUMBERS)
-    prefix = SYSTEM_LETTERS[system] if system < len(SYSTEM_LETTERS) else f"{system}:"
+    value, number = divmod(int(sat_index), NUMBERS)
+    system = systems.by_value(value)
+    prefix = f"{value}:" if system is None else system.letter
     return f"{prefix}{number:02d}"
 
 
 def parse(text: str) -> int:
     """Index from a RINEX name; ValueError if it is none."""
-    match = re.fullmatch(rf"([{SYSTEM_LETTERS}])(\d\d)", text)
-    if match is None or not 0 < int(match[2]) < NUMBERS:
+    match = re.fullmatch(r"([A-Z])(\d\d)", text)
+    system = systems.by_letter(match[1]) if match else None
+    if match is None or system is None or not 0 < int(match[2]) < NUMBERS:
         raise ValueError(f"'{text}' is not a satellite name such as G07 or R21")
-    return SYSTEM_LETTERS.index(match[1]) * NUMBERS + int(match[2])
+    return system.value * NUMBERS + int(match[2])

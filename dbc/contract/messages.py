@@ -13,6 +13,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from gnss_hil.dbc.common.signals import SIGNALS
+from gnss_hil.dbc.common.systems import CLOCK_DOMAINS, SYSTEMS
+
 MAX_RECEIVERS = 8
 CHANNELS = 32
 BIT_RATE = 1_000_000
@@ -27,12 +30,13 @@ HEARTBEAT_BASE = 0x700
 BENCH_FIRST, BENCH_LAST = 0x7E0, 0x7EF
 """Bench frames steer lockstep; they are not navigation, not in load figures, not recorded, not faulted."""
 
+_OFFSETS = {s.time_offset_item: s.name.upper() for s in SYSTEMS.values() if s.time_offset_item is not None}
+"""Item of NAV_CLOCK -> label of the system whose time offset it carries."""
+
 # Value tables: name -> {raw: label}. Labels are what people and reports see.
 VALUES: dict[str, dict[int, str]] = {
-    "SatSystem": {
-        0: "GPS", 1: "GLONASS", 2: "GALILEO", 3: "BEIDOU", 4: "SBAS", 5: "QZSS", 6: "INTERSATELLITE",
-    },
-    "Signal": {0: "L1CA", 1: "L1OF", 2: "L1P", 3: "L2P", 4: "L2C", 5: "L5", 6: "L2OF", 7: "E1"},
+    "SatSystem": {s.value: s.name.upper() for s in SYSTEMS.values()},
+    "Signal": dict(sorted((s.value, s.name) for s in SIGNALS.values())),
     "Lock": {0: "IDLE", 1: "SEARCH", 2: "CODE", 3: "CARRIER", 4: "BIT_SYNC", 5: "FULL"},
     "Action": {0: "RELEASE", 1: "TRACK", 2: "AUTONOMOUS"},
     "AckResult": {
@@ -46,8 +50,11 @@ VALUES: dict[str, dict[int, str]] = {
         0: "FIX", 1: "TOO_FEW_SATELLITES", 2: "SINGULAR_GEOMETRY", 3: "NO_CONVERGENCE", 4: "NO_TIME_MARK",
         5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES", 7: "NO_VELOCITY",
     },
-    "MarkClock": {0: "GPS", **{k + 1: f"DOMAIN_{k}" for k in range(8)}},
-    "ClockItem": {**{k: f"DOMAIN_{k}" for k in range(8)}, 8: "GLONASS_OFFSET"},
+    "MarkClock": {0: "GPS", **{k + 1: f"DOMAIN_{k}" for k in range(CLOCK_DOMAINS)}},
+    "ClockItem": {
+        **{k: f"DOMAIN_{k}" for k in range(CLOCK_DOMAINS)},
+        **{item: f"{label}_OFFSET" for item, label in sorted(_OFFSETS.items())},
+    },
     "Flag": {0: "NO", 1: "YES"},
     "Health": {0: "HEALTHY", 1: "UNHEALTHY"},
     "EndReason": {0: "COMPLETED", 1: "INTERRUPTED", 2: "FAILED"},
@@ -187,7 +194,8 @@ KINDS: tuple[Kind, ...] = (
     _nav("NAV_CLOCK", 0x047, "One clock or system offset of the fix.",
          _enum("item", 4, "ClockItem", "which clock"),
          _s("bias_m", 41, 0.0001, "m",
-            "receiver clock minus GPS time, times c; GLONASS_OFFSET: what GLONASS pseudoranges are longer"),
+            "; ".join(["receiver clock minus GPS time, times c"]
+                      + [f"{of}_OFFSET: what {of} pseudoranges are longer" for of in _OFFSETS.values()])),
          key="item"),
     _nav("NAV_DRIFT", 0x048, "Rate of one clock of the fix.",
          _enum("item", 4, "ClockItem", "which clock"),

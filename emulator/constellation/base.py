@@ -8,13 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
-
 Array = NDArray[np.float64]
-
-ORBIT_RADIUS_M = {satellites.GPS: 26_559_700.0, satellites.GLONASS: 25_508_000.0}
-"""Semi-major axes that the systems are built for. GPS SPS Performance Standard, 4th edition (2008), table
-3.2-2; GLONASS ICD 5.1 (2008), 3.1.2."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M, Array, Broadcast
+from gnss_hil.dbc.common.systems import SYSTEMS
+from gnss_hil.emulator.constellation.base import Array, Broadcast
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, MU_M3PS2, ROTATION_RPS, sidereal_angle_rad
 
 _GPS_SLOTS_DEG = (
@@ -132,7 +133,7 @@ def nominal_gps(start_ns: int) -> NominalConstellation:
     return NominalConstellation(
         index=satellites.index(satellites.GPS, np.arange(1, 25)),
         frequency=np.zeros(24, np.int64),
-        radius_m=ORBIT_RADIUS_M[satellites.GPS],
+        radius_m=SYSTEMS["gps"].orbit_radius_m,
         inclination_rad=np.deg2rad(_GPS_INCLINATION_DEG),
         epoch_ns=start_ns,
         node_rad=_advanced(np.deg2rad(ascension - _GPS_GREENWICH_DEG), node_rps, age_ns),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, signals
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.error_models.params_receiver import InterchannelBias
@@ -20,19 +20,23 @@ Array = NDArray[np.float64]
 FREQUENCIES = np.arange(-7, 14)
 """GLONASS frequency numbers. GLONASS ICD 5.1 (2008), 3.3.1.1, table 3.1."""
 
+_OTHER_CODE = signals.first_column(lambda signal: bool(signal.clock_code), False)
+"""(8,) by system: whether clocks belong to another code than the one that receivers track."""
+
 _PER_RECEIVER = 24  # one delay, one slope, a number for each frequency, one spare
 
 
 def satellite_code_m(parameters: CodeBias, seed: int, index: NDArray[np.int64]) -> Array:
-    """What to add to C/A pseudoranges (n,) [m] of satellites index (n,): C1 - P1, zero but for GPS."""
+    """What to add to C/A pseudoranges (n,) [m] of satellites index (n,): C1 - P1, zero where
+    broadcast clocks belong to the very code that is tracked."""
     raw = keyed_draws.words(seed, keyed_draws.SKY_KEY, keyed_draws.CODE_BIASES, 0, satellites.SATELLITES)[
         index, 0
     ]
     p1_c1_ns = parameters.sigma_ns * keyed_draws.normal(raw)
     for name, given_ns in parameters.p1_c1_ns.items():
         p1_c1_ns[index == satellites.parse(name)] = given_ns
-    gps = satellites.system_of(index) == satellites.GPS
-    return np.where(gps, -1e-9 * LIGHT_MPS * p1_c1_ns, 0.0)
+    biased = _OTHER_CODE[satellites.system_of(index)]
+    return np.where(biased, -1e-9 * LIGHT_MPS * p1_c1_ns, 0.0)
 
 
 def receiver_code_m(

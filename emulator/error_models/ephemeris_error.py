@@ -16,8 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
-from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, by_number, uploads
 from gnss_hil.emulator.earth.constants import MU_M3PS2
 from gnss_hil.emulator.error_models.params_sky import EphemerisError
@@ -54,17 +53,19 @@ def errors(
 
 
 def _periods_s(parameters: EphemerisError) -> dict[int, float]:
-    return {satellites.GPS: parameters.gps_upload_s, satellites.GLONASS: parameters.glonass_upload_s}
+    given = ((row.value, getattr(parameters, f"{row.name}_upload_s", None)) for row in systems.tracked())
+    return {value: seconds for value, seconds in given if seconds is not None}
 
 
 def _by_satellite(parameters: EphemerisError, index: NDArray[np.int64]) -> tuple[Array, Array]:
     """1 sigma (n, 3) [m] and mean motion (n,) [rad/s]."""
     system = satellites.system_of(index)
     sigma_m, mean_motion = np.zeros((len(index), 3)), np.zeros(len(index))
-    given = {satellites.GPS: parameters.gps_sigma_m, satellites.GLONASS: parameters.glonass_sigma_m}
-    for which, triple in given.items():
-        sigma_m[system == which] = triple
-        mean_motion[system == which] = np.sqrt(MU_M3PS2 / ORBIT_RADIUS_M[which] ** 3)
+    for row in systems.tracked():
+        triple, its = getattr(parameters, f"{row.name}_sigma_m", None), system == row.value
+        if triple is not None:
+            sigma_m[its] = triple
+            mean_motion[its] = np.sqrt(MU_M3PS2 / row.orbit_radius_m**3)
     return sigma_m, mean_motion
 
 

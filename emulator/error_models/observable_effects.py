@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import signals
 from gnss_hil.emulator.error_models import code_biases, thermal_noise
 from gnss_hil.emulator.error_models.base import Factor
 from gnss_hil.emulator.error_models.params_loops import Loops
@@ -25,6 +25,9 @@ class Setting:
     loops: Loops
 
 
+_NUMBERED = signals.has_frequency_numbers()
+"""(8,) by system: whether satellites have carriers of their own."""
+
 Maker = Callable[[Factor, Setting], Effect]
 
 
@@ -38,7 +41,7 @@ def _interchannel(factor: Factor, at: Setting) -> Effect:
 
     def effect(rays: Rays) -> Disturbance:
         number = rays.scene.sky.frequency[rays.row] - code_biases.FREQUENCIES[0]
-        own_m = np.where(rays.system == satellites.GLONASS, glonass_m[rays.receiver, number], 0.0)
+        own_m = np.where(_NUMBERED[rays.system], glonass_m[rays.receiver, number], 0.0)
         return Disturbance(range_m=common_m[rays.receiver] + own_m)
 
     return effect

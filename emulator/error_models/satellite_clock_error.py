@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, Uploads, by_number, uploads
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
@@ -75,11 +75,13 @@ def _by_satellite(parameters: SatelliteClockError, seed: int, index: Numbers) ->
     """Allan deviation over a day (n,), 1 sigma at an upload (n,) [m], uploads."""
     system = satellites.system_of(index)
     day, upload_m = np.zeros(len(index)), np.zeros(len(index))
-    periods_s = {satellites.GPS: parameters.gps_upload_s, satellites.GLONASS: parameters.glonass_upload_s}
-    for which in periods_s:
-        name = satellites.SYSTEM_NAMES[which]
-        day[system == which] = CLOCKS[getattr(parameters, f"{name}_clock")].day
-        upload_m[system == which] = getattr(parameters, f"{name}_upload_m")
+    periods_s = {}
+    for row in systems.tracked():
+        if (clock := getattr(parameters, f"{row.name}_clock", None)) is None:
+            continue
+        periods_s[row.value] = getattr(parameters, f"{row.name}_upload_s")
+        day[system == row.value] = CLOCKS[clock].day
+        upload_m[system == row.value] = getattr(parameters, f"{row.name}_upload_m")
     return day, upload_m, uploads(seed, index, periods_s)
 
 

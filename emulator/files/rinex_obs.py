@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.files.columns import Lines, decimals, flags
 from gnss_hil.emulator.files.rinex_epochs import EPOCHS, Epochs
 from gnss_hil.emulator.files.rinex_obs_header import Header, parse_header
@@ -80,9 +80,10 @@ def _rows_of(letter: str, sat: NDArray[np.int64]) -> NDArray[np.int64]:
     """Rows that a list of codes is for; version 2 has one list for all."""
     if not letter:
         return np.arange(len(sat))
-    if letter not in satellites.SYSTEM_LETTERS:
+    system = systems.by_letter(letter)
+    if system is None:
         return np.zeros(0, np.int64)
-    return np.flatnonzero(satellites.system_of(sat) == satellites.SYSTEM_LETTERS.index(letter))
+    return np.flatnonzero(satellites.system_of(sat) == system.value)
 
 
 def _column(lines: Lines, epochs: Epochs, rows, k: int, code: str) -> tuple[NDArray, NDArray]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.files.text import FileError
 
 OLDEST, NEWEST = 2.0, 5.0
@@ -107,7 +107,7 @@ def satellite_index(text: str, system: str) -> int | None:
     """
     letter = text[0].replace(" ", "G" if system == "M" else system)
     name = letter + text[1:].replace(" ", "0")
-    if letter in satellites.SYSTEM_LETTERS:
+    if systems.by_letter(letter):
         return satellites.parse(name)
     if len(name) == 3 and letter.isupper() and name[1:].isdecimal():
         return None

@@ -1,6 +1,7 @@
-"""Ranging signals the emulated receivers know: one row for each.
+"""Ranging signals that emulated satellites transmit: received power by signal, and what follows from it.
 
-Adding a signal is adding a row; everything that depends on the signal reads this table.
+Carriers, chips and numbers are those of the contract's table, `gnss_hil.dbc.common.signals`. Emulated
+receivers track the preferred signal of each system.
 """
 
 from __future__ import annotations
@@ -10,54 +11,54 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.contract.messages import VALUES
-from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M
+from gnss_hil.dbc.common import systems
+from gnss_hil.dbc.common.signals import SIGNALS, Signal
+from gnss_hil.dbc.common.systems import SYSTEMS, System
 from gnss_hil.emulator.earth.constants import EQUATORIAL_RADIUS_M, LIGHT_MPS
 
-SIGNAL = {label: raw for raw, label in VALUES["Signal"].items()}
-
-_SYSTEMS = satellites.SATELLITES // satellites.NUMBERS
-
-L1_HZ = 1_575.42e6
-"""Carrier of GPS. IS-GPS-200, 3.3.1.1."""
-
-G1_HZ, G1_STEP_HZ = 1_602.0e6, 562.5e3
-"""Carrier of GLONASS's frequency number 0 and step of one number. GLONASS ICD 5.1 (2008), 3.3.1.1."""
+L1_HZ = SIGNALS["L1CA"].carrier_hz
+"""Carrier of L1, for which contents of electrons and conductivities are converted."""
 
 LOWEST_RAD = np.deg2rad(5.0)
 """Elevation for which both interface documents promise a power."""
 
 
 @dataclass(frozen=True, slots=True)
-class Band:
-    """One signal.
+class Power:
+    """Least power of a signal on the ground.
 
-    carrier_hz    carrier of frequency number 0 [Hz]
-    spacing_hz    carrier step of one frequency number [Hz]
-    chip_hz       chipping rate of the ranging code [1/s]
-    received_dbw  least power an isotropic circularly polarised antenna on the ground receives from a
-                  satellite 5 deg high [dBW]. Both documents give it for a 3 dBi linearly polarised one,
-                  which takes half of a circular wave: the same number
-    radius_m      radius of the system's orbits, which fixes the distance that power belongs to [m]
+    received_dbw  what an isotropic circularly polarised antenna receives from a satellite 5 deg high [dBW].
+                  Interface documents give it for a 3 dBi linearly polarised one, which takes half of a
+                  circular wave: the same number
     """
 
-    system: int
-    signal: str
-    carrier_hz: float
-    spacing_hz: float
-    chip_hz: float
     received_dbw: float
-    radius_m: float
     source: str
 
 
-BANDS = (
-    Band(satellites.GPS, "L1CA", L1_HZ, 0.0, 1.023e6, -158.5, ORBIT_RADIUS_M[satellites.GPS],
-         "IS-GPS-200, 3.3.1.1, 3.2.1.3 and table 3-Va"),
-    Band(satellites.GLONASS, "L1OF", G1_HZ, G1_STEP_HZ, 0.511e6, -161.0, ORBIT_RADIUS_M[satellites.GLONASS],
-         "GLONASS ICD 5.1 (2008), 3.3.1.1, 3.3.1.4 and 3.3.1.6"),
-)  # fmt: skip
+POWERS: dict[str, Power] = {
+    "L1CA": Power(-158.5, "IS-GPS-200, table 3-Va"),
+    "L1OF": Power(-161.0, "GLONASS ICD 5.1 (2008), 3.3.1.6"),
+}
+"""By name of the signal: those that emulated satellites transmit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """One transmitted signal and the distance that its least power belongs to: the orbit's radius [m]."""
+
+    signal: Signal
+    system: System
+    received_dbw: float
+
+    @property
+    def radius_m(self) -> float:
+        return self.system.orbit_radius_m
+
+
+BANDS = tuple(
+    Band(SIGNALS[name], SYSTEMS[SIGNALS[name].system], power.received_dbw) for name, power in POWERS.items()
+)
 
 
 def slant_range_m(radius_m: float) -> float:
@@ -72,16 +73,16 @@ def edge_off_nadir_rad(radius_m: float) -> float:
 
 
 def band_of(system: int) -> Band:
-    """The first band of a system."""
-    return next(band for band in BANDS if band.system == system)
+    """The preferred transmitted signal of a system by its value on the bus; StopIteration if it has none."""
+    return next(band for band in BANDS if band.system.value == system)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BandTable:
-    """The first band of every system, as columns (8,) over systems; signal -1 and nan where there is none.
+    """The preferred signal of every system as columns (8,) over systems; -1 and nan where there is none.
 
     signal      value of the contract's table "Signal"
-    carrier_hz, spacing_hz   see Band
+    carrier_hz  of frequency number 0;  spacing_hz  step of one frequency number [Hz]
     chip_m      length of a code chip [m]
     power_dbwm2 received power of an isotropic antenna times distance squared [dB(W m^2)]
     """
@@ -94,14 +95,14 @@ class BandTable:
 
 
 def _table(bands: tuple[Band, ...]) -> BandTable:
-    signal = np.full(_SYSTEMS, -1)
-    columns = np.full((4, _SYSTEMS), np.nan)
-    for band in bands:
-        if signal[band.system] >= 0:
-            raise ValueError(f"two first bands for system {band.system}")
-        signal[band.system] = SIGNAL[band.signal]
-        power = band.received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
-        columns[:, band.system] = band.carrier_hz, band.spacing_hz, LIGHT_MPS / band.chip_hz, power
+    signal = np.full(systems.COUNT, -1)
+    columns = np.full((4, systems.COUNT), np.nan)
+    for band in reversed(bands):
+        value, power = band.system.value, band.received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
+        signal[value] = band.signal.value
+        columns[:, value] = (
+            band.signal.carrier_hz, band.signal.spacing_hz, LIGHT_MPS / band.signal.chip_hz, power,
+        )  # fmt: skip
     return BandTable(signal, *columns)
 
 
@@ -109,5 +110,5 @@ BY_SYSTEM = _table(BANDS)
 
 
 def wavelength_m(system: NDArray[np.int64], frequency: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Carrier wavelengths (p,) [m] of satellites (p,) with these GLONASS frequency numbers (0 elsewhere)."""
+    """Carrier wavelengths (p,) [m] of the preferred signals of satellites (p,), frequency numbers (p,)."""
     return LIGHT_MPS / (BY_SYSTEM.carrier_hz[system] + frequency * BY_SYSTEM.spacing_hz[system])

@@ -7,9 +7,8 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M
 from gnss_hil.emulator.constellation.broadcast.navigation import from_files
 from gnss_hil.emulator.error_models import ephemeris_error
 from gnss_hil.emulator.error_models.params_sky import EphemerisError
@@ -37,7 +36,7 @@ def real(system):
     """
     navigation, product, hour = SKIES[system]
     time = scenario.Time(start_gps=hour, duration_s=60)
-    name = satellites.SYSTEM_NAMES[system]
+    name = systems.by_value(system).name
     constellation = from_files(name, [data_file(f"navigation/{navigation}")], time)
     precise = sp3.read(data_file(f"precise_orbits/{product}"), system)
     common = np.isin(precise.index, constellation.index)
@@ -81,9 +80,9 @@ def test_errors_swing_across_the_track_once_in_a_revolution(system):
     """As modelled: like itself after one revolution, against itself after half of one; and errors last
     through many issues of data."""
     off, step_s = real(system)
-    period_s = 2 * np.pi / np.sqrt(3.986004418e14 / ORBIT_RADIUS_M[system] ** 3)
+    period_s = 2 * np.pi / np.sqrt(3.986004418e14 / systems.by_value(system).orbit_radius_m ** 3)
     half, whole = (correlation(off, step_s, part * period_s) for part in (0.5, 1.0))
-    print(satellites.SYSTEM_NAMES[system], "half", half.round(2), "whole", whole.round(2))
+    print(systems.by_value(system).name, "half", half.round(2), "whole", whole.round(2))
     assert half[2] < -0.4
     assert whole[2] > 0.6
     assert (correlation(off, step_s, 3600) > 0.65)[1:].all()

@@ -8,7 +8,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common import gpstime, satellites, systems
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation.broadcast.navigation import from_files
 from gnss_hil.emulator.constellation.sky import build_sky
@@ -31,7 +31,7 @@ def compared(system, navigation, product, hour_of):
     returns  differences (m, 3) ecef [m], their radial part (m,), clock differences (t, n) [m] without the
              common part of each instant
     """
-    name = satellites.SYSTEM_NAMES[system]
+    name = systems.by_value(system).name
     time = scenario.Time(start_gps=hour_of, duration_s=60)
     constellation = from_files(name, [data_file(f"navigation/{navigation}")], time)
     precise = sp3.read(data_file(f"precise_orbits/{product}"), system)

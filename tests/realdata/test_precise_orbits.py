@@ -8,7 +8,7 @@ from datetime import date, datetime
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation import phase_centre, precise
 from gnss_hil.emulator.constellation.broadcast.navigation import from_files
@@ -72,7 +72,7 @@ def broadcast_minus_precise(system, navigation, name, day, offset_m):
     nan where either is missing; and the satellites (n,)."""
     moment = datetime(day.year, day.month, day.day, 1)
     time = scenario.Time(start_gps=moment, duration_s=60)
-    said = from_files(satellites.SYSTEM_NAMES[system], [data_file(f"navigation/{navigation}")], time)
+    said = from_files(systems.by_value(system).name, [data_file(f"navigation/{navigation}")], time)
     flown = precise.from_sp3(product(name), offset_m)
     index = np.intersect1d(said.index, flown.index)
     ours, theirs = np.searchsorted(flown.index, index), np.searchsorted(said.index, index)
@@ -107,7 +107,7 @@ def test_phase_centres_take_the_radial_bias_away(system, navigation, name, day):
         found[label] = np.nanmean(radial_m), np.nanmedian(miss_m)
         rms_m, clock_m = np.sqrt(np.nanmean(radial_m**2)), np.nanmedian(np.abs(clocks_m))
         print(
-            f"{satellites.SYSTEM_NAMES[system]} {day}, centres of {label}: radial mean "
+            f"{systems.by_value(system).name} {day}, centres of {label}: radial mean "
             f"{found[label][0]:+.2f} m, RMS {rms_m:.2f} m, 3-D median "
             f"{found[label][1]:.2f} m, clocks median {clock_m:.2f} m"
         )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common import gpstime, satellites, systems
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class PreciseOrbits:
 
 def read(path: Path, system: int) -> PreciseOrbits:
     """One system's satellites of an SP3 file in GPS time."""
-    letter = satellites.SYSTEM_LETTERS[system]
+    letter = systems.by_value(system).letter
     rows: dict[tuple[int, int], list[float]] = {}
     t_ns = 0
     for line in gzip.decompress(path.read_bytes()).decode("ascii").splitlines():

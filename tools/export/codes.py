@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
@@ -37,13 +37,13 @@ def codes_of(rows: Rows) -> Codes:
     first, wave_m = np.zeros(len(rows), np.int64), np.zeros(len(rows))
     for number, raw in pairs:
         label = VALUES["Signal"].get(raw, str(raw))
-        signal = SIGNALS.get(label)
-        if signal is None or signal.system != number:
-            name = satellites.SYSTEM_NAMES[number] if number < len(satellites.SYSTEM_NAMES) else number
+        signal, row = SIGNALS.get(label), systems.by_value(number)
+        if signal is None or row is None or signal.system != number:
+            name = row.name if row else number
             raise Mistake(
                 f"signal {label} of system {name} has no RINEX code; known are {', '.join(SIGNALS)}"
             )
-        letter = satellites.SYSTEM_LETTERS[number]
+        letter = row.letter
         known, own = types.get(letter, ()), signal.codes[0]
         mine = (system == number) & (rows.signal == raw)
         first[mine] = len(known)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common import gpstime, satellites, systems
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 
 Numbers = NDArray[np.int64]
@@ -45,7 +45,8 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
     unit_ns, needed, units = _UNIT_NS[system], _NEEDED[system], _UNITS[system]
     if not unit_ns.all():
         unknown = int(np.asarray(system)[unit_ns == 0].flat[0])
-        raise ValueError(f"no frame structure of system {satellites.SYSTEM_NAMES[unknown]}")
+        row = systems.by_value(unknown)
+        raise ValueError(f"no frame structure of system {row.name if row else unknown}")
     leap_ns = gpstime.leap_seconds(int(np.max(begins_ns))) * NS_PER_S
     # GPS frames begin with GPS weeks; GLONASS frames with days of UTC + 3 h, hence with half minutes of UTC.
     of_frame_ns = (begins_ns - np.where(np.equal(system, satellites.GLONASS), leap_ns, 0)) % (units * unit_ns)

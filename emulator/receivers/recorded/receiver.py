@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common import gpstime, satellites, signals
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -29,7 +29,6 @@ from gnss_hil.emulator.receivers.emulated import almanac
 from gnss_hil.emulator.receivers.emulated.channels import Numbers
 from gnss_hil.emulator.receivers.emulated.observables import Observations, reported_at_transmission
 from gnss_hil.emulator.receivers.recorded.tracks import Tracks
-from gnss_hil.emulator.signal.bands import L1_HZ
 from gnss_hil.emulator.truth import TRUTH, in_view_bits
 
 AS_ECEF = np.array((1.0, 0.0, 0.0, 0.0))
@@ -39,6 +38,9 @@ EARTH_RATE_RPS = np.array((0.0, 0.0, ROTATION_RPS))
 
 MARK_OF_DOMAIN_0 = 1
 """Value of the contract's table "MarkClock": the mark is what the clock of domain 0 showed."""
+
+_CLOCK_CARRIER_HZ = signals.first_column(lambda signal: signal.carrier_hz, 0.0)
+"""(8,) by system: carrier whose group delay is inside the clock. IS-GPS-200, 20.3.3.3.3.2."""
 
 UNTOLD_DBHZ = 45.0
 """C/N0 of signals whose strength the file does not tell (modelled)."""
@@ -90,8 +92,8 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
     row = row_of[seen.sat]
     known = (row >= 0) & sky.available[row]
     seen, row = seen[known], row[known]
-    # Each signal's carrier has its own multiple of the group delay inside the clock for L1.
-    share = 1 - (L1_HZ / seen.carrier_hz) ** 2
+    # Clocks contain the group delay of the preferred signal; each carrier has its own multiple of it.
+    share = 1 - (_CLOCK_CARRIER_HZ[satellites.system_of(seen.sat)] / seen.carrier_hz) ** 2
     clock_m = sky.clock_m[row] + share * sky.group_delay_m[row]
     # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
     back_s = (seen.range_m + clock_m) / LIGHT_MPS

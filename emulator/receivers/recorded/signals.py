@@ -9,13 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.contract.messages import VALUES
-from gnss_hil.emulator.signal.bands import G1_HZ, G1_STEP_HZ, L1_HZ
-
-GPS, GLONASS = satellites.GPS, satellites.GLONASS
-
-_NUMBER = {label: raw for raw, label in VALUES["Signal"].items()}
+from gnss_hil.dbc.common import signals
+from gnss_hil.dbc.common.systems import SYSTEMS
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +26,7 @@ class Codes:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A signal: its number in the contract's table "Signal", carrier of frequency number 0 and step of one
-    number [Hz], and the ways of naming it."""
+    """A row of the contract's table of signals, by numbers of the bus, and the ways of naming it in files."""
 
     name: str
     number: int
@@ -55,19 +49,21 @@ def _two(code: str, band: str, own: str = "") -> Codes:
     return Codes(code, *(tuple(kind + name for name in names) for kind in "LDS"))
 
 
-def _signal(name: str, system: int, carrier_hz: float, spacing_hz: float, *codes: Codes) -> Signal:
-    return Signal(name, _NUMBER[name], system, carrier_hz, spacing_hz, codes)
-
-
-SIGNALS = {
-    signal.name: signal
-    for signal in (
-        _signal("L1CA", GPS, L1_HZ, 0.0, *_three("1", "C"), _two("C1", "1", "A")),
-        _signal("L1P", GPS, L1_HZ, 0.0, *_three("1", "WPY"), _two("P1", "1")),
-        _signal("L2P", GPS, 1_227.60e6, 0.0, *_three("2", "WPYD"), _two("P2", "2")),
-        _signal("L2C", GPS, 1_227.60e6, 0.0, *_three("2", "XLSC"), _two("C2", "2")),
-        _signal("L1OF", GLONASS, G1_HZ, G1_STEP_HZ, *_three("1", "CP"), _two("C1", "1")),
-        _signal("L2OF", GLONASS, 1_246.0e6, 437.5e3, *_three("2", "CP"), _two("C2", "2"), _two("P2", "2")),
-    )
+_CODES: dict[str, tuple[Codes, ...]] = {
+    "L1CA": (*_three("1", "C"), _two("C1", "1", "A")),
+    "L1P": (*_three("1", "WPY"), _two("P1", "1")),
+    "L2P": (*_three("2", "WPYD"), _two("P2", "2")),
+    "L2C": (*_three("2", "XLSC"), _two("C2", "2")),
+    "L1OF": (*_three("1", "CP"), _two("C1", "1")),
+    "L2OF": (*_three("2", "CP"), _two("C2", "2"), _two("P2", "2")),
 }
-"""By name. Carriers: IS-GPS-200, 3.3.1.1; GLONASS ICD 5.1, 3.3.1.1."""
+"""By the signal's name; the first is what the signal is written as."""
+
+
+def _signal(name: str, codes: tuple[Codes, ...]) -> Signal:
+    row = signals.SIGNALS[name]
+    return Signal(name, row.value, SYSTEMS[row.system].value, row.carrier_hz, row.spacing_hz, codes)
+
+
+SIGNALS = {name: _signal(name, codes) for name, codes in _CODES.items()}
+"""By name."""

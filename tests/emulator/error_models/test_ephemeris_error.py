@@ -9,8 +9,8 @@ import pytest
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
-from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.emulator.constellation.base import ORBIT_RADIUS_M
+from gnss_hil.dbc.common import gpstime, satellites, systems
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.constellation.sky import GRID
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, uploads
 from gnss_hil.emulator.earth.constants import MU_M3PS2, ROTATION_RPS
@@ -106,7 +106,7 @@ def test_defaults_give_the_ranging_errors_they_were_chosen_for(index, published_
     it judges the sum that is chosen, neither its parts nor their motion."""
     minutes = np.sort(np.random.default_rng(2).integers(0, 60 * 1440, 300))
     middles_ns = START_NS + minutes * MINUTE_NS + MINUTE_NS // 2
-    radius_m = ORBIT_RADIUS_M[int(satellites.system_of(index[0]))]
+    radius_m = systems.by_value(int(satellites.system_of(index[0]))).orbit_radius_m
     pos, vel = circling(middles_ns, np.zeros(1), len(index), radius_m)
     off = ephemeris_error.errors(EphemerisError(), 5, index, middles_ns, np.zeros(1), pos, vel)
     clock = [
@@ -166,7 +166,7 @@ def test_a_satellite_keeps_its_errors_whichever_others_there_are():
 
 
 def test_other_systems_report_the_truth():
-    galileo = satellites.index(satellites.GALILEO, np.array((4, 9)))
+    galileo = satellites.index(SYSTEMS["galileo"].value, np.array((4, 9)))
     _, off = sampled(EphemerisError(), galileo, middles(3), GRID.nodes_s)
     assert not off.any()
 

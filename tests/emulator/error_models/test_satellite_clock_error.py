@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.constellation.sky import GRID
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, uploads
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
@@ -84,5 +85,5 @@ def test_values_do_not_depend_on_what_else_is_asked():
 
 
 def test_other_systems_report_the_truth():
-    galileo = satellites.index(satellites.GALILEO, np.array((4, 9)))
+    galileo = satellites.index(SYSTEMS["galileo"].value, np.array((4, 9)))
     assert not off_m(SatelliteClockError(), galileo, middles(3), GRID.nodes_s).any()

@@ -10,7 +10,7 @@ from gnss_hil.emulator.signal import bands, simple_link_budget
 def test_power_is_the_documents_minimum_at_five_degrees():
     """IS-GPS-200 table 3-Va: -158.5 dBW; GLONASS ICD 3.3.1.6: -161 dBW, both 5 deg above the horizon."""
     for system, dbw in ((satellites.GPS, -158.5), (satellites.GLONASS, -161.0)):
-        band = next(b for b in bands.BANDS if b.system == system)
+        band = next(b for b in bands.BANDS if b.system.value == system)
         distance = np.array([bands.slant_range_m(band.radius_m)])
         isotropic = simple_link_budget.cn0_dbhz(
             np.array([system]), distance, np.zeros((1, 1)), 0.0, 0.0, 290.0

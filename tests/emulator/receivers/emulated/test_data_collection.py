@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.receivers.emulated.data_collection import collection_ns
 
 S = gpstime.NS_PER_S
@@ -55,4 +56,4 @@ def test_shapes_and_unknown_systems():
     system = np.array(((0, 1), (1, 0)))
     assert collection_ns(system, np.full((2, 2), WEEK_NS)).shape == (2, 2)
     with pytest.raises(ValueError, match="galileo"):
-        collection_ns(np.array((0, satellites.GALILEO)), np.full(2, WEEK_NS))
+        collection_ns(np.array((0, SYSTEMS["galileo"].value)), np.full(2, WEEK_NS))
