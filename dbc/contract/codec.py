@@ -46,6 +46,15 @@ class Layout:
     key_shift: int
     key_mask: int
 
+    def signal(self, name: str, words: NDArray[np.uint64]) -> NDArray:
+        """(n,) one signal of payloads (n,) as little-endian words, as `Codec.decode` has it."""
+        i = self.signals.index(name)
+        raw = ((words >> self.shift[i]) & self.mask[i]).view(np.int64)
+        if self.sign_bit[i]:
+            raw ^= self.sign_bit[i]
+            raw -= self.sign_bit[i]
+        return raw if self.integral[i] else raw * self.factor[i] + self.offset[i]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Codec:

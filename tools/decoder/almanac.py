@@ -1,4 +1,4 @@
-"""Where the satellites are that nobody need track: the almanac frames of one bus."""
+"""Where satellites are, tracked or not: the almanac frames of one bus."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.tools.decoder.block import Block
 
 _PARTS = {"ALM_XY": ("x_m", "y_m"), "ALM_Z": ("z_m", "health"), "ALM_V": ("vx_mps", "vy_mps", "vz_mps")}
 _SPACING_NS = 60 * NS_PER_S
@@ -14,23 +15,22 @@ _SPACING_NS = 60 * NS_PER_S
 0.003 deg as seen from low orbit."""
 
 
-class AlmanacLedger:
+class AlmanacLog:
     """Almanac predictions whose three frames came in one epoch from one receiver, thinned out."""
 
     def __init__(self):
         self._kept: list[dict[str, NDArray]] = []
         self._minute = np.full(satellites.SATELLITES, -1, np.int64)
 
-    def take(self, t_ns: NDArray[np.int64], kinds) -> None:
-        """The almanac frames of some epochs (`digest`), t_ns (e,) the times of their marks."""
+    def take(self, t_ns: NDArray[np.int64], block: Block) -> None:
+        """The almanac frames of some epochs, t_ns (e,) the times of their marks."""
         key, first = None, {}
         parts = {}
         for kind, names in _PARTS.items():
-            epoch, receiver, signals = kinds(kind)
-            sat = satellites.index(signals["sat_system"], signals["sat_number"])
-            of_part = (epoch * 16 + receiver) * satellites.SATELLITES + sat
+            said = block[kind]
+            of_part = (said.epoch * 16 + said.number) * satellites.SATELLITES + said.satellite
             unique, first[kind] = np.unique(of_part, return_index=True)
-            parts[kind] = (unique, {name: signals[name] for name in names})
+            parts[kind] = (unique, {name: said[name] for name in names})
             key = unique if key is None else np.intersect1d(key, unique)
         if not len(key):
             return

@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.tools.decoder.block import Block
 
 _ACTION = VALUES["Action"]
 _RESULT = VALUES["AckResult"]
 _ACCEPTED = 0
 
 
-class CommandLedger:
+class CommandLog:
     """Commands, acknowledgements and handovers of one bus, epoch by epoch.
 
     A repeat carries the transaction number of the channel's last command and is not counted again. A handover
@@ -41,18 +42,15 @@ class CommandLedger:
         self._last: dict[tuple[int, int], int] = {}
         self._held: dict[tuple[int, int], int] = {}
 
-    def take(self, t_ns: NDArray[np.int64], kinds) -> None:
-        """The COMMAND and ACK frames of some epochs (`digest`), t_ns (e,) the times of their marks."""
+    def take(self, t_ns: NDArray[np.int64], block: Block) -> None:
+        """The COMMAND and ACK frames of some epochs, t_ns (e,) the times of their marks."""
         rows = []
         for order, kind in enumerate(("ACK", "COMMAND")):
-            epoch, receiver, signals = kinds(kind)
-            numbers = satellites.index(signals["sat_system"], signals["sat_number"]).tolist()
-            says = signals["action" if kind == "COMMAND" else "result"].tolist()
-            transactions, channels = signals["transaction"].tolist(), signals["channel"].tolist()
-            rows += [
-                (e, order, i, kind, r, c, says[i], numbers[i], transactions[i])
-                for i, (e, r, c) in enumerate(zip(epoch.tolist(), receiver.tolist(), channels, strict=True))
-            ]
+            said = block[kind]
+            word = said["action" if kind == "COMMAND" else "result"]
+            columns = (said.number, said["channel"], word, said.satellite, said["transaction"])
+            values = zip(said.epoch.tolist(), *(column.tolist() for column in columns), strict=True)
+            rows += [(epoch, order, i, kind, *rest) for i, (epoch, *rest) in enumerate(values)]
         rows.sort(key=lambda row: row[:3])
         begin = 0
         for end in range(1, len(rows) + 1):
@@ -62,15 +60,15 @@ class CommandLedger:
 
     def _epoch(self, t_ns: int, rows: list[tuple]) -> None:
         before = {sat: receiver for (receiver, _), sat in self._held.items()}
-        for _, _, _, kind, receiver, channel, says, sat, transaction in rows:
+        for _, _, _, kind, receiver, channel, word, sat, transaction in rows:
             name = satellites.name(sat) if sat % satellites.NUMBERS else ""
             if kind == "ACK":
-                self.rejected += says != _ACCEPTED
+                self.rejected += word != _ACCEPTED
                 self._note(
-                    t_ns, "ack", receiver, channel, "", name, transaction, _RESULT.get(says, str(says))
+                    t_ns, "ack", receiver, channel, "", name, transaction, _RESULT.get(word, str(word))
                 )
                 continue
-            action = _ACTION.get(says, str(says))
+            action = _ACTION.get(word, str(word))
             repeated = self._last.get((receiver, channel)) == transaction
             self._last[receiver, channel] = transaction
             self.commands += not repeated

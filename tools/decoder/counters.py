@@ -1,65 +1,64 @@
-"""What passed on one bus since the last look. Every frame is screened, in batches: no fault is missed."""
+"""Frames of a bus, counted: heard, lost, rejected by reason. One record for all that count."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from gnss_hil.dbc.contract import e2e
-from gnss_hil.dbc.contract.bits import frame_bits
-from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import FrameBatch, concat
-from gnss_hil.dbc.contract.messages import BIT_RATE
-from gnss_hil.tools.live.tracks import Tracks
-
-_LATE = 2
-"""A frame of the epoch before is an answer that came while this one had begun; older ones are of no epoch."""
+from gnss_hil.dbc.contract.e2e import Screened, Verdict
 
 
-class Tally:
-    """Counts of one bus, and what its channels do.
+@dataclass(slots=True)
+class Counters:
+    """Frames of one bus or of several.
 
-    frames, lost, rejected  since the start; lost by the counters of their streams, rejected by reason
-    load_percent            mean of the epochs of the last look
-    load_most_percent       of any epoch
+    received  frames heard, rejected ones included
+    lost      frames missing by the counters of their streams
+    rejected  reason -> frames: a `Verdict`, or MIXED_EPOCH, BEFORE_FIRST_MARK
     """
 
-    def __init__(self, codec: Codec, interval_s: float):
-        self._codec = codec
-        self._bits_per_epoch = BIT_RATE * interval_s
-        self._counters = e2e.fresh_counters()
-        self.tracks = Tracks(codec)
-        self.frames = self.lost = 0
-        self.rejected: Counter[str] = Counter()
-        self.load_percent = self.load_most_percent = 0.0
+    received: int = 0
+    lost: int = 0
+    rejected: Counter[str] = field(default_factory=Counter)
 
-    def take(self, epochs: Sequence[int], blocks: Sequence[FrameBatch]) -> FrameBatch:
-        """Some epochs (e,) and the frames of each; the accepted frames of the last one."""
-        frames = concat(blocks)
-        row = np.repeat(np.arange(len(epochs)), [len(block) for block in blocks])
-        screened = e2e.screen(self._codec, frames, self._counters)
-        self._counters = screened.counters
-        accepted = screened.verdict <= e2e.Verdict.LOST
-        mixed = accepted.copy()
-        nibble = np.array(epochs, np.int64)[row] % 16
-        mixed[accepted] = (nibble[accepted] - (frames.data[accepted, 1] >> 4)) % 16 >= _LATE
-        self.frames += len(frames)
+    def add(self, screened: Screened) -> None:
+        """Frames that went through the protection checks."""
+        self.received += len(screened.verdict)
         self.lost += screened.lost
-        self.rejected["MIXED_EPOCH"] += int(mixed.sum())
-        for verdict, count in enumerate(np.bincount(screened.verdict)):
-            if count and verdict > e2e.Verdict.LOST:
-                self.rejected[e2e.Verdict(verdict).name] += int(count)
-        bits = np.bincount(row, frame_bits(frames), minlength=len(epochs))
-        self.load_percent = 100 * float(bits.mean()) / self._bits_per_epoch
-        self.load_most_percent = max(self.load_most_percent, 100 * float(bits.max()) / self._bits_per_epoch)
-        good = accepted & ~mixed
-        kept, row = frames[good], row[good]
-        self.tracks.take(np.array(epochs), row, kept)
-        return kept[row == len(epochs) - 1]
+        if len(screened.frames) < len(screened.verdict):
+            for verdict, count in enumerate(np.bincount(screened.verdict)):
+                if verdict > Verdict.LOST:
+                    self.reject(Verdict(verdict).name, int(count))
+
+    def reject(self, reason: str, frames: int) -> None:
+        """Frames of those received that a later check refuses."""
+        if frames:
+            self.rejected[reason] += frames
 
     @property
-    def faults(self) -> dict[str, int]:
-        """Rejected frames by reason, only reasons that occurred."""
+    def reasons(self) -> dict[str, int]:
+        """Rejected frames by reason, in order of their names, only reasons that occurred."""
         return {reason: count for reason, count in sorted(self.rejected.items()) if count}
+
+    def figures(self, sent: int | None) -> dict[str, int | Mapping[str, int]]:
+        """As in summary.json. `sent` is what the senders' bench frames declare. Where they declare nothing,
+        or less than was received because one of them does not declare, it is what was received and what
+        the counters of the streams miss."""
+        if sent is None or sent < self.received:
+            sent = self.received + self.lost
+        lost = max(sent - self.received, self.lost)
+        return {"sent": sent, "received": self.received, "lost": lost, "rejected": self.reasons}
+
+
+def total(counted: Iterable[Counters]) -> Counters:
+    """The frames of several buses."""
+    whole = Counters()
+    for counters in counted:
+        whole.received += counters.received
+        whole.lost += counters.lost
+        for reason, frames in counters.reasons.items():
+            whole.reject(reason, frames)
+    return whole

@@ -1,18 +1,18 @@
-"""One epoch as its frames tell it: time, fix, receivers, channels. Decoded through the DBC, nothing else."""
+"""One epoch: time, fix, receivers, channels, from its frames alone."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
-
-Grid = NDArray[np.float64]
+from gnss_hil.tools.decoder.block import EPOCHS, Block
+from gnss_hil.tools.decoder.channels import used_in_fix
+from gnss_hil.tools.decoder.navigation import attitudes, mark_times_ns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,11 +29,11 @@ class Fix:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sight:
+class EpochSnapshot:
     """An epoch; grids are (receivers, CHANNELS).
 
     t_ns     GPS time of the mark [ns], None if its frames did not come
-    fix      None if the flight software said nothing
+    fix      None if no navigation came
     states   ReceiverState of each receiver, "" if its STATUS did not come
     lock     Lock code, nan where the channel delivered nothing
     cn0_dbhz carrier to noise density, likewise
@@ -45,28 +45,27 @@ class Sight:
     t_ns: int | None
     fix: Fix | None
     states: tuple[str, ...]
-    lock: Grid
-    cn0_dbhz: Grid
-    off_rad: Grid
+    lock: F64
+    cn0_dbhz: F64
+    off_rad: F64
     used: NDArray[np.bool_]
 
 
-def sight(codec: Codec, frames: FrameBatch, epoch: int, boresight_body: NDArray[np.float64]) -> Sight:
-    """What the accepted frames of an epoch say; boresight_body (m, 3) from the vehicle file."""
-    said = _Epoch(codec, frames)
-    fix = _fix(said, epoch)
+def snapshot(block: Block, epoch: int, boresight_body: NDArray[np.float64]) -> EpochSnapshot:
+    """The accepted frames of one epoch; boresight_body (m, 3) from the vehicle file."""
+    fix = _fix(block, epoch)
     position = np.full(3, np.nan) if fix is None else fix.position_ecef_m
-    grid = said.grid
-    satellite = np.stack([grid(f"SV_{axis}", f"{axis.lower()}_m") for axis in "XYZ"], axis=-1)
-    return Sight(
+    satellite = np.stack([_grid(block, f"SV_{axis}", f"{axis.lower()}_m") for axis in "XYZ"], axis=-1)
+    t_ns = int(mark_times_ns(block)[0])
+    return EpochSnapshot(
         epoch,
-        _time(said),
+        t_ns if t_ns >= 0 else None,
         fix,
-        _states(said),
-        grid("RATE", "lock"),
-        grid("RATE", "cn0_dbhz"),
-        off_boresight_rad(satellite - position, _quaternion(said), boresight_body),
-        _used(said),
+        _states(block),
+        _grid(block, "RATE", "lock"),
+        _grid(block, "RATE", "cn0_dbhz"),
+        off_boresight_rad(satellite - position, _quaternion(block), boresight_body),
+        used_in_fix(block)[0],
     )
 
 
@@ -83,53 +82,37 @@ def off_boresight_rad(los_ecef: NDArray, q_body_from_ecef: NDArray, boresight_bo
     return np.arctan2(across, (los_ecef * boresight).sum(axis=-1))
 
 
-class _Epoch:
-    """Frames by kind."""
-
-    def __init__(self, codec: Codec, frames: FrameBatch):
-        self.codec, self._frames = codec, frames
-        self._kind = codec.kind_of[frames.can_id]
-
-    def all(self, kind: str) -> tuple[NDArray, dict[str, NDArray]]:
-        """Receiver numbers (k,), 0-based, and signals of the frames of a kind."""
-        rows = self._kind == self.codec.kinds[kind].number
-        number = self.codec.number_of[self._frames.can_id[rows]].astype(np.int64) - 1
-        return number, self.codec.decode(kind, self._frames.data[rows])
-
-    def one(self, kind: str, nibble: int | None = None) -> dict[str, float] | None:
-        """Signals of the last frame of a kind, of the epoch modulo 16 if that is given; None if none came."""
-        _, said = self.all(kind)
-        rows = np.arange(len(said["epoch_mod16"]))
-        if nibble is not None:
-            rows = rows[said["epoch_mod16"] == nibble]
-        return {name: values[rows[-1]].item() for name, values in said.items()} if len(rows) else None
-
-    def grid(self, kind: str, signal: str) -> Grid:
-        """(m, CHANNELS) of one signal, nan where no frame came."""
-        values = np.full((self.codec.receivers, CHANNELS), np.nan)
-        number, said = self.all(kind)
-        values[number, said["channel"]] = said[signal]
-        return values
+def _last(
+    block: Block, kind: str, names: Sequence[str], nibble: int | None = None
+) -> dict[str, float] | None:
+    """Signals of the last frame of a kind, of the epoch modulo 16 if that is given; None if none came."""
+    said = block[kind]
+    rows = np.arange(len(said))
+    if nibble is not None:
+        rows = rows[said["epoch_mod16"] == nibble]
+    return {name: said[name][rows[-1]].item() for name in names} if len(rows) else None
 
 
-def _time(said: _Epoch) -> int | None:
-    gps, fine = said.one("TIME_GPS"), said.one("TIME_FINE")
-    if gps is None or fine is None:
-        return None
-    return gpstime.from_week(gps["week"], gps["second"], fine["nanosecond"])
+def _grid(block: Block, kind: str, signal: str) -> F64:
+    """(m, CHANNELS) of one signal, nan where no frame came."""
+    values = np.full((block.codec.receivers, CHANNELS), np.nan)
+    said = block[kind]
+    values[said.number - 1, said["channel"]] = said[signal]
+    return values
 
 
-def _fix(said: _Epoch, epoch: int) -> Fix | None:
+def _fix(block: Block, epoch: int) -> Fix | None:
     """The last navigation block; at real time it may answer the epoch before."""
-    status = said.one("NAV_STATUS")
+    names = ("epoch_mod16", "mode", "no_fix", "satellites", "measurements", "pdop")
+    status = _last(block, "NAV_STATUS", names)
     if status is None:
         return None
     nibble = status["epoch_mod16"]
-    axes = [said.one(f"NAV_{axis}", nibble) for axis in "XYZ"]
+    axes = [_last(block, f"NAV_{axis.upper()}", (f"{axis}_m",), nibble) for axis in "xyz"]
     whole = status["mode"] != 0 and all(axes)
     position = [a[f"{axis}_m"] for a, axis in zip(axes, "xyz", strict=True)] if whole else [np.nan] * 3
     return Fix(
-        epoch - (epoch - nibble) % 16,
+        epoch - (epoch - nibble) % EPOCHS,
         VALUES["NavMode"].get(status["mode"], str(status["mode"])),
         VALUES["NoFix"].get(status["no_fix"], str(status["no_fix"])),
         status["satellites"],
@@ -139,27 +122,16 @@ def _fix(said: _Epoch, epoch: int) -> Fix | None:
     )
 
 
-def _quaternion(said: _Epoch) -> NDArray[np.float64]:
+def _quaternion(block: Block) -> NDArray[np.float64]:
     """(4,), unit; nan if its frames did not come."""
-    halves = said.one("ATT_Q01"), said.one("ATT_Q23")
-    if None in halves:
-        return np.full(4, np.nan)
-    q = np.array([half[f"q{i}"] for i, half in zip(range(4), np.repeat(halves, 2), strict=True)])
+    at = attitudes(block)
+    q = np.array([at[f"q{i}"][0] for i in range(4)])
     return q / np.linalg.norm(q) if q.any() else np.full(4, np.nan)
 
 
-def _states(said: _Epoch) -> tuple[str, ...]:
-    states = [""] * said.codec.receivers
-    number, status = said.all("STATUS")
-    for receiver, state in zip(number.tolist(), status["state"].tolist(), strict=True):
-        states[receiver] = VALUES["ReceiverState"].get(state, str(state))
+def _states(block: Block) -> tuple[str, ...]:
+    states = [""] * block.codec.receivers
+    said = block["STATUS"]
+    for receiver, state in zip(said.number.tolist(), said["state"].tolist(), strict=True):
+        states[receiver - 1] = VALUES["ReceiverState"].get(state, str(state))
     return tuple(states)
-
-
-def _used(said: _Epoch) -> NDArray[np.bool_]:
-    used = np.zeros((said.codec.receivers, CHANNELS), bool)
-    _, nav = said.all("NAV_USED")
-    inside = (nav["receiver"] >= 1) & (nav["receiver"] <= said.codec.receivers)
-    bits = nav["channels"][inside, None] >> np.arange(CHANNELS) & 1
-    used[nav["receiver"][inside] - 1] = bits.astype(bool)
-    return used

@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.tools.decoder.block import Block
 
-class TagLedger:
+
+class TagLog:
     """The TAG frames of one bus."""
 
     def __init__(self):
         self._pieces: list[dict[str, NDArray]] = []
 
-    def take(self, t_ns: NDArray[np.int64], kinds) -> None:
-        """The tags of some epochs (`digest`), t_ns (e,) the times of their marks, -1 where unknown."""
-        row, receiver, tag = kinds("TAG")
-        known = t_ns[row] >= 0
-        columns = {"t_ns": t_ns[row], "receiver": receiver}
+    def take(self, t_ns: NDArray[np.int64], block: Block) -> None:
+        """The tags of some epochs, t_ns (e,) the times of their marks, -1 where unknown."""
+        tag = block["TAG"]
+        known = t_ns[tag.epoch] >= 0
+        columns = {"t_ns": t_ns[tag.epoch], "receiver": tag.number}
         columns |= {name: tag[name].astype(np.int64) for name in ("tag_offset_ns", "clock_domain")}
         self._pieces.append({name: values[known] for name, values in columns.items()})
 

@@ -14,7 +14,7 @@ from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.live.progress import clock
 from gnss_hil.tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
-from gnss_hil.tools.live.summary import CraftStanding, RunStanding
+from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 
 _LOCK = VALUES["Lock"]
 _FULL = "FULL"
@@ -24,7 +24,7 @@ _FULL = "FULL"
 class Cell:
     """One channel of one antenna of a craft."""
 
-    craft: CraftStanding
+    craft: CraftSummary
     antenna: int
     channel: int
 
@@ -32,7 +32,7 @@ class Cell:
         return getattr(self.craft, name)[self.antenna, self.channel]
 
     def seen(self, name: str):
-        return getattr(self.craft.sight, name)[self.antenna, self.channel]
+        return getattr(self.craft.snapshot, name)[self.antenna, self.channel]
 
     @property
     def delivers(self) -> bool:
@@ -136,14 +136,14 @@ def arranged(antennas: int, channels: int, width: int, height: int) -> Grid:
     return max(map(fit, SETS), key=lambda grid: (grid.channels, len(grid.columns)))
 
 
-def _block(craft: CraftStanding, antenna: int, grid: Grid, most: int) -> list[Line]:
+def _block(craft: CraftSummary, antenna: int, grid: Grid, most: int) -> list[Line]:
     """One antenna's table, its title first; `most` channels that any antenna of the craft has."""
     channels = int(craft.channels[antenna])
     delivering = int((craft.sat[antenna, :channels] >= 0).sum())
     title = parted(
         (
             Span(craft.antennas[antenna], "head"), Span(f"{delivering}/{channels}", "head"),
-            craft.sight.states[antenna], f"RX{antenna + 1}",
+            craft.snapshot.states[antenna], f"RX{antenna + 1}",
         ),
         grid.width,
     )  # fmt: skip
@@ -156,7 +156,7 @@ def _block(craft: CraftStanding, antenna: int, grid: Grid, most: int) -> list[Li
     return [title, heads, *rows, *([hidden] if shown < channels else [])]
 
 
-def _tables(craft: CraftStanding, width: int, height: int) -> list[Line]:
+def _tables(craft: CraftSummary, width: int, height: int) -> list[Line]:
     antennas, most = len(craft.antennas), int(craft.channels.max())
     grid = arranged(antennas, most, width, height)
     blocks = [_block(craft, antenna, grid, most) for antenna in range(antennas)]
@@ -175,7 +175,7 @@ def _pace(pace: float | None) -> str:
     return "" if pace is None else f"{pace:.{0 if pace >= 10 else 1}f}x real time"
 
 
-def _title(run: RunStanding, width: int) -> Line:
+def _title(run: RunSummary, width: int) -> Line:
     parts = [
         f" {run.scenario}",
         f"{clock(run.simulated_s)} of {clock(run.duration_s)}",
@@ -194,8 +194,8 @@ def _when(t_ns: int | None) -> list[str]:
     return [f"GPS {gpstime.iso(t_ns)[:23]}", f"week {week} s {second}"]
 
 
-def _fix_parts(craft: CraftStanding) -> list[str | Span]:
-    fix = craft.sight.fix
+def _fix_parts(craft: CraftSummary) -> list[str | Span]:
+    fix = craft.snapshot.fix
     if fix is None:
         return [Span("no answer", "warn")]
     if fix.mode == "NO_FIX":
@@ -204,7 +204,7 @@ def _fix_parts(craft: CraftStanding) -> list[str | Span]:
     return [f"error {error}", f"PDOP {fix.pdop:.2f}", f"in fix {fix.satellites}", fix.mode]
 
 
-def _fault_parts(craft: CraftStanding) -> list[str | Span]:
+def _fault_parts(craft: CraftSummary) -> list[str | Span]:
     rejected = sum(craft.rejected.values())
     reasons = ", ".join(f"{reason} {count}" for reason, count in craft.rejected.items())
     return [
@@ -213,10 +213,10 @@ def _fault_parts(craft: CraftStanding) -> list[str | Span]:
     ]
 
 
-def _head(run: RunStanding, craft: CraftStanding, width: int) -> list[Line]:
+def _head(run: RunSummary, craft: CraftSummary, width: int) -> list[Line]:
     load = f"load {craft.load_percent:.2f} %, at most {craft.load_most_percent:.2f} %"
     rows = (
-        (craft.name, _when(craft.sight.t_ns)),
+        (craft.name, _when(craft.snapshot.t_ns)),
         ("fix", [f"tracked {craft.tracked}", *_fix_parts(craft)]),
         ("bus", [*_fault_parts(craft), load, f"frames {craft.frames}"]),
     )
@@ -227,7 +227,7 @@ def _head(run: RunStanding, craft: CraftStanding, width: int) -> list[Line]:
     ]
 
 
-def _others(run: RunStanding, width: int, room: int) -> list[Line]:
+def _others(run: RunSummary, width: int, room: int) -> list[Line]:
     """One line for each craft but the first."""
     lines = [
         parted((Span(craft.name, "head"), *_fix_parts(craft), *_fault_parts(craft)), width)
@@ -239,7 +239,7 @@ def _others(run: RunStanding, width: int, room: int) -> list[Line]:
     return lines[:room]
 
 
-def screen(run: RunStanding, width: int, height: int) -> list[Line]:
+def screen(run: RunSummary, width: int, height: int) -> list[Line]:
     """At most `height` lines of at most `width` characters."""
     head = _head(run, run.craft[0], width)[:height]
     notes = [line(Span(piece, "warn")) for note in run.notes[-2:] for piece in wrapped(note, width)]

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.tools.decoder.epoch_snapshot import Sight
+from gnss_hil.tools.decoder.epoch_snapshot import EpochSnapshot
 from gnss_hil.tools.results import truth
 
 _KEPT = 64
 """Fixes that wait for their truth, which comes up to a second later: some seconds of looks."""
 
 
-class Judge:
+class LiveError:
     """3-D error of the latest fix for which the truth is there.
 
     Truth rows are one for each epoch and craft, in that order, so a row is found by its number.
@@ -26,8 +26,8 @@ class Judge:
         self._waiting: deque[tuple[int, int, np.ndarray]] = deque(maxlen=_KEPT)
         self.error_m: float | None = None
 
-    def look(self, sight: Sight, interval_ns: int) -> None:
-        """Take in the fix of an epoch, and judge what can be judged."""
+    def look(self, snapshot: EpochSnapshot, interval_ns: int) -> None:
+        """Take in the fix of an epoch, and live_error what can be judged."""
         fix = sight.fix
         if fix is None or sight.t_ns is None or np.isnan(fix.position_ecef_m).any():
             self.error_m = None

@@ -6,8 +6,11 @@ import sys
 import time
 from typing import TextIO
 
+from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.tools.live.glance import Standing, standing
+from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.tools.decoder.block import of_frames
+from gnss_hil.tools.decoder.screen import intact
 from gnss_hil.tools.run_config.plan import Plan
 
 TERMINAL_S = 0.2
@@ -19,6 +22,16 @@ def clock(seconds: float) -> str:
     days, rest = divmod(int(seconds), 86400)
     text = f"{rest // 3600:02d}:{rest // 60 % 60:02d}:{rest % 60:02d}"
     return f"{days} d {text}" if days else text
+
+
+def last_fix(codec: Codec, frames: FrameBatch) -> str:
+    """The fix of an epoch's frames in a few words."""
+    said = of_frames(codec, frames[intact(codec, frames, "NAV_STATUS")])["NAV_STATUS"]
+    if not len(said):
+        return "waiting"
+    if VALUES["NavMode"].get(int(said["mode"][0])) == "NO_FIX":
+        return "no fix yet"
+    return f"{said['satellites'][0]} satellites  PDOP {said['pdop'][0]:.2f}"
 
 
 class Progress:
@@ -42,13 +55,13 @@ class Progress:
 
     def refresh(self, unanswered: int = 0) -> None:
         if self._last is not None and time.monotonic() >= self._next:
-            epoch, frames = self._last
-            self._show(standing(self._codec, frames, (epoch + 1) * self._time.epoch_interval_s))
+            self._show(*self._last)
 
-    def _show(self, standing: Standing) -> None:
+    def _show(self, epoch: int, frames: FrameBatch) -> None:
         now = time.monotonic()
         self._next = now + self._every_s
-        line = self._line(standing, now - self._begun)
+        simulated_s = (epoch + 1) * self._time.epoch_interval_s
+        line = self._line(simulated_s, now - self._begun, last_fix(self._codec, frames))
         if self._terminal:
             self._stream.write("\r" + line.ljust(self._width))
             self._width = len(line)
@@ -69,15 +82,11 @@ class Progress:
             self._width = 0
             self._stream.flush()
 
-    def _line(self, s: Standing, wall_s: float) -> str:
+    def _line(self, simulated_s: float, wall_s: float, fix: str) -> str:
         parts = [
-            f"{self._name}  {clock(s.simulated_s)} of {clock(self._time.duration_s)}",
-            f"{100 * s.simulated_s / self._time.duration_s:3.0f} %",
-            f"{s.simulated_s / wall_s:.0f}x" if wall_s > 0 else "",
+            f"{self._name}  {clock(simulated_s)} of {clock(self._time.duration_s)}",
+            f"{100 * simulated_s / self._time.duration_s:3.0f} %",
+            f"{simulated_s / wall_s:.0f}x" if wall_s > 0 else "",
+            fix,
         ]
-        if s.mode in ("", "NO_FIX"):
-            parts.append("no fix yet" if s.mode else "waiting")
-        else:
-            parts.append(f"{s.satellites} satellites")
-            parts.append(f"PDOP {s.pdop:.2f}")
-        return "  ".join(p for p in parts if p)
+        return "  ".join(part for part in parts if part)

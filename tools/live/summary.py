@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.tools.decoder.epoch_snapshot import Sight
+from gnss_hil.tools.decoder.epoch_snapshot import EpochSnapshot
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CraftStanding:
+class CraftSummary:
     """One craft and its bus.
 
     antennas, channels    (m,) names and numbers of channels by the vehicle file
@@ -25,7 +25,7 @@ class CraftStanding:
     name: str
     antennas: tuple[str, ...]
     channels: NDArray[np.int64]
-    sight: Sight
+    snapshot: EpochSnapshot
     sat: NDArray[np.int64]
     asked: NDArray[np.int64]
     age_s: NDArray[np.float64]
@@ -43,7 +43,7 @@ class CraftStanding:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RunStanding:
+class RunSummary:
     """The run. pace: simulated seconds in a second, of late; None before it can be told."""
 
     scenario: str
@@ -52,5 +52,5 @@ class RunStanding:
     duration_s: float
     pace: float | None
     unanswered: int
-    craft: tuple[CraftStanding, ...]
+    craft: tuple[CraftSummary, ...]
     notes: tuple[str, ...] = ()

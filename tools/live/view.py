@@ -10,11 +10,11 @@ from pathlib import Path
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.tools.decoder.counters import Tally
-from gnss_hil.tools.decoder.epoch_snapshot import Sight, sight
+from gnss_hil.tools.decoder.epoch_snapshot import EpochSnapshot, snapshot
+from gnss_hil.tools.decoder.latest import Latest
 from gnss_hil.tools.live.layout import screen
-from gnss_hil.tools.live.live_error import Judge
-from gnss_hil.tools.live.summary import CraftStanding, RunStanding
+from gnss_hil.tools.live.live_error import LiveError
+from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 from gnss_hil.tools.live.terminal import Terminal
 from gnss_hil.tools.run_config.plan import Plan
 
@@ -26,41 +26,41 @@ PACE_WINDOW = 12
 class _Craft:
     """One craft: frames that wait to be looked at, and what was seen."""
 
-    def __init__(self, name: str, vehicle: Vehicle, codec: Codec, judge: Judge, interval_ns: int):
-        self._name, self._vehicle, self._codec = name, vehicle, codec
-        self._judge, self._interval_ns = judge, interval_ns
-        self._tally = Tally(codec, interval_ns / 1e9)
+    def __init__(self, name: str, vehicle: Vehicle, codec: Codec, live_error: LiveError, interval_ns: int):
+        self._name, self._vehicle = name, vehicle
+        self._live_error, self._interval_ns = live_error, interval_ns
+        self._bus = Latest(codec, interval_ns / 1e9)
         self._epochs: list[int] = []
         self._blocks: list[FrameBatch] = []
-        self._sight: Sight | None = None
+        self._snapshot: EpochSnapshot | None = None
         self.hear = self._epochs.append, self._blocks.append
 
-    def look(self) -> CraftStanding | None:
+    def look(self) -> CraftSummary | None:
         """All that came since the last look; None before the first epoch."""
         if self._epochs:
-            last = self._tally.take(self._epochs, self._blocks)
-            self._sight = sight(self._codec, last, self._epochs[-1], self._vehicle.boresight_body)
-            self._judge.look(self._sight, self._interval_ns)
+            last = self._bus.take(self._epochs, self._blocks)
+            self._snapshot = snapshot(last, self._epochs[-1], self._vehicle.boresight_body)
+            self._live_error.look(self._snapshot, self._interval_ns)
             self._epochs.clear()
             self._blocks.clear()
-        return None if self._sight is None else self._standing(self._sight)
+        return None if self._snapshot is None else self._summary(self._snapshot)
 
-    def _standing(self, seen: Sight) -> CraftStanding:
-        tally, tracks = self._tally, self._tally.tracks
-        return CraftStanding(
+    def _summary(self, seen: EpochSnapshot) -> CraftSummary:
+        bus, tracks = self._bus, self._bus.tracks
+        return CraftSummary(
             name=self._name,
             antennas=self._vehicle.names,
             channels=self._vehicle.channels,
-            sight=seen,
+            snapshot=seen,
             sat=tracks.sat,
             asked=tracks.asked,
             age_s=(seen.epoch - tracks.since) * (self._interval_ns / 1e9),
-            error_m=self._judge.error_m,
-            load_percent=tally.load_percent,
-            load_most_percent=tally.load_most_percent,
-            frames=tally.frames,
-            lost=tally.lost,
-            rejected=tally.faults,
+            error_m=self._live_error.error_m,
+            load_percent=bus.load_percent,
+            load_most_percent=bus.load_most_percent,
+            frames=bus.counters.received,
+            lost=bus.counters.lost,
+            rejected=bus.counters.reasons,
         )
 
 
@@ -73,7 +73,7 @@ class LiveView:
         self._interval_s = time_.epoch_interval_s
         parts = zip(plan.names, plan.vehicles, plan.codecs, strict=True)
         self._craft = [
-            _Craft(name, vehicle, codec, Judge(truth, i, len(plan.names)), time_.interval_ns)
+            _Craft(name, vehicle, codec, LiveError(truth, i, len(plan.names)), time_.interval_ns)
             for i, (name, vehicle, codec) in enumerate(parts)
         ]
         self._begun = False
@@ -95,11 +95,11 @@ class LiveView:
             if self._terminal.ready and all(craft):
                 self._draw(now, unanswered, craft)
 
-    def _draw(self, now: float, unanswered: int, craft: Sequence[CraftStanding]) -> None:
-        epoch = craft[0].sight.epoch
+    def _draw(self, now: float, unanswered: int, craft: Sequence[CraftSummary]) -> None:
+        epoch = craft[0].snapshot.epoch
         self._paces.append((now, epoch))
         then, before = self._paces[0]
-        run = RunStanding(
+        run = RunSummary(
             scenario=self._plan.scenario.name,
             epoch=epoch,
             simulated_s=(epoch + 1) * self._interval_s,

@@ -13,7 +13,8 @@ from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.lockstep.latency import Latency
-from gnss_hil.tools.decoder.mark_time import EPOCHS, said_ns
+from gnss_hil.tools.decoder.block import EPOCHS
+from gnss_hil.tools.decoder.time_marks import epoch_times_ns
 from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.bus_tap import Ear
 from gnss_hil.tools.recording.recorder import Recorder
@@ -95,7 +96,7 @@ class Line:
         delay_s = answer_s(self.codec, frames, epoch.number)
         if delay_s is not None:
             self.latency.add(delay_s)
-        said = int(said_ns(self.codec, frames, np.array([len(frames)]), np.array([epoch.number]))[0])
+        said = int(epoch_times_ns(self.codec, frames, np.array([len(frames)]), np.array([epoch.number]))[0])
         if said < 0:
             return
         if self._first_said_ns < 0:

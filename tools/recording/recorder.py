@@ -15,13 +15,14 @@ from dataclasses import dataclass, field
 from typing import BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import BIT_RATE
-from gnss_hil.tools.decoder.mark_time import marks_ns, said_ns
+from gnss_hil.tools.decoder.time_marks import epoch_times_ns, reckoned_ns
 from gnss_hil.tools.recording.formats.candump import format_lines
 
 BATCH_FRAMES = 16_384
@@ -56,13 +57,24 @@ class _Waiting:
         return taken
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Batch:
+    """Epochs (e,) of a bus in order, how many frames each has (e,), their frames (n,) and bits (n,)."""
+
+    bus: int
+    epochs: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    frames: FrameBatch
+    bits: NDArray[np.int64]
+
+
 class Recorder:
     """Collects epochs of all buses and writes them in batches, at the latest after FLUSH_S of wall time.
 
     buses     codec by name in the log, one for each craft
     start_ns, interval_ns  when epochs are that do not say it themselves
     log       where the text goes, None to write none
-    on_batch  is handed every batch as it is written: number of the bus, frames (live summary)
+    on_batch  is handed every batch as it is written: number of the bus, frames, their bits on the wire
 
     With several buses an epoch is written when all have it, one bus after the other.
     """
@@ -73,7 +85,7 @@ class Recorder:
         start_ns: int,
         interval_ns: int,
         log: BinaryIO | None,
-        on_batch: Callable[[int, FrameBatch], None] | None = None,
+        on_batch: Callable[[int, FrameBatch, NDArray[np.int64]], None] | None = None,
     ):
         self._buses = tuple(buses)
         self._interval_ns = interval_ns
@@ -104,33 +116,35 @@ class Recorder:
         for bus, waiting in enumerate(self._waiting):
             epochs, blocks = waiting.take(before)
             if epochs:
-                batches.append((bus, epochs, blocks))
+                frames = concat(blocks)
+                counts = np.array([len(block) for block in blocks])
+                batches.append(_Batch(bus, np.array(epochs, np.int64), counts, frames, frame_bits(frames)))
         if self._log is not None:
             self._log.write(self._text(batches))
             self._log.flush()
         if self._on_batch is not None:
-            for bus, _, blocks in batches:
-                self._on_batch(bus, concat(blocks))
+            for batch in batches:
+                self._on_batch(batch.bus, batch.frames, batch.bits)
 
-    def _text(self, batches: list[tuple[int, list[int], list[FrameBatch]]]) -> bytes:
+    def _text(self, batches: list[_Batch]) -> bytes:
         """Log text of some epochs; of several buses epoch by epoch."""
-        if len(batches) == 1:
-            return self._lines(*batches[0])
-        pieces = [
-            (epoch, bus, self._lines(bus, [epoch], [block]))
-            for bus, epochs, blocks in batches
-            for epoch, block in zip(epochs, blocks, strict=True)
-        ]
+        texts = [self._lines(batch) for batch in batches]
+        if len(texts) == 1:
+            return texts[0]
+        pieces = []
+        for batch, text in zip(batches, texts, strict=True):
+            ends = np.cumsum(batch.counts)
+            lines = text.splitlines(keepends=True)
+            for epoch, begin, end in zip(batch.epochs, ends - batch.counts, ends, strict=True):
+                pieces.append((epoch, batch.bus, b"".join(lines[begin:end])))
         return b"".join(text for _, _, text in sorted(pieces, key=lambda piece: piece[:2]))
 
-    def _lines(self, bus: int, epochs: list[int], blocks: list[FrameBatch]) -> bytes:
+    def _lines(self, batch: _Batch) -> bytes:
         """Log text of epochs of one bus, which must come in order."""
-        frames = concat(blocks)
-        counts = np.array([len(block) for block in blocks])
-        numbers = np.array(epochs, np.int64)
-        waiting = self._waiting[bus]
-        said = said_ns(waiting.codec, frames, counts, numbers)
-        t_ns = marks_ns(said, numbers, self._interval_ns, waiting.anchor)
-        waiting.anchor = int(numbers[-1]), int(t_ns[-1])
+        waiting = self._waiting[batch.bus]
+        reported = epoch_times_ns(waiting.codec, batch.frames, batch.counts, batch.epochs)
+        t_ns = reckoned_ns(reported, batch.epochs, self._interval_ns, waiting.anchor)
+        waiting.anchor = int(batch.epochs[-1]), int(t_ns[-1])
         unix_us = np.array([gpstime.to_unix_ns(t) // 1000 for t in t_ns.tolist()])
-        return format_lines(stamps_us(unix_us, counts, frame_bits(frames)), frames, self._buses[bus])
+        stamps = stamps_us(unix_us, batch.counts, batch.bits)
+        return format_lines(stamps, batch.frames, self._buses[batch.bus])

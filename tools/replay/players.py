@@ -21,8 +21,9 @@ from gnss_hil.dbc.lockstep.slave import Follower
 from gnss_hil.dbc.lockstep.slave_loop import follow
 from gnss_hil.flightsw.io import encode
 from gnss_hil.tools.common.errors import Failed
+from gnss_hil.tools.decoder.time_marks import marks_in, with_session
 from gnss_hil.tools.replay.compare import Comparison
-from gnss_hil.tools.replay.recorded_run import Tape, TapeEpoch, marks_in, one_bus, with_session
+from gnss_hil.tools.replay.recorded_run import Tape, TapeEpoch, one_bus
 
 Keep = Callable[[int, FrameBatch, FrameBatch], None]
 Stop = Callable[[], bool]

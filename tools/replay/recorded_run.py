@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract import e2e
@@ -16,7 +15,7 @@ from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.decoder.mark_time import said_ns
+from gnss_hil.tools.decoder.time_marks import epoch_times_ns, marks_in
 from gnss_hil.tools.recording.formats.candump import Piece
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.recording.sequence import Sequencer
@@ -113,42 +112,12 @@ def spoken_contract(recording: Recording, bus: str) -> Codec:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class Marks:
-    """Intact time marks of a batch: rows (n,), sessions (n,), epochs (n,)."""
-
-    rows: NDArray[np.intp]
-    session: NDArray[np.int64]
-    epoch: NDArray[np.int64]
-
-
-def marks_in(contract: Codec, frames: FrameBatch) -> Marks:
-    rows = np.flatnonzero((frames.can_id == contract.can_id_of["TIME_MARK", 0]) & (frames.length == WIDTH))
-    rows = rows[frames.data[rows, 0] == e2e.crc(frames.can_id[rows], frames.data[rows])]
-    said = contract.decode("TIME_MARK", frames.data[rows])
-    return Marks(rows, said["session"], said["epoch"])
-
-
-def with_session(contract: Codec, frames: FrameBatch, session: int) -> FrameBatch:
-    """The same frames, intact time marks with another session and their CRC made anew."""
-    layout = contract.kinds["TIME_MARK"]
-    at = layout.signals.index("session")
-    rows = marks_in(contract, frames).rows
-    data = frames.data.copy()
-    words = np.ascontiguousarray(data[rows]).view("<u8")[:, 0]
-    mask = layout.mask[at] << layout.shift[at]
-    words = (words & ~mask) | np.uint64(session) << layout.shift[at]
-    data[rows] = words.astype("<u8").view(np.uint8).reshape(-1, WIDTH)
-    data[rows, 0] = e2e.crc(frames.can_id[rows], data[rows])
-    return replace(frames, data=data)
-
-
 def _times_ns(contract: Codec, epochs: list[TapeEpoch], numbers: np.ndarray) -> np.ndarray:
     """(e,) GPS times [ns] of epochs: what they say; where they do not, when they were recorded."""
     blocks = [epoch.emulator for epoch in epochs]
     heard_ns = np.array([gpstime.from_unix_ns(int(block.t_ns[0])) for block in blocks])
     counts = np.array([len(block) for block in blocks])
-    said = said_ns(contract, concat(blocks), counts, numbers)
+    said = epoch_times_ns(contract, concat(blocks), counts, numbers)
     return said if (said >= 0).all() else heard_ns
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results.truth import Truth
 
@@ -63,7 +64,7 @@ def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> t
 def craft_summary(digest: Digest, rows: np.ndarray) -> dict[str, Any]:
     """The figures of one craft."""
     fixes = digest.fixes
-    ledger = digest.commands
+    log = digest.commands
     valid = fixes["valid"] if fixes else np.zeros(0, bool)
     position_m, velocity_mps = errors_against_truth(fixes, rows) if fixes else (np.zeros(0), np.zeros(0))
 
@@ -80,33 +81,17 @@ def craft_summary(digest: Digest, rows: np.ndarray) -> dict[str, Any]:
         "position_error_m": statistics(position_m, _ERROR),
         "velocity_error_mps": statistics(velocity_mps, _ERROR),
         "assignment": {
-            "commands": ledger.commands,
-            "repeats": ledger.repeats,
-            "handovers": ledger.handovers,
-            "rejected": ledger.rejected,
+            "commands": log.commands,
+            "repeats": log.repeats,
+            "handovers": log.handovers,
+            "rejected": log.rejected,
         },
     }
 
 
-def frames_summary(digests: Mapping[str, Digest], sent: int | None) -> dict[str, Any]:
-    """Frames of all buses. `sent` is what the senders' bench frames declare. Where they declare nothing, or
-    less than was heard because one of them does not declare, it is what was heard and what the counters of
-    the streams miss."""
-    traffic = [d.traffic for d in digests.values()]
-    received = sum(t.received for t in traffic)
-    missing = sum(t.lost for t in traffic)
-    rejected: dict[str, int] = {}
-    for t in traffic:
-        for reason, count in t.rejected.items():
-            rejected[reason] = rejected.get(reason, 0) + count
-    if sent is None or sent < received:
-        sent = received + missing
-    return {"sent": sent, "received": received, "lost": max(sent - received, missing), "rejected": rejected}
-
-
 def load_percent(digests: Mapping[str, Digest], interval_s: float) -> dict[str, float | None]:
     """Bus load of the epochs, exact bits at the contract's rate; the busiest bus counts."""
-    loads = [d.traffic.bits / (interval_s * BIT_RATE) * 100 for d in digests.values()]
+    loads = [d.bits / (interval_s * BIT_RATE) * 100 for d in digests.values()]
     busiest = max(loads, key=lambda x: x.sum(), default=np.zeros(0))
     return statistics(busiest, ("mean", "max"))
 
@@ -124,7 +109,7 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
     return {
         **{k: v for k, v in facts.items() if k not in ("expect", "frames_sent", "latency_histogram")},
         "epochs_unanswered": facts["epochs_unanswered"] if facts["pace"] == "lockstep" else None,
-        "frames": frames_summary(digests, facts.get("frames_sent")),
+        "frames": total(d.counters for d in digests.values()).figures(facts.get("frames_sent")),
         "bus_load_percent": load_percent(digests, facts["epoch_interval_s"]),
         "expectations": judge(facts.get("expect", {}), figures),
         "craft": figures,

@@ -5,36 +5,45 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.tools.decoder.almanac import AlmanacLedger
+from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.dbc.contract.frames import batch, concat
+from gnss_hil.tools.decoder.almanac import AlmanacLog
+from gnss_hil.tools.decoder.block import Block, of_frames
+
+CODEC = codec(4)
 
 
-def heard(epochs: dict[str, list[tuple[int, int, int]]]):
-    """Decoded frames: kind -> rows of (epoch, receiver, satellite number), which is its x [m] too."""
-
-    def kinds(kind: str):
-        rows = np.array(epochs.get(kind, []), np.int64).reshape(-1, 3)
-        zero = np.zeros(len(rows))
-        signals = dict.fromkeys(("x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "health"), zero)
-        signals |= {"sat_system": zero.astype(np.int64), "sat_number": rows[:, 2], "x_m": rows[:, 2] * 1.0}
-        return rows[:, 0], rows[:, 1], signals
-
-    return kinds
+def heard(rows_of: dict[str, list[tuple[int, int, int]]], epochs: int = 100) -> Block:
+    """Kind -> rows of (epoch, receiver, satellite number), which is its x [10 km] too."""
+    parts, row = [], []
+    for kind, rows in rows_of.items():
+        for epoch, receiver, number in rows:
+            values = {"sat_system": 0, "sat_number": number}
+            values |= {"x_m": 1e4 * number} if kind == "ALM_XY" else {}
+            parts.append(batch(CODEC.can_id_of[kind, receiver], CODEC.encode(kind, values)))
+            row.append(epoch)
+    return of_frames(CODEC, concat(parts), np.array(row), epochs)
 
 
 def all_three(rows):
     return heard(dict.fromkeys(("ALM_XY", "ALM_Z", "ALM_V"), rows))
 
 
-def kept(ledger: AlmanacLedger) -> list[tuple[int, int, float]]:
-    rows = ledger.rows
+def kept(log: AlmanacLog) -> list[tuple[int, int, float]]:
+    rows = log.rows
     return list(
-        zip((rows["t_ns"] // NS_PER_S).tolist(), rows["sat"].tolist(), rows["x_m"].tolist(), strict=True)
+        zip(
+            (rows["t_ns"] // NS_PER_S).tolist(),
+            rows["sat"].tolist(),
+            (rows["x_m"] / 1e4).tolist(),
+            strict=True,
+        )
     )
 
 
 def test_a_prediction_counts_when_its_three_frames_came_from_one_receiver_in_one_epoch():
-    ledger = AlmanacLedger()
-    ledger.take(
+    log = AlmanacLog()
+    log.take(
         np.array([60, 61]) * NS_PER_S,
         heard({
             "ALM_XY": [(0, 1, 5), (0, 1, 6), (0, 1, 7)],
@@ -42,12 +51,12 @@ def test_a_prediction_counts_when_its_three_frames_came_from_one_receiver_in_one
             "ALM_V": [(0, 1, 5), (0, 1, 6), (1, 1, 7)],
         }),
     )  # fmt: skip
-    assert kept(ledger) == [(60, 5, 5.0)]
+    assert kept(log) == [(60, 5, 5.0)]
 
 
 def test_one_prediction_a_satellite_and_minute_is_kept_whatever_the_pieces():
     t_s = np.arange(0, 200, 20)
-    whole, pieces = AlmanacLedger(), AlmanacLedger()
+    whole, pieces = AlmanacLog(), AlmanacLog()
     whole.take(t_s * NS_PER_S, all_three([(e, 1, 3) for e in range(len(t_s))]))
     for t in t_s:
         pieces.take(np.array([t]) * NS_PER_S, all_three([(0, 1, 3)]))
@@ -55,6 +64,6 @@ def test_one_prediction_a_satellite_and_minute_is_kept_whatever_the_pieces():
 
 
 def test_an_epoch_without_a_time_is_left_out_and_none_is_empty():
-    ledger = AlmanacLedger()
-    ledger.take(np.array([-1]), all_three([(0, 1, 3)]))
-    assert ledger.rows == {}
+    log = AlmanacLog()
+    log.take(np.array([-1]), all_three([(0, 1, 3)]))
+    assert log.rows == {}

@@ -109,8 +109,8 @@ def test_values_come_out_as_they_went_in(piece):
         [1, 1, 2, 3, 4],
         [0, 3, 0, 5, 1],
     )
-    assert digest.traffic.received == sum(map(len, blocks))
-    assert (digest.traffic.lost, digest.traffic.rejected) == (0, {})
+    assert digest.counters.received == sum(map(len, blocks))
+    assert (digest.counters.lost, digest.counters.reasons) == (0, {})
 
 
 def test_pdop_is_the_textbooks():
@@ -211,7 +211,7 @@ def test_bad_frames_are_counted_by_reason_and_change_nothing():
     old, _ = e2e.protect(CODEC, navigation(mode=0)[:1], sender.counters, 1)  # right counter, epoch long gone
     digest, _ = digested(*good[:3], corrupted, strangers, *good[3:], old)
     clean, _ = digested(*good)
-    reasons = digest.traffic.rejected
+    reasons = digest.counters.reasons
     assert reasons == {"CORRUPTED": 1, "UNKNOWN_ID": 1, "WRONG_LENGTH": 1, "MIXED_EPOCH": 1}
     assert digest.fixes["valid"].sum() == 6
     assert (digest.fixes["x_m"] == clean.fixes["x_m"]).all()
@@ -222,7 +222,7 @@ def test_lost_frames_are_counted_by_their_streams():
     blocks = [sender.block(e, *FIVE, navigation(used=USED)) for e in range(3)]
     block = blocks[1]
     digest, _ = digested(blocks[0], block[block.can_id != CODEC.can_id_of["NAV_STATUS", 0]], blocks[2])
-    assert digest.traffic.lost == 1
+    assert digest.counters.lost == 1
     assert len(digest.fixes["t_ns"]) == 2
 
 
@@ -241,7 +241,7 @@ def test_nothing_and_rubbish_raise_nothing():
     digest.feed(EMPTY)
     digest.feed(batch([0x7A0, 0x40], np.full((2, 8), 255)))
     digest.finish()
-    assert (digest.epochs, digest.fixes, digest.traffic.bits.sum()) == (0, {}, 0)
+    assert (digest.epochs, digest.fixes, digest.bits.sum()) == (0, {}, 0)
 
 
 def command(receiver: int, number: int, action: int, sat: int, transaction: int) -> FrameBatch:

@@ -14,15 +14,16 @@ from scipy.spatial.transform import Rotation
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
-from gnss_hil.tools.decoder.counters import Tally
+from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.decoder.epoch_snapshot import off_boresight_rad, sight
+from gnss_hil.tools.decoder.epoch_snapshot import off_boresight_rad, snapshot
+from gnss_hil.tools.decoder.latest import Latest
 from gnss_hil.tools.live import display, layout
 from gnss_hil.tools.live.layout import age, arranged, screen
-from gnss_hil.tools.live.live_error import Judge
+from gnss_hil.tools.live.live_error import LiveError
 from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.live.screen import line, parted, plain, printable, width_of, wrapped
-from gnss_hil.tools.live.summary import CraftStanding, RunStanding
+from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 from gnss_hil.tools.live.view import LiveView
 from tests.support.live_runs import EPOCHS, epochs, soyuz, write_truth
 
@@ -113,21 +114,21 @@ def test_a_small_window_says_what_it_leaves_out(tmp_path):
 def test_the_error_is_that_of_the_same_epoch(tmp_path):
     """The truth lags: the error is that of the last fix whose truth has come."""
     frames, rows = epochs()
-    judge = Judge(write_truth(tmp_path / "truth", rows[:-3]), 0, 1)
-    tally = Tally(CODEC, 1.0)
+    live_error = LiveError(write_truth(tmp_path / "truth", rows[:-3]), 0, 1)
+    latest = Latest(CODEC, 1.0)
     for epoch, block in enumerate(frames):
-        judge.look(sight(CODEC, tally.take([epoch], [block]), epoch, VEHICLE.boresight_body), 10**9)
+        live_error.look(snapshot(latest.take([epoch], [block]), epoch, VEHICLE.boresight_body), 10**9)
     fixes = digested().fixes
     at = np.array([fixes[f"{axis}_m"][-4] for axis in "xyz"])
-    assert judge.error_m == pytest.approx(np.linalg.norm(at - rows[-4]["position_ecef_m"]), abs=1e-9)
-    assert judge.error_m > 0
+    assert live_error.error_m == pytest.approx(np.linalg.norm(at - rows[-4]["position_ecef_m"]), abs=1e-9)
+    assert live_error.error_m > 0
 
 
 def test_without_a_truth_file_there_is_no_error(tmp_path):
-    judge = Judge(tmp_path / "nowhere", 0, 1)
+    live_error = LiveError(tmp_path / "nowhere", 0, 1)
     frames = epochs()[0]
-    judge.look(sight(CODEC, frames[-1], EPOCHS - 1, VEHICLE.boresight_body), 10**9)
-    assert judge.error_m is None
+    live_error.look(snapshot(of_frames(CODEC, frames[-1]), EPOCHS - 1, VEHICLE.boresight_body), 10**9)
+    assert live_error.error_m is None
 
 
 def test_every_fault_is_counted_though_most_epochs_are_not_drawn(tmp_path):
@@ -138,19 +139,19 @@ def test_every_fault_is_counted_though_most_epochs_are_not_drawn(tmp_path):
     blocks[71] = blocks[71][np.arange(len(blocks[71])) != ranges(71)[-1]]
     blocks[72] = concat((blocks[72], blocks[72][ranges(72)[1]]))
     blocks[61] = concat((blocks[61], batch([0x1ABCDEF0 | 0x8000_0000], b"12345678")))
-    tally = Tally(CODEC, 1.0)
-    tally.take(range(EPOCHS), blocks)
+    latest = Latest(CODEC, 1.0)
+    latest.take(range(EPOCHS), blocks)
     digest = Digest(CODEC)
     for block in blocks:
         digest.feed(block)
     digest.finish()
-    traffic = digest.traffic
-    assert tally.faults == traffic.rejected
-    assert set(tally.faults) == {v.name for v in (
+    traffic = digest.counters
+    assert latest.counters.reasons == traffic.reasons
+    assert set(latest.counters.reasons) == {v.name for v in (
         Verdict.CORRUPTED, Verdict.REPEATED, Verdict.UNKNOWN_ID, Verdict.EXTENDED)}  # fmt: skip
-    assert (tally.lost, tally.frames) == (traffic.lost, traffic.received)
-    assert tally.lost == 2  # the frame that is missing, and the damaged one
-    assert tally.load_most_percent == pytest.approx(traffic.bits.max() / 1e4)
+    assert (latest.counters.lost, latest.counters.received) == (traffic.lost, traffic.received)
+    assert latest.counters.lost == 2  # the frame that is missing, and the damaged one
+    assert latest.load_most_percent == pytest.approx(digest.bits.max() / 1e4)
     window = Window(120, 24)
     viewed(tmp_path, window, blocks)
     assert "rejected 4: CORRUPTED 1, EXTENDED 1, REPEATED 1, UNKNOWN_ID 1" in window.drawn[0][3]
@@ -171,27 +172,32 @@ def flipped(block: FrameBatch, row: int) -> FrameBatch:
 def test_frames_of_another_epoch_are_rejected_with_that_reason():
     blocks = list(epochs()[0])
     blocks[40] = concat((blocks[40], blocks[35][5:6]))
-    tally = Tally(CODEC, 1.0)
-    tally.take([40], [blocks[40][-1:]])
-    assert tally.faults == {"MIXED_EPOCH": 1}
+    latest = Latest(CODEC, 1.0)
+    latest.take([40], [blocks[40][-1:]])
+    assert latest.counters.reasons == {"MIXED_EPOCH": 1}
+
+
+def held(block):
+    """Every signal of an epoch, kind by kind."""
+    return [block[kind][name] for kind, layout in CODEC.kinds.items() for name in layout.signals]
 
 
 def test_one_look_or_many_is_the_same():
     blocks = epochs()[0]
-    once, often = Tally(CODEC, 1.0), Tally(CODEC, 1.0)
+    once, often = Latest(CODEC, 1.0), Latest(CODEC, 1.0)
     last = once.take(range(EPOCHS), blocks)
     for begin in range(0, EPOCHS, 7):
         part = blocks[begin : begin + 7]
         piecewise = often.take(range(begin, begin + len(part)), part)
-    assert last == piecewise
+    assert all(np.array_equal(a, b) for a, b in zip(held(last), held(piecewise), strict=True))
     for name in ("sat", "since", "asked"):
         np.testing.assert_array_equal(getattr(once.tracks, name), getattr(often.tracks, name))
 
 
 def test_a_track_is_as_old_as_its_unbroken_row_of_epochs():
     """Against a loop over the epochs, one decoded frame after another."""
-    tally = Tally(CODEC, 1.0)
-    tally.take(range(EPOCHS), epochs()[0])
+    latest = Latest(CODEC, 1.0)
+    latest.take(range(EPOCHS), epochs()[0])
     since = {}
     for epoch, block in enumerate(epochs()[0]):
         now = {}
@@ -205,14 +211,14 @@ def test_a_track_is_as_old_as_its_unbroken_row_of_epochs():
         since = now
     assert len(since) > 10
     for (receiver, channel), (sat, epoch) in since.items():
-        assert tally.tracks.sat[receiver, channel] == sat
-        assert tally.tracks.since[receiver, channel] == epoch
-    assert (tally.tracks.sat >= 0).sum() == len(since)
+        assert latest.tracks.sat[receiver, channel] == sat
+        assert latest.tracks.since[receiver, channel] == epoch
+    assert (latest.tracks.sat >= 0).sum() == len(since)
 
 
 def test_what_channels_are_asked_is_what_the_last_commands_say():
-    tally = Tally(CODEC, 1.0)
-    tally.take(range(EPOCHS), epochs()[0])
+    latest = Latest(CODEC, 1.0)
+    latest.take(range(EPOCHS), epochs()[0])
     asked = {}
     for block in epochs()[0]:
         for row in np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["COMMAND"].number):
@@ -221,7 +227,7 @@ def test_what_channels_are_asked_is_what_the_last_commands_say():
             asked[CODEC.number_of[block.can_id[row]] - 1, said["channel"]] = sat
     assert sum(sat >= 0 for sat in asked.values()) > 10
     for place, sat in asked.items():
-        assert tally.tracks.asked[place] == sat
+        assert latest.tracks.asked[place] == sat
 
 
 def test_the_angle_off_boresight_against_rotation_matrices():
@@ -242,7 +248,7 @@ def test_the_angle_off_boresight_against_rotation_matrices():
 def test_angles_of_the_patent_are_within_the_masks():
     """A channel of the assignment has its satellite inside the antenna's mask, as decoded from the bus."""
     frames = epochs()[0][-1]
-    seen = sight(CODEC, frames, EPOCHS - 1, VEHICLE.boresight_body)
+    seen = snapshot(of_frames(CODEC, frames), EPOCHS - 1, VEHICLE.boresight_body)
     angles = seen.off_rad[~np.isnan(seen.off_rad)]
     assert len(angles) > 10
     assert angles.max() < VEHICLE.mask_rad.max()
@@ -275,27 +281,29 @@ def test_rubbish_never_raises(data):
     content = block.data.copy()
     content[rows] = np.frombuffer(payloads, np.uint8).reshape(-1, 8)
     frames = FrameBatch(block.t_ns, can_id, block.length, content)
-    tally = Tally(CODEC, 1.0)
-    accepted = tally.take([EPOCHS - 1], [frames])
-    assert tally.frames == len(block) and len(accepted) + sum(tally.faults.values()) == len(block)
-    standing = standing_of(tally, sight(CODEC, accepted, EPOCHS - 1, VEHICLE.boresight_body))
-    assert screen(RunStanding("x", 1, 1.0, 2.0, None, 0, (standing,)), 80, 24)
+    latest = Latest(CODEC, 1.0)
+    accepted = latest.take([EPOCHS - 1], [frames])
+    assert latest.counters.received == len(block) and len(accepted) + sum(
+        latest.counters.reasons.values()
+    ) == len(block)
+    summary = summary_of(latest, snapshot(accepted, EPOCHS - 1, VEHICLE.boresight_body))
+    assert screen(RunSummary("x", 1, 1.0, 2.0, None, 0, (summary,)), 80, 24)
 
 
-def standing_of(tally: Tally, seen, name: str = "soyuz") -> CraftStanding:
-    tracks = tally.tracks
-    return CraftStanding(
+def summary_of(latest: Latest, seen, name: str = "soyuz") -> CraftSummary:
+    tracks = latest.tracks
+    return CraftSummary(
         name, VEHICLE.names, VEHICLE.channels, seen, tracks.sat, tracks.asked,
-        (seen.epoch - tracks.since) * 1.0, None, tally.load_percent, tally.load_most_percent,
-        tally.frames, tally.lost, tally.faults,
+        (seen.epoch - tracks.since) * 1.0, None, latest.load_percent, latest.load_most_percent,
+        latest.counters.received, latest.counters.lost, latest.counters.reasons,
     )  # fmt: skip
 
 
 def test_further_craft_have_a_line_each_and_the_rest_is_counted():
-    tally = Tally(CODEC, 1.0)
-    seen = sight(CODEC, tally.take(range(EPOCHS), epochs()[0]), EPOCHS - 1, VEHICLE.boresight_body)
-    craft = tuple(standing_of(tally, seen, f"craft-{i}") for i in range(12))
-    lines = [plain(spans) for spans in screen(RunStanding("x", 1, 1.0, 2.0, None, 0, craft), 80, 24)]
+    latest = Latest(CODEC, 1.0)
+    seen = snapshot(latest.take(range(EPOCHS), epochs()[0]), EPOCHS - 1, VEHICLE.boresight_body)
+    craft = tuple(summary_of(latest, seen, f"craft-{i}") for i in range(12))
+    lines = [plain(spans) for spans in screen(RunSummary("x", 1, 1.0, 2.0, None, 0, craft), 80, 24)]
     assert len(lines) <= 24 and sum(text.startswith("craft-") for text in lines) == 6
     assert "+6 more craft" in lines[-1]
 

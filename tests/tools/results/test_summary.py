@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from gnss_hil.dbc.contract import codec
-from gnss_hil.tools.decoder.digest import Digest, Traffic
-from gnss_hil.tools.results.summary import build, frames_summary
+from gnss_hil.tools.decoder.counters import total
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.results.summary import build
 from gnss_hil.tools.results.text import render
 
 CODEC = codec.codec(4)
 
 
-class Heard(Digest):
-    """A bus with traffic and nothing in it."""
-
-    def __init__(self, received: int, lost: int):
-        super().__init__(CODEC)
-        self._heard = Traffic(received, lost, {}, np.zeros(100, np.int64))
-
-    @property
-    def traffic(self) -> Traffic:
-        return self._heard
+def counted(received: int, lost: int) -> Digest:
+    """A bus with frames and nothing in them."""
+    digest = Digest(CODEC)
+    digest.counters.received, digest.counters.lost = received, lost
+    return digest
 
 
 def facts(pace: str | None = "lockstep", unanswered: int | None = 0, sent: int | None = None) -> dict:
@@ -36,26 +31,26 @@ def facts(pace: str | None = "lockstep", unanswered: int | None = 0, sent: int |
 
 @pytest.mark.parametrize("sent", [None, 17_300])
 def test_where_not_all_senders_declare_the_counters_tell_what_was_sent(sent):
-    digests = {"a": Heard(18_076, 24)}
-    figures = frames_summary(digests, sent)
+    digests = {"a": counted(18_076, 24)}
+    figures = total(d.counters for d in digests.values()).figures(sent)
     assert (figures["sent"], figures["received"], figures["lost"]) == (18_100, 18_076, 24)
     assert "18 076 heard of 18 100 sent, 24 lost" in render(build(facts(sent=sent), digests, None))
 
 
 def test_what_all_senders_declare_stands():
-    figures = frames_summary({"a": Heard(900, 10), "b": Heard(950, 0)}, 2000)
+    figures = total((counted(900, 10).counters, counted(950, 0).counters)).figures(2000)
     assert (figures["sent"], figures["received"], figures["lost"]) == (2000, 1850, 150)
 
 
 @pytest.mark.parametrize("pace", ["realtime", "x20", None])
 def test_runs_at_a_free_pace_count_no_unanswered_epochs(pace):
-    summary = build(facts(pace, 100), {"a": Heard(1, 0)}, None)
+    summary = build(facts(pace, 100), {"a": counted(1, 0)}, None)
     assert summary["epochs_unanswered"] is None
     assert "unanswered" not in render(summary)
 
 
 def test_lockstep_counts_unanswered_epochs():
-    summary = build(facts("lockstep", 3), {"a": Heard(1, 0)}, None)
+    summary = build(facts("lockstep", 3), {"a": counted(1, 0)}, None)
     assert summary["epochs_unanswered"] == 3
     assert "3: the run is not reproducible" in render(summary)
-    assert "unanswered" not in render(build(facts("lockstep", 0), {"a": Heard(1, 0)}, None))
+    assert "unanswered" not in render(build(facts("lockstep", 0), {"a": counted(1, 0)}, None))

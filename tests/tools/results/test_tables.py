@@ -45,7 +45,7 @@ def test_every_field_at_its_maximum_reaches_the_tables_and_the_summary(tmp_path)
         frames, counters = e2e.protect(CODEC, concat(extremes(epoch)), counters, epoch)
         digest.feed(frames)
     digest.finish()
-    assert digest.traffic.rejected == {}
+    assert digest.counters.reasons == {}
 
     tables.write_fixes_and_truth(tmp_path, {"soyuz": digest}, None)
     table = tables.ParquetTable(tmp_path / "channels.parquet")

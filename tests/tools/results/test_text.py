@@ -11,20 +11,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.bits import frame_bits
+from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import batch
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.truth import TRUTH
 from gnss_hil.tools.command_line.arguments import unchanged
 from gnss_hil.tools.common import toml
-from gnss_hil.tools.live.glance import Standing
 from gnss_hil.tools.live.progress import Progress, clock
 from gnss_hil.tools.results import truth
 from gnss_hil.tools.results.summary import errors_against_truth, judge, metrics, statistics
 from gnss_hil.tools.run_config.frame_budget import WORST_BITS, budget, typical_bits
 from gnss_hil.tools.run_config.plan import make
 
+CODEC = codec(4)
 NAMES = st.text(st.characters(codec="utf-8"), min_size=1, max_size=8)
 VALUES = st.recursive(
     st.booleans() | st.integers(-(2**62), 2**62) | st.floats(allow_nan=False, allow_infinity=False) | NAMES,
@@ -116,10 +118,13 @@ def test_progress_is_one_line_on_a_terminal_and_plain_in_a_pipe():
         def isatty(self):
             return True
 
-    standing = Standing(60.0, "POSITION_VELOCITY", 24, 0.81)
+    said = CODEC.encode("NAV_STATUS", {"mode": 2, "satellites": 24, "pdop": 0.81})
+    frames, _ = e2e.protect(
+        CODEC, batch(CODEC.can_id_of["NAV_STATUS", 0], said), e2e.fresh_counters(), epoch=59
+    )
     for stream, returns in ((Terminal(), 1), (io.StringIO(), 0)):
-        Progress(make(unchanged("soyuz")), stream)._show(standing)
+        Progress(make(unchanged("soyuz")), stream)._show(59, frames)
         assert stream.getvalue().count("\r") == returns
         assert "00:01:00 of 00:10:00   10 %" in stream.getvalue()
-        assert "24 satellites" in stream.getvalue()
+        assert "24 satellites  PDOP 0.81" in stream.getvalue()
     assert clock(90061) == "1 d 01:01:01"

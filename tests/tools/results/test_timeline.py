@@ -36,7 +36,7 @@ def test_attitude_load_and_refused_frames_belong_to_their_epochs():
     assert (timeline["t_ns"] // 10**9 % 604_800).tolist() == [SECOND, SECOND + 1]
     assert timeline["bits"].tolist() == [int(frame_bits(block).sum()) for block in blocks]
     assert timeline["faults"].tolist() == [0, 1]
-    assert digest.traffic.rejected == {"CORRUPTED": 1}
+    assert digest.counters.reasons == {"CORRUPTED": 1}
     assert [timeline[f"q{i}"][0] for i in range(4)] == pytest.approx(QUATERNION)
     assert np.isnan(timeline["q0"][1])
     columns = epoch_columns("soyuz", timeline)

@@ -1,0 +1,142 @@
+"""The decoder of one bus: frames in pieces of any size in, epochs out.
+
+Every frame is checked once (`screen`), put into the epoch that it names, and handed on with the frames of
+its epoch, by kind (`block`). Only frames count here, never anything that emulator or flight software hold
+inside, so a third party's software is measured by the same rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.contract.bits import frame_bits
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.decoder.block import EPOCHS, Block, epoch_nibbles, payloads
+from gnss_hil.tools.decoder.counters import Counters
+from gnss_hil.tools.decoder.screen import Screen
+
+_HELD_BACK = 2
+"""Epochs kept open: an answer may come while the next epoch has begun."""
+
+Held = tuple[NDArray[np.uint32], NDArray[np.uint64], NDArray[np.int64]]
+"""Identifiers, payloads and epochs of accepted frames."""
+
+
+class Decoder:
+    """Decodes one bus.
+
+    take     is handed every block, in order
+    epochs   time marks heard so far
+    """
+
+    def __init__(self, codec: Codec, take: Callable[[Block], None]):
+        self.codec = codec
+        self.epochs = 0
+        self._take = take
+        self._screen = Screen(codec)
+        self._mark_id = codec.can_id_of["TIME_MARK", 0]
+        self._mark_nibbles = np.zeros(0, np.int64)
+        self._handed_over = 0  # epochs
+        self._held: list[Held] = []
+        self._bits = _PerEpoch()
+        self._faults = _PerEpoch()
+
+    @property
+    def counters(self) -> Counters:
+        return self._screen.counters
+
+    @property
+    def bits(self) -> NDArray[np.int64]:
+        """(epochs,) bits on the wire."""
+        return self._bits.total(self.epochs)
+
+    @property
+    def faults(self) -> NDArray[np.int64]:
+        """(epochs,) frames rejected."""
+        return self._faults.total(self.epochs)
+
+    def feed(self, frames: FrameBatch, bits: NDArray[np.int64] | None = None) -> None:
+        """More frames (n,) in bus order; their bits (n,) on the wire if they are known already."""
+        if not len(frames):
+            return
+        screened = self._screen.take(frames)
+        is_mark = frames.can_id == self._mark_id
+        accepted = None
+        if len(screened.frames) < len(frames):
+            accepted = screened.verdict <= Verdict.LOST
+            is_mark &= accepted
+        words = payloads(frames)
+        self._mark_nibbles = np.r_[self._mark_nibbles[-_HELD_BACK:], epoch_nibbles(words[is_mark])]
+        epoch = self.epochs - 1 + np.cumsum(is_mark)
+        self.epochs = int(epoch[-1]) + 1
+        self._bits.add(epoch, frame_bits(frames) if bits is None else bits)
+        can_id = frames.can_id
+        if accepted is not None:
+            self._reject(epoch[~accepted])
+            can_id, words, epoch = can_id[accepted], words[accepted], epoch[accepted]
+        self._hold(can_id, words, epoch)
+        self._hand_over(self.epochs - _HELD_BACK)
+
+    def finish(self) -> None:
+        """Hand over what is still held."""
+        self._hand_over(self.epochs)
+
+    def _reject(self, epoch: NDArray[np.int64], reason: str = "") -> None:
+        """Frames of these epochs count as rejected; for a reason if the screen has not counted them."""
+        if reason:
+            self.counters.reject(reason, len(epoch))
+        self._faults.add(epoch, np.ones(len(epoch), np.int64))
+
+    def _hold(self, can_id: NDArray, words: NDArray[np.uint64], epoch: NDArray[np.int64]) -> None:
+        """Keep accepted frames with the epoch they belong to: the one they are in or the one before."""
+        if len(epoch) and epoch[0] < 0:
+            begun = epoch >= 0
+            self._reject(epoch[~begun], "BEFORE_FIRST_MARK")
+            can_id, words, epoch = can_id[begun], words[begun], epoch[begun]
+        nibble = self._mark_nibbles[epoch - (self.epochs - len(self._mark_nibbles))]
+        late = (nibble - epoch_nibbles(words)) % EPOCHS
+        if late.any():
+            late[~self.codec.protected_of[can_id]] = 0
+            strange = late >= _HELD_BACK
+            self._reject(epoch[strange], "MIXED_EPOCH")
+            keep = ~strange
+            can_id, words, epoch = can_id[keep], words[keep], (epoch - late)[keep]
+        self._held.append((can_id, words, epoch))
+
+    def _hand_over(self, end: int) -> None:
+        """All epochs before `end`."""
+        if end <= self._handed_over:
+            return
+        can_id, words, epoch = (np.concatenate(parts) for parts in zip(*self._held, strict=True))
+        ready = epoch < end
+        open_yet = ~ready
+        self._held = [(can_id[open_yet], words[open_yet], epoch[open_yet])]
+        begin, self._handed_over = self._handed_over, end
+        self._take(Block(self.codec, can_id[ready], words[ready], epoch[ready] - begin, end - begin))
+
+
+class _PerEpoch:
+    """Sums by epoch, added in pieces; what comes before the first epoch is left out."""
+
+    def __init__(self):
+        self._pieces: list[tuple[int, NDArray]] = []
+
+    def add(self, epoch: NDArray[np.int64], values: NDArray[np.int64]) -> None:
+        if len(epoch) and epoch.min() < 0:
+            inside = epoch >= 0
+            epoch, values = epoch[inside], values[inside]
+        if len(epoch):
+            first = int(epoch.min())
+            self._pieces.append((first, np.bincount(epoch - first, values).astype(np.int64)))
+
+    def total(self, epochs: int) -> NDArray[np.int64]:
+        """(epochs,)"""
+        total = np.zeros(epochs, np.int64)
+        for first, values in self._pieces:
+            total[first : first + len(values)] += values
+        return total

@@ -1,0 +1,91 @@
+"""Time marks and the time that an epoch names: TIME_MARK, TIME_GPS and TIME_FINE in raw frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.gpstime import NS_PER_S, NS_PER_WEEK
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
+from gnss_hil.tools.decoder.block import EPOCHS, payloads
+from gnss_hil.tools.decoder.screen import intact
+
+
+@dataclass(frozen=True, slots=True)
+class Marks:
+    """Intact time marks of a batch: rows (n,), sessions (n,), epochs (n,)."""
+
+    rows: NDArray[np.intp]
+    session: NDArray[np.int64]
+    epoch: NDArray[np.int64]
+
+
+def marks_in(codec: Codec, frames: FrameBatch) -> Marks:
+    """The intact time marks of frames (n,)."""
+    rows = intact(codec, frames, "TIME_MARK")
+    words, layout = payloads(frames[rows]), codec.kinds["TIME_MARK"]
+    return Marks(rows, layout.signal("session", words), layout.signal("epoch", words))
+
+
+def with_session(codec: Codec, frames: FrameBatch, session: int) -> FrameBatch:
+    """The same frames, intact time marks with another session and their CRC made anew."""
+    layout = codec.kinds["TIME_MARK"]
+    at = layout.signals.index("session")
+    rows = intact(codec, frames, "TIME_MARK")
+    data = frames.data.copy()
+    mask = layout.mask[at] << layout.shift[at]
+    words = (payloads(frames[rows]) & ~mask) | np.uint64(session) << layout.shift[at]
+    data[rows] = words.astype("<u8").view(np.uint8).reshape(-1, WIDTH)
+    data[rows, 0] = e2e.crc(frames.can_id[rows], data[rows])
+    return replace(frames, data=data)
+
+
+def second_ns(week: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.int64]:
+    """GPS time [ns] of TIME_GPS."""
+    return week * NS_PER_WEEK + second * NS_PER_S
+
+
+def joined_ns(coarse_ns: NDArray[np.int64], fine_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(e,) GPS time [ns] of TIME_GPS and TIME_FINE together; -1 where one of them is (-1)."""
+    return np.where((coarse_ns >= 0) & (fine_ns >= 0), coarse_ns + fine_ns, -1)
+
+
+def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: NDArray) -> NDArray[np.int64]:
+    """(e,) GPS time [ns] of epochs numbered (e,) that hold counts (e,) of the frames; -1 if not reported.
+
+    Only intact frames of the epoch's own number count, the first of each kind.
+    """
+    ends = np.cumsum(counts)
+
+    def of(kind: str) -> tuple[NDArray[np.intp], NDArray[np.uint64]]:
+        rows = intact(codec, frames, kind)
+        epoch = np.searchsorted(ends, rows, side="right")
+        own = frames.data[rows, 1] >> 4 == numbers[epoch] % EPOCHS
+        rows, epoch = rows[own][::-1], epoch[own][::-1]  # the first one stands
+        return epoch, payloads(frames[rows])
+
+    coarse, fine = np.full((2, len(counts)), -1, np.int64)
+    epoch, words = of("TIME_GPS")
+    layout = codec.kinds["TIME_GPS"]
+    coarse[epoch] = second_ns(layout.signal("week", words), layout.signal("second", words))
+    epoch, words = of("TIME_FINE")
+    fine[epoch] = codec.kinds["TIME_FINE"].signal("nanosecond", words)
+    return joined_ns(coarse, fine)
+
+
+def reckoned_ns(
+    reported: NDArray[np.int64], numbers: NDArray[np.int64], interval_ns: int, anchor: tuple[int, int]
+) -> NDArray[np.int64]:
+    """(e,) GPS time [ns] of epochs: as reported, else reckoned by number from the last one that was.
+
+    anchor  number and time [ns] of an epoch before all of these
+    """
+    known = reported >= 0
+    last = np.maximum.accumulate(np.where(known, np.arange(len(reported)), -1))
+    number = np.where(last >= 0, numbers[last], anchor[0])
+    t_ns = np.where(last >= 0, reported[last], anchor[1])
+    return t_ns + (numbers - number) * interval_ns
