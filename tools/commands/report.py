@@ -51,7 +51,7 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
 def _again(folder: Path, out: Path | None) -> int:
     """Everything that a run's log tells, anew."""
     from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
-    from gnss_hil.tools.results import assemble
+    from gnss_hil.tools.results import assemble, run_digest
     from gnss_hil.tools.results.text import missed, render
 
     for name in (SCENARIO, LOG):
@@ -60,7 +60,7 @@ def _again(folder: Path, out: Path | None) -> int:
             raise Mistake(f"{folder}: has no {name}{reason}")
     scenario, codecs = assemble.read_scenario(folder)
     craft = [c.name for c in scenario.craft]
-    digests = assemble.from_log(folder, craft, codecs)
+    digests = run_digest.from_log(folder / LOG, craft, codecs)
     facts = assemble.read_facts(folder) or assemble.guessed_facts(scenario, digests)
     summary = assemble.write(folder, facts, digests)
     print(render(summary))

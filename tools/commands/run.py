@@ -145,14 +145,12 @@ class _Recording:
 
 
 def _play(plan, arguments: Namespace, folder, recording: _Recording):
-    """The run itself: outcome, and live digests where no log is kept."""
-    from gnss_hil.tools.decoder.digest import Digest
+    """The run itself: outcome, and digests by craft, made of the frames as they are recorded."""
     from gnss_hil.tools.live.display import open_display
     from gnss_hil.tools.recording.recorder import Recorder
     from gnss_hil.tools.recording.run_folder import LOG, TRUTH
-    from gnss_hil.tools.results.assemble import bus_names
+    from gnss_hil.tools.results.run_digest import RunDigest, bus_names
 
-    digests = {}
     time = plan.scenario.time
     # What a program of somebody else's says goes to the same terminal, and must not be drawn over.
     strangers = {arguments.flight, arguments.emulator} - {OURS, EXTERNAL}
@@ -162,23 +160,21 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
         stop = stack.enter_context(interruptible())
         stack.callback(display.close)
         log = None if arguments.no_log else stack.enter_context((folder / LOG).open("wb"))
-        if arguments.no_log:
-            digests |= {name: Digest(codec) for name, codec in zip(plan.names, plan.codecs, strict=True)}
-        live = list(digests.values())
+        digest = RunDigest(None if arguments.no_log else folder.path, plan.names, plan.codecs)
+        stack.callback(digest.discard)
         recorder = Recorder(
             dict(zip(bus_names(plan.names), plan.codecs, strict=True)),
             time.start_ns,
             time.interval_ns,
             log,
-            (lambda bus, frames: live[bus].feed(frames)) if live else None,
+            digest.feed,
         )
         recording.recorder = recorder
         stack.callback(recorder.flush)
         play = _play_inline if arguments.bus == "inline" else _play_processes
         outcome = play(plan, arguments, folder, recorder, display, stop)
-    for digest in digests.values():
-        digest.finish()
-    return outcome, digests
+        recorder.flush()
+        return outcome, digest.finish()
 
 
 def _play_inline(plan, arguments, folder, recorder, display, stop):
@@ -205,7 +201,6 @@ def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     from gnss_hil.tools.results.text import missed, render
 
     with naming(folder.path):
-        digests = digests or assemble.from_log(folder.path, plan.names, plan.codecs)
         facts = facts_of(plan, arguments, outcome)
         summary = assemble.write(folder.path, facts, digests)
     print(render(summary))

@@ -58,7 +58,7 @@ class Block:
     """
 
     def __init__(self, codec: Codec, can_id: NDArray, words: NDArray[np.uint64], epoch: NDArray, epochs: int):
-        """can_id, words, epoch (n,): identifiers of the contract, payloads, row of the epoch, in bus order."""
+        """can_id, words, epoch (n,): identifiers of the contract, payloads, rows of epochs, in bus order."""
         kind = codec.kind_of.take(can_id).astype(np.uint8)
         order = np.argsort(kind, kind="stable")  # one byte: radix sort
         self._bounds = np.searchsorted(kind[order], np.arange(len(codec.layouts) + 1)).tolist()

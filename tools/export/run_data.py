@@ -15,7 +15,8 @@ from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
-from gnss_hil.tools.results import assemble, tables
+from gnss_hil.tools.results import assemble
+from gnss_hil.tools.results.run_digest import bus_names, feed_log
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -97,13 +98,14 @@ def read(folder: Path) -> tuple[Scenario, list[Heard]]:
     path = folder / SCENARIO
     vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
     names = [craft.name for craft in scenario.craft]
-    buses = assemble.bus_names(names)
-    pieces: dict[str, list] = {bus: [] for bus in buses}
-    takers = {bus: pieces[bus].append for bus in buses}
-    digests = tables.digest_log(folder / LOG, buses, codecs, takers)
+    tables: list[list] = [[] for _ in names]
+    digests = [Digest(codec, table.append) for codec, table in zip(codecs, tables, strict=True)]
+    feed_log(folder / LOG, bus_names(names), lambda bus, frames: digests[bus].feed(frames))
+    for digest in digests:
+        digest.finish()
     return scenario, [
-        _heard(folder, name, v, digests[bus], pieces[bus])
-        for name, v, bus in zip(names, vehicles, buses, strict=True)
+        _heard(folder, name, v, digest, table)
+        for name, v, digest, table in zip(names, vehicles, digests, tables, strict=True)
     ]
 
 

@@ -27,13 +27,13 @@ class LiveError:
         self.error_m: float | None = None
 
     def look(self, snapshot: EpochSnapshot, interval_ns: int) -> None:
-        """Take in the fix of an epoch, and live_error what can be judged."""
-        fix = sight.fix
-        if fix is None or sight.t_ns is None or np.isnan(fix.position_ecef_m).any():
+        """Take in the fix of an epoch, and compare those whose truth is there."""
+        fix = snapshot.fix
+        if fix is None or snapshot.t_ns is None or np.isnan(fix.position_ecef_m).any():
             self.error_m = None
             self._waiting.clear()
             return
-        t_ns = sight.t_ns - (sight.epoch - fix.epoch) * interval_ns
+        t_ns = snapshot.t_ns - (snapshot.epoch - fix.epoch) * interval_ns
         self._waiting.append((fix.epoch * self._crafts + self._craft, t_ns, fix.position_ecef_m))
         try:
             rows = truth.read(self._path).rows

@@ -15,7 +15,7 @@ from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.decoder.time_marks import epoch_times_ns, marks_in
+from gnss_hil.tools.decoder.time_marks import Marks, epoch_times_ns, marks_in
 from gnss_hil.tools.recording.formats.candump import Piece
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.recording.sequence import Sequencer

@@ -13,6 +13,7 @@ from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
 from gnss_hil.tools.replay.recorded_run import Tape, open_tape
 from gnss_hil.tools.results import assemble
+from gnss_hil.tools.results.run_digest import bus_names
 from gnss_hil.tools.run_config.plan import vehicle_name
 
 
@@ -52,7 +53,7 @@ def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
     recording = Recording(folder / LOG if path == folder else path)
     scenario, _ = assemble.read_scenario(folder)
     names = [c.name for c in scenario.craft]
-    buses = assemble.bus_names(names)
+    buses = bus_names(names)
     if craft is None and len(names) > 1:
         raise Mistake(f"{path}: has {len(names)} craft; choose one with --craft: {', '.join(names)}")
     wanted = craft or names[0]

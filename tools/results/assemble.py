@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +15,7 @@ from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.recording.run_folder import FACTS, LOG, SCENARIO, SUMMARY, TRUTH, write_json
+from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, SUMMARY, TRUTH, write_json
 from gnss_hil.tools.results import tables, truth
 from gnss_hil.tools.results.summary import build
 
@@ -49,25 +49,6 @@ class _Facts(BaseModel):
     frames_sent: int | None
     latency_histogram: list[tuple[float, int]] = []
     expect: dict[str, dict[Literal["min", "max"], float]]
-
-
-def bus_names(craft: Sequence[str]) -> list[str]:
-    """Names of the buses in bus.log: can0 is the first craft's."""
-    return [f"can{i}" for i in range(len(craft))]
-
-
-def from_log(folder: Path, craft: Sequence[str], codecs: Sequence[Codec]) -> dict[str, Digest]:
-    """Digests by craft from bus.log; writes channels.parquet on the way."""
-    table = tables.ParquetTable(folder / "channels.parquet")
-
-    def taker(name: str):
-        return lambda cells: table.add(tables.channel_columns(name, cells))
-
-    buses = bus_names(craft)
-    takers = {bus: taker(name) for bus, name in zip(buses, craft, strict=True)}
-    digests = tables.digest_log(folder / LOG, buses, codecs, takers)
-    table.close()
-    return {name: digests[bus] for bus, name in zip(buses, craft, strict=True)}
 
 
 def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> dict[str, Any]:

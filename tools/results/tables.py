@@ -2,42 +2,68 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.recording.formats.candump import read_chunks
 from gnss_hil.tools.results.truth import Truth
 
-_ROWS_PER_PART = 200_000
+_ROWS_PER_PART = 100_000
 _TRUTH_ROWS = 10_000
-_SATELLITE_NAMES = np.array([satellites.name(i) for i in range(satellites.SATELLITES)])
 
 
-def _labels(table: str, raw) -> np.ndarray:
+@dataclass(frozen=True, slots=True, eq=False)
+class Labelled:
+    """A column of text: codes (n,), and the label of each code."""
+
+    codes: NDArray[np.unsignedinteger]
+    labels: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+
+Columns = Mapping[str, "NDArray | Labelled"]
+
+
+@cache
+def _labels_of(table: str) -> tuple[str, ...]:
     """Names of raw values; the number itself where the table has no name for it."""
-    names, raw = VALUES[table], np.asarray(raw, int)
-    lookup = np.array([names.get(i, str(i)) for i in range(raw.max(initial=0) + 1)])
-    return lookup[raw]
+    return tuple(VALUES[table].get(raw, str(raw)) for raw in range(256))
 
 
-def _seconds(t_ns) -> np.ndarray:
+@cache
+def _satellite_names() -> tuple[str, ...]:
+    return tuple(satellites.name(i) for i in range(satellites.SATELLITES))
+
+
+def _labelled(table: str, raw: NDArray) -> Labelled:
+    return Labelled(raw.astype(np.uint8), _labels_of(table))
+
+
+def _seconds(t_ns) -> F64:
     return np.asarray(t_ns, np.int64) / NS_PER_S
 
 
-def _with_craft(craft: str, columns: Mapping) -> dict:
+def _with_craft(craft: str, columns: Columns) -> Columns:
     n = len(next(iter(columns.values())))
-    return {"craft": np.full(n, craft), **columns}
+    return {"craft": Labelled(np.zeros(n, np.uint8), (craft,)), **columns}
 
 
-def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> dict:
+def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> Columns:
     """fixes.parquet: the columns that are promised first, what else the bus says behind."""
     if not fixes:
         return {}
@@ -48,7 +74,7 @@ def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> dict:
         craft,
         {"t_gps_s": _seconds(fixes["t_ns"]), "valid": fixes["valid"], **axes, **rates}
         | {"clock_bias_m": fixes["clock_bias_m"], "satellites": whole["satellites"], "pdop": fixes["pdop"]}
-        | {"mode": _labels("NavMode", fixes["mode"]), "no_fix": _labels("NoFix", fixes["no_fix"])}
+        | {"mode": _labelled("NavMode", fixes["mode"]), "no_fix": _labelled("NoFix", fixes["no_fix"])}
         | {"measurements": whole["measurements"], "satellites_used": whole["satellites_used"]}
         | {"pdop_distinct": fixes["pdop_distinct"]}
         | {f"sigma_{a}_ecef_m": fixes[f"sigma_{a}_m"] for a in "xyz"}
@@ -56,7 +82,7 @@ def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> dict:
     )
 
 
-def epoch_columns(craft: str, timeline: Mapping[str, np.ndarray]) -> dict:
+def epoch_columns(craft: str, timeline: Mapping[str, np.ndarray]) -> Columns:
     """epochs.parquet: one row per time mark: bits on the bus, frames rejected, attitude as sent."""
     if not timeline:
         return {}
@@ -71,7 +97,7 @@ def epoch_columns(craft: str, timeline: Mapping[str, np.ndarray]) -> dict:
     )
 
 
-def channel_columns(craft: str, cells: Mapping[str, np.ndarray]) -> dict:
+def channel_columns(craft: str, cells: Mapping[str, np.ndarray]) -> Columns:
     """channels.parquet: one row per tracked channel and epoch."""
     copied = (
         "pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz", "used",
@@ -79,8 +105,11 @@ def channel_columns(craft: str, cells: Mapping[str, np.ndarray]) -> dict:
     return _with_craft(
         craft,
         {"t_gps_s": _seconds(cells["t_ns"]), "receiver": cells["receiver"], "channel": cells["channel"]}
-        | {"satellite": _SATELLITE_NAMES[cells["sat"]], "signal": _labels("Signal", cells["signal"])}
-        | {"lock": _labels("Lock", cells["lock"])}
+        | {
+            "satellite": Labelled(cells["sat"].astype(np.uint16), _satellite_names()),
+            "signal": _labelled("Signal", cells["signal"]),
+        }
+        | {"lock": _labelled("Lock", cells["lock"])}
         | {name: cells[name] for name in copied}
         | {f"sv_{a}_ecef_m": cells[f"{a}_m"] for a in "xyz"}
         | {f"sv_v{a}_ecef_mps": cells[f"v{a}_mps"] for a in "xyz"}
@@ -91,13 +120,13 @@ def channel_columns(craft: str, cells: Mapping[str, np.ndarray]) -> dict:
     )
 
 
-def assignment_columns(craft: str, events: Mapping[str, list]) -> dict:
+def assignment_columns(craft: str, events: Mapping[str, list]) -> Columns:
     """assignments.parquet: every channel command, its repeats and its acknowledgements."""
     rest = {name: np.asarray(values) for name, values in events.items() if name != "t_ns"}
     return _with_craft(craft, {"t_gps_s": _seconds(events["t_ns"]), **rest})
 
 
-def truth_columns(craft: str, rows: np.ndarray) -> dict:
+def truth_columns(craft: str, rows: np.ndarray) -> Columns:
     """truth.parquet: position and velocity under the same names as the fixes, and what else truth knows."""
     position, velocity = rows["position_ecef_m"], rows["velocity_ecef_mps"]
     return _with_craft(
@@ -113,55 +142,76 @@ def truth_columns(craft: str, rows: np.ndarray) -> dict:
 
 
 class ParquetTable:
-    """A table written piece by piece in bounded memory: parts beside it, put together at the end."""
+    """A table written piece by piece in bounded memory: parts beside it, put together at the end.
+
+    A table has sections that grow side by side (one a craft); the sections follow each other in the end, so
+    its rows do not depend on the pieces in which they came.
+    """
 
     def __init__(self, path: Path):
         self._path = path
-        self._parts = tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent)
-        self._names: list[Path] = []
-        self._pieces: list[Mapping] = []
-        self._rows = 0
+        self._folder: Path | None = None
+        self._parts: list[tuple[int, int, Path]] = []
+        self._pieces: dict[int, list[Columns]] = {}
+        self._rows: Counter[int] = Counter()
 
-    def add(self, columns: Mapping) -> None:
-        if not columns or not len(columns["craft"]):
+    def add(self, columns: Columns, section: int = 0) -> None:
+        rows = len(next(iter(columns.values()))) if columns else 0
+        if not rows:
             return
-        self._pieces.append(columns)
-        self._rows += len(columns["craft"])
-        if self._rows >= _ROWS_PER_PART:
-            self._write_part()
+        self._pieces.setdefault(section, []).append(columns)
+        self._rows[section] += rows
+        if self._rows[section] >= _ROWS_PER_PART:
+            self._write_part(section)
 
-    def _write_part(self) -> None:
-        import polars
-
-        columns = {k: np.concatenate([p[k] for p in self._pieces]) for k in self._pieces[0]}
-        self._names.append(Path(self._parts.name) / f"{len(self._names):06d}.parquet")
-        polars.DataFrame(columns, nan_to_null=True).write_parquet(self._names[-1])
-        self._pieces, self._rows = [], 0
+    def _write_part(self, section: int) -> None:
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix=f".{self._path.stem}-parts-", dir=self._path.parent))
+        number = len(self._parts)
+        path = self._folder / f"{number:06d}.parquet"
+        _frame(self._pieces.pop(section)).write_parquet(path)
+        self._parts.append((section, number, path))
+        self._rows[section] = 0
 
     def close(self) -> None:
         """Put the table in place; an empty one is left out."""
-        import polars
+        for section in sorted(self._pieces):
+            self._write_part(section)
+        paths = [path for _, _, path in sorted(self._parts)]
+        if len(paths) == 1:
+            paths[0].replace(self._path)
+        elif paths:
+            import polars
 
-        if self._pieces:
-            self._write_part()
-        if len(self._names) == 1:
-            self._names[0].replace(self._path)
-        elif self._names:
-            polars.scan_parquet(self._names).sink_parquet(self._path)
-        self._parts.cleanup()
+            polars.scan_parquet(paths).sink_parquet(self._path)
+        self.discard()
+
+    def discard(self) -> None:
+        """Remove the parts."""
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder, self._parts, self._pieces = None, [], {}
+        self._rows.clear()
 
 
-def digest_log(path: Path, buses: Iterable[str], codecs: Iterable[Codec], channels: Mapping[str, object]):
-    """Digests of the buses in a log, by bus name; `channels` maps a bus to what takes its channel table."""
-    digests = {bus: Digest(codec, channels.get(bus)) for bus, codec in zip(buses, codecs, strict=True)}
-    with Path(path).open("rb") as log:
-        for _, names, frames in read_chunks(log, path.name):
-            for bus, digest in digests.items():
-                mine = names == bus.encode()
-                digest.feed(frames if mine.all() else frames[mine])
-    for digest in digests.values():
-        digest.finish()
-    return digests
+def _frame(pieces: Sequence[Columns]) -> Any:
+    """One table of its pieces."""
+    import polars
+
+    def column(name: str, first: NDArray | Labelled):
+        if not isinstance(first, Labelled):
+            return np.concatenate([piece[name] for piece in pieces])
+        codes = np.concatenate([piece[name].codes for piece in pieces])
+        return polars.Series(name, first.labels).gather(codes)
+
+    columns = {name: column(name, first) for name, first in pieces[0].items()}
+    return polars.DataFrame(columns, nan_to_null=True)
+
+
+def remove_parts(folder: Path) -> None:
+    """Parts of tables that a run which died left in its folder."""
+    for parts in folder.glob(".*-parts-*"):
+        shutil.rmtree(parts, ignore_errors=True)
 
 
 def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Truth | None) -> None:
@@ -172,13 +222,13 @@ def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Tr
         ("assignments", lambda craft, d: assignment_columns(craft, d.commands.events)),
     ):
         table = ParquetTable(folder / f"{name}.parquet")
-        for craft, digest in digests.items():
-            table.add(columns_of(craft, digest))
+        for section, (craft, digest) in enumerate(digests.items()):
+            table.add(columns_of(craft, digest), section)
         table.close()
     if truth is not None:
         table = ParquetTable(folder / "truth.parquet")
-        for craft in truth.craft:
+        for section, craft in enumerate(truth.craft):
             rows = truth.of(craft)
             for begin in range(0, len(rows), _TRUTH_ROWS):
-                table.add(truth_columns(craft, rows[begin : begin + _TRUTH_ROWS]))
+                table.add(truth_columns(craft, rows[begin : begin + _TRUTH_ROWS]), section)
         table.close()

@@ -31,7 +31,12 @@ def test_an_epoch_without_frames_moves_nobody():
 
 def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
     log, heard = io.BytesIO(), []
-    recorder = Recorder({"can0": CODEC}, START_NS, 10**9, log, lambda bus, frames: heard.append(frames))
+
+    def hear(bus, frames, bits):
+        assert bus == 0 and (bits == frame_bits(frames)).all()
+        heard.append(frames)
+
+    recorder = Recorder({"can0": CODEC}, START_NS, 10**9, log, hear)
     blocks = [batch([0x10, 0x11], np.arange(16).reshape(2, 8) + i) for i in range(3)]
     for epoch, block in enumerate(blocks):
         recorder.add(0, epoch, block)

@@ -13,10 +13,11 @@ from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.decoder.time_marks import marks_in, with_session
 from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.replay.compare import Comparison
-from gnss_hil.tools.replay.recorded_run import marks_in, open_tape, with_session
+from gnss_hil.tools.replay.recorded_run import open_tape
 
 EPOCHS = 12
 

@@ -69,4 +69,5 @@ def test_every_field_at_its_maximum_reaches_the_tables_and_the_summary(tmp_path)
 @pytest.mark.parametrize(("table", "raw"), [("NavMode", 7), ("NoFix", 15), ("Signal", 15), ("Lock", 7)])
 def test_what_a_value_table_does_not_name_is_its_number(table, raw):
     first = tables.VALUES[table][0]
-    assert tables._labels(table, np.array([raw, 0])).tolist() == [str(raw), first]
+    column = tables._labelled(table, np.array([raw, 0]))
+    assert [column.labels[code] for code in column.codes] == [str(raw), first]
