@@ -15,6 +15,7 @@ from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec, codec
 from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.assignment import angles
 from gnss_hil.flightsw.assignment.boresight import boresights_ecef
 from gnss_hil.flightsw.assignment.registry import Options, Policy, policy
@@ -24,7 +25,7 @@ from gnss_hil.flightsw.estimation.position import Fix, NoFix
 from gnss_hil.flightsw.estimation.propagate_to_mark import at_mark
 from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.io import decode, encode
-from gnss_hil.flightsw.io.epoch import Epoch, Mark, Measurements, nothing
+from gnss_hil.flightsw.io.epoch import Epoch, Mark, Measurements
 from gnss_hil.flightsw.io.frame_statistics import no_rejections
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
 from gnss_hil.flightsw.measurement.noise import NO_URA, Noise
@@ -32,7 +33,7 @@ from gnss_hil.flightsw.measurement.observables import Ranges, of_one_signal
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.receivers import channel_manager
-from gnss_hil.flightsw.receivers.channel_manager import Commander, Commands
+from gnss_hil.flightsw.receivers.channel_manager import ChannelManager, Commands
 
 FULL_LOCK = 5
 """Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
@@ -81,7 +82,7 @@ class FlightState:
     attitude: Attitude | None
     navigation: Navigation | None
     predictions: almanac.Predictions
-    commander: Commander
+    channels: ChannelManager
     without_fix: int
     fix: Fix | NoFix
     leading: int
@@ -118,7 +119,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         attitude=None,
         navigation=None,
         predictions=almanac.no_predictions(),
-        commander=channel_manager.fresh(config.vehicle.channels, len(nothing().boots)),
+        channels=channel_manager.autonomous(config.vehicle.channels, MAX_RECEIVERS),
         without_fix=0,
         fix=NoFix.NO_TIME_MARK,
         leading=-1,
@@ -134,7 +135,7 @@ def flight_step(
         inbox, rejected, restarted = decode.admitted(config.codec, inbox, session, state.rejected)
         # What was counted stays counted; all else belongs to the session.
         state = replace(initial_state(config) if restarted else state, rejected=rejected, lost=state.lost)
-    epoch, received, rejected = decode.intake(config.codec, inbox, state.received, state.rejected)
+    epoch, received, rejected = decode.decode(config.codec, inbox, state.received, state.rejected)
     state = replace(state, received=received, rejected=rejected, lost=state.lost + epoch.lost)
     if epoch.mark is None:
         return _answer(config, replace(state, fix=NoFix.NO_TIME_MARK), None, None, state.mark)
@@ -148,7 +149,7 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     t_ns, options = epoch.mark.t_ns, config.options
     attitude = attitude_now(epoch.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
     commanding = channel_manager.contradicted(
-        channel_manager.acknowledged(state.commander, epoch.acks, epoch.mark.epoch, options),
+        channel_manager.acknowledged(state.channels, epoch.acks, epoch.mark.epoch, options),
         epoch.measurements,
         epoch.boots,
     )
@@ -173,7 +174,7 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
     if isinstance(fix, Fix):
         velocity = carried if fix.velocity_mps is None else fix.velocity_mps
         navigation = Navigation(t_ns, fix.position_m, velocity, 0)
-        if channel_manager.taken_over(commanding):
+        if commanding.commanded:
             commanding = channel_manager.used(commanding, offered.sat[fix.used], epoch.mark.epoch)
     state = replace(
         state,
@@ -181,7 +182,7 @@ def _navigate(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[F
         attitude=attitude,
         navigation=navigation,
         predictions=predictions,
-        commander=commanding,
+        channels=commanding,
         without_fix=0 if isinstance(fix, Fix) else state.without_fix + 1,
         fix=fix,
         leading=leading,
@@ -224,14 +225,14 @@ def _command(config: FlightConfig, state: FlightState, epoch: Epoch) -> tuple[Fl
     """
     if config.policy.assign is None:
         return state, None
-    commanding = state.commander
+    commanding = state.channels
     if state.without_fix >= config.options.autonomy_after_epochs:
-        if channel_manager.taken_over(commanding):
+        if commanding.commanded:
             commanding = channel_manager.surrendered(commanding)
     elif state.navigation is not None and state.attitude is not None:
         commanding = channel_manager.planned(commanding, _permissions(config, state), epoch.measurements)
     commanding, commands = channel_manager.due(commanding, epoch.mark.epoch, config.options)
-    return replace(state, commander=commanding), commands
+    return replace(state, channels=commanding), commands
 
 
 def _permissions(config: FlightConfig, state: FlightState) -> NDArray[np.int64]:
@@ -241,10 +242,17 @@ def _permissions(config: FlightConfig, state: FlightState) -> NDArray[np.int64]:
     los, distance = angles.directions(pos_sv, position)
     theta = angles.angles_rad(los, boresights_ecef(state.attitude, vehicle.boresight_body))
     visible = angles.clear_of_earth(los, distance, position, config.options.ray_height_km * 1e3)
-    visible &= state.predictions.healthy[sat] & (state.commander.blocked_until[sat] <= state.mark.epoch)
+    visible &= state.predictions.healthy[sat] & (
+        state.channels.satellites.blocked_until[sat] <= state.mark.epoch
+    )
     permitted = np.full(SATELLITES, -1, np.int64)
     permitted[sat] = config.policy.assign(
-        theta, visible, vehicle.mask_rad, vehicle.channels, state.commander.permitted[sat], config.options
+        theta,
+        visible,
+        vehicle.mask_rad,
+        vehicle.channels,
+        state.channels.satellites.permitted[sat],
+        config.options,
     )
     return permitted
 

@@ -16,7 +16,8 @@ from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.flightsw.estimation.position import Fix, NoFix
 from gnss_hil.flightsw.measurement.observables import Ranges
-from gnss_hil.flightsw.receivers.channel_manager import Commands, signal_of
+from gnss_hil.flightsw.measurement.signals import commanded_signal
+from gnss_hil.flightsw.receivers.channel_manager import Commands
 
 MODE_NONE, MODE_POSITION, MODE_POSITION_VELOCITY = 0, 1, 2
 
@@ -91,7 +92,7 @@ def _command_frames(codec: Codec, commands: Commands, t_ns: int) -> FrameBatch:
             "action": commands.action,
             "sat_system": system,
             "sat_number": commands.sat % NUMBERS,
-            "signal": signal_of(commands.sat),
+            "signal": commanded_signal(commands.sat),
             "transaction": commands.transaction,
         },
     )

@@ -1,12 +1,12 @@
-"""What a block of frames says: records of one epoch, as the bus delivers them."""
+"""Records of one epoch, as the bus delivers them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 
 
@@ -32,8 +32,8 @@ class AttitudeReport:
     rate_body_rps               (3,) relative to inertial space
     """
 
-    quaternion_body_from_ecef: NDArray[np.float64]
-    rate_body_rps: NDArray[np.float64]
+    quaternion_body_from_ecef: F64
+    rate_body_rps: F64
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,21 +50,21 @@ class Measurements:
     clock_m, clock_drift_mps (n,) satellite clock, to be added to the pseudorange, and its rate
     """
 
-    receiver: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    sat: NDArray[np.int64]
-    pseudorange_m: NDArray[np.float64]
-    range_rate_mps: NDArray[np.float64]
-    cn0_dbhz: NDArray[np.float64]
-    lock: NDArray[np.float64]
-    health: NDArray[np.float64]
-    ura: NDArray[np.float64]
-    pos_sv_m: NDArray[np.float64]
-    vel_sv_mps: NDArray[np.float64]
-    clock_m: NDArray[np.float64]
-    clock_drift_mps: NDArray[np.float64]
-    signal: NDArray[np.int64]
-    frequency: NDArray[np.float64]
+    receiver: I64
+    channel: I64
+    sat: I64
+    pseudorange_m: F64
+    range_rate_mps: F64
+    cn0_dbhz: F64
+    lock: F64
+    health: F64
+    ura: F64
+    pos_sv_m: F64
+    vel_sv_mps: F64
+    clock_m: F64
+    clock_drift_mps: F64
+    signal: I64
+    frequency: F64
 
     def __len__(self) -> int:
         return len(self.sat)
@@ -72,7 +72,7 @@ class Measurements:
     def __getitem__(self, rows) -> Measurements:
         return Measurements(*(getattr(self, name)[..., rows] for name in self.__slots__))
 
-    def where(self, which: NDArray[np.bool_]) -> Measurements:
+    def where(self, which: Bool) -> Measurements:
         """The rows that `which` (n,) marks."""
         return self if which.all() else self[which]
 
@@ -81,12 +81,12 @@ class Measurements:
 class AlmanacRows:
     """Predictions of this epoch: sat (n,), pos_ecef_m and vel_ecef_mps (n, 3), healthy (n,) bool."""
 
-    sat: NDArray[np.int64]
-    pos_ecef_m: NDArray[np.float64]
-    vel_ecef_mps: NDArray[np.float64]
-    healthy: NDArray[np.bool_]
+    sat: I64
+    pos_ecef_m: F64
+    vel_ecef_mps: F64
+    healthy: Bool
 
-    def where(self, which: NDArray[np.bool_]) -> AlmanacRows:
+    def where(self, which: Bool) -> AlmanacRows:
         """The rows that `which` (n,) marks."""
         if which.all():
             return self
@@ -97,19 +97,25 @@ class AlmanacRows:
 class Acks:
     """Answers to commands: receiver, channel, result, sat, transaction, each (n,) int."""
 
-    receiver: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    result: NDArray[np.int64]
-    sat: NDArray[np.int64]
-    transaction: NDArray[np.int64]
+    receiver: I64
+    channel: I64
+    result: I64
+    sat: I64
+    transaction: I64
+
+    def __len__(self) -> int:
+        return len(self.sat)
+
+    def __getitem__(self, rows) -> Acks:
+        return Acks(*(getattr(self, name)[rows] for name in self.__slots__))
 
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """All that a block of frames says.
+    """All records of a block of frames.
 
     boots       (MAX_RECEIVERS,) boot count of each receiver, -1 where its tag, status or heartbeat is missing
-    domains     (MAX_RECEIVERS,) clock domain it names, likewise
+    domains     (MAX_RECEIVERS,) clock domain it reports, likewise
     lost        frames missing by the counters
     """
 
@@ -118,28 +124,34 @@ class Epoch:
     measurements: Measurements
     almanac: AlmanacRows
     acks: Acks
-    boots: NDArray[np.int64]
-    domains: NDArray[np.int64]
+    boots: I64
+    domains: I64
     lost: int
 
 
-def nothing(lost: int = 0) -> Epoch:
+_NONE, _NO_INDEX, _NO_VECTOR = np.zeros(0), np.zeros(0, np.int64), np.zeros((3, 0))
+_UNHEARD = np.full(MAX_RECEIVERS, -1, np.int64)
+for _shared in (_NONE, _NO_INDEX, _NO_VECTOR, _UNHEARD):
+    _shared.setflags(write=False)
+
+NO_MEASUREMENTS = Measurements(
+    receiver=_NO_INDEX, channel=_NO_INDEX, sat=_NO_INDEX, signal=_NO_INDEX, frequency=_NONE,
+    pseudorange_m=_NONE, range_rate_mps=_NONE, cn0_dbhz=_NONE, lock=_NONE, health=_NONE, ura=_NONE,
+    pos_sv_m=_NO_VECTOR, vel_sv_mps=_NO_VECTOR, clock_m=_NONE, clock_drift_mps=_NONE,
+)  # fmt: skip
+NO_ALMANAC = AlmanacRows(_NO_INDEX, _NO_VECTOR.T, _NO_VECTOR.T, _NONE > 0)
+NO_ACKS = Acks(_NO_INDEX, _NO_INDEX, _NO_INDEX, _NO_INDEX, _NO_INDEX)
+
+
+def empty_epoch(lost: int = 0) -> Epoch:
     """An epoch without a time mark: nothing in it is used."""
-    none, nowhere = np.zeros(0), np.zeros(0, np.int64)
-    three = np.zeros((3, 0))
-    silent = np.full(MAX_RECEIVERS, -1, np.int64)
-    measurements = Measurements(
-        receiver=nowhere, channel=nowhere, sat=nowhere, signal=nowhere, frequency=none,
-        pseudorange_m=none, range_rate_mps=none, cn0_dbhz=none, lock=none, health=none, ura=none,
-        pos_sv_m=three, vel_sv_mps=three, clock_m=none, clock_drift_mps=none,
-    )  # fmt: skip
     return Epoch(
         mark=None,
         attitude=None,
-        measurements=measurements,
-        almanac=AlmanacRows(nowhere, three.T, three.T, none > 0),
-        acks=Acks(nowhere, nowhere, nowhere, nowhere, nowhere),
-        boots=silent,
-        domains=silent,
+        measurements=NO_MEASUREMENTS,
+        almanac=NO_ALMANAC,
+        acks=NO_ACKS,
+        boots=_UNHEARD,
+        domains=_UNHEARD,
         lost=lost,
     )

@@ -6,8 +6,8 @@ from __future__ import annotations
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64, U8, U32, Bool, Ints
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.e2e import Verdict
@@ -35,30 +35,30 @@ CONSEQUENCE: dict[int, str] = {
     Reason.BAD_TIME_MARK: "frame ignored, its time mark names no time or another epoch",
     Reason.OTHER_SESSION: "frame ignored, no complete time mark of that session opens the block",
     Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
-    Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not say is not used",
+    Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not send is not used",
 }
 
 
-class Tally:
-    """Counts by reason and identifier, copied only when something is added."""
+class Rejections:
+    """Counts (REASONS, IDENTIFIERS), copied only when something is added."""
 
-    def __init__(self, counts: NDArray[np.int64]):
-        self.counts, self._mine = counts, False
+    def __init__(self, counts: I64):
+        self.counts, self._own = counts, False
 
-    def add(self, reason, can_id: NDArray, which: NDArray[np.bool_]) -> None:
+    def add(self, reason: Ints | U8, can_id: I64 | U32, which: Bool) -> None:
         if not which.any():
             return
-        if not self._mine:
-            self.counts, self._mine = self.counts.copy(), True
+        if not self._own:
+            self.counts, self._own = self.counts.copy(), True
         reasons = np.broadcast_to(np.asarray(reason, np.int64), which.shape)
         np.add.at(self.counts, (reasons[which], can_id[which]), 1)
 
 
-def no_rejections() -> NDArray[np.int64]:
+def no_rejections() -> I64:
     return np.zeros((REASONS, IDENTIFIERS), np.int64)
 
 
-def rejection_table(codec: Codec, rejected: NDArray[np.int64]) -> list[tuple[str, str, int, str]]:
+def rejection_table(codec: Codec, rejected: I64) -> list[tuple[str, str, int, str]]:
     """Rows (reason, where: identifier and sender, how many, consequence) of all that was counted."""
     name = {**{v.value: v.name for v in Verdict}, **{r.value: r.name for r in Reason}}
     return [

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS
 from gnss_hil.dbc.contract.messages import VALUES
 
 NUMBER = {label: raw for raw, label in VALUES["Signal"].items()}
@@ -50,6 +51,11 @@ for _rank, _name in enumerate(_FIRST_CHOICE):
     RANK[NUMBER[_name]] = _rank
 for _table in (_BASE_HZ, _STEP_HZ, RANK):
     _table.setflags(write=False)
+
+
+def commanded_signal(sat: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) the signal a satellite is commanded on."""
+    return np.where(sat // NUMBERS == GLONASS, NUMBER["L1OF"], NUMBER["L1CA"])
 
 
 def carrier_hz(signal: NDArray[np.int64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:

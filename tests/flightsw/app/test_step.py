@@ -87,7 +87,7 @@ def test_takeover_from_six_satellites_to_two_dozen(flight):
     satellites = [status(answer, "satellites") for answer in answers]
     assert satellites[0] == 6 and status(answers[0], "measurements") == 24
     assert min(satellites[-3:]) >= 22
-    tally = states[-1].commander.tally
+    tally = states[-1].channels.statistics
     assert tally.accepted == tally.sent and tally.repeated == 0
 
 
@@ -182,7 +182,7 @@ def test_prototype_commands_nothing_and_uses_every_channel():
 def test_rolling_hands_satellites_over_without_disturbing_the_fix():
     bus = FakeBus(soyuz(rate=(0.03, 0, 0)), SKY, delay=1)
     states, answers, blocks = fly(bus, configure(SOYUZ, "patent", {}), 45)
-    tally = states[-1].commander.tally
+    tally = states[-1].channels.statistics
     assert tally.handovers >= 5
     assert tally.gap_longest >= 1, "one epoch to acquire on the new antenna"
     for t, (answer, block) in enumerate(zip(answers, blocks, strict=True)):
@@ -209,7 +209,7 @@ def test_without_attitude_no_fix_and_no_new_command_unless_held():
         if hold:
             assert max(error_m(bus.craft, answers[k], k) for k in gone) < 0.01
         else:
-            permitted = [states[k].commander.permitted for k in range(5, 8)]
+            permitted = [states[k].channels.satellites.permitted for k in range(5, 8)]
             assert all(np.array_equal(p, permitted[0]) for p in permitted)
 
 
@@ -238,7 +238,7 @@ def test_restarted_receiver_is_taken_over_again():
     bus.doing[2] = AUTO
     bus.boots[2] += 1
     states, answers, blocks = fly(bus, config, 6, states[-1], first=8)
-    assert (states[-1].commander.held == states[-1].commander.target).all()
+    assert (states[-1].channels.channels.held == states[-1].channels.channels.target).all()
     for answer, block in zip(answers, blocks, strict=True):
         sats = [tracked(block)[channel] for channel in used(answer)]
         assert len(sats) == len(set(sats))
@@ -251,8 +251,8 @@ def test_lost_commands_are_repeated_until_obeyed():
     for epoch in range(14):
         deaf = epoch in (1, 2)
         state, answer = flight_step(config, state, bus.block(epoch, EMPTY if deaf else answer))
-    assert state.commander.tally.repeated >= 12
-    assert (state.commander.held == state.commander.target).all()
+    assert state.channels.statistics.repeated >= 12
+    assert (state.channels.channels.held == state.channels.channels.target).all()
     assert state.fix.satellites >= 22
 
 

@@ -18,7 +18,7 @@ from gnss_hil.flightsw.attitude.attitude import (
     levers_ecef,
     turn,
 )
-from gnss_hil.flightsw.io.epoch import AlmanacRows, AttitudeReport, nothing
+from gnss_hil.flightsw.io.epoch import NO_ALMANAC, NO_MEASUREMENTS, AlmanacRows, AttitudeReport
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.propagator import propagate
@@ -152,7 +152,7 @@ def almanac_rows(sats, sky, t):
 @pytest.mark.parametrize(("age_s", "bound_m"), [(0, 1e-6), (20, 0.2), (300, 600.0)])
 def test_predictions_follow_the_orbits(age_s, bound_m):
     sky = s.constellation()
-    m = nothing().measurements
+    m = NO_MEASUREMENTS
     table = almanac.updated(almanac.no_predictions(), almanac_rows(list(sky), sky, 0.0), m, s.T0_NS)
     sat, position = almanac.predicted(table, s.T0_NS + age_s * 10**9)
     assert sat.tolist() == sorted(sky)
@@ -163,7 +163,7 @@ def test_predictions_follow_the_orbits(age_s, bound_m):
 
 def test_old_predictions_are_forgotten():
     sky = s.constellation()
-    m, none = nothing().measurements, nothing().almanac
+    m, none = NO_MEASUREMENTS, NO_ALMANAC
     table = almanac.updated(almanac.no_predictions(), almanac_rows([1, 2], sky, 0.0), m, s.T0_NS)
     table = almanac.updated(table, none, m, s.T0_NS + 899 * 10**9)
     assert table.known.sum() == 2
@@ -187,7 +187,7 @@ def test_earths_turn_during_the_flight():
 )
 def test_almanac_rows_that_are_no_orbit_leave_what_was_known(what, pos_scale, vel_scale):
     sky = s.constellation()
-    m = nothing().measurements
+    m = NO_MEASUREMENTS
     sound = almanac_rows([1, 2, 70], sky, 0.0)
     table = almanac.updated(almanac.no_predictions(), sound, m, s.T0_NS)
     assert np.flatnonzero(table.known).tolist() == [1, 2, 70]
@@ -203,7 +203,7 @@ def test_almanac_rows_that_are_no_orbit_leave_what_was_known(what, pos_scale, ve
 @pytest.mark.parametrize("sat", [0, 64, 2 * 64 + 5, 7 * 64 + 63])
 def test_almanac_of_no_known_satellite_is_not_used(sat):
     rows = replace(almanac_rows([1], s.constellation(), 0.0), sat=np.array([sat]))
-    table = almanac.updated(almanac.no_predictions(), rows, nothing().measurements, s.T0_NS)
+    table = almanac.updated(almanac.no_predictions(), rows, NO_MEASUREMENTS, s.T0_NS)
     assert not table.known.any()
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from gnss_hil.flightsw.io.decode import admitted, intake
+from gnss_hil.flightsw.io.decode import admitted, decode
 from gnss_hil.flightsw.io.frame_statistics import Reason, no_rejections, rejection_table
 from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
@@ -29,7 +29,7 @@ def taken(*batches, counters=None):
     counters = e2e.fresh_counters() if counters is None else counters
     rejected = no_rejections()
     for block in batches:
-        epoch, counters, rejected = intake(CODEC, block, counters, rejected)
+        epoch, counters, rejected = decode(CODEC, block, counters, rejected)
     return epoch, {reason: n for reason in range(len(rejected)) if (n := int(rejected[reason].sum()))}
 
 
@@ -293,7 +293,7 @@ def test_silent_node_is_counted_once_an_epoch(blocks):
     assert Reason.TIMED_OUT not in taken(*dumb)[1], "never heard, hence not missed"
     counters, rejected = e2e.fresh_counters(), no_rejections()
     for frames_in, missed in ((blocks[0], 0), (dumb[1], 1), (EMPTY, 5)):
-        _, counters, rejected = intake(CODEC, frames_in, counters, rejected)
+        _, counters, rejected = decode(CODEC, frames_in, counters, rejected)
         assert rejected[Reason.TIMED_OUT].sum() == missed
     table = rejection_table(CODEC, rejected)
     assert [(row[1], row[2]) for row in table if row[0] == "TIMED_OUT"] == [
@@ -320,7 +320,7 @@ def test_node_that_closes_its_epoch_is_not_silent_for_want_of_a_heartbeat(number
 
 def test_rejections_are_explained(blocks):
     row = where(blocks[0], "SV_X", 1, channel=0)[0]
-    _, _, rejected = intake(CODEC, changed(blocks[0], row), e2e.fresh_counters(), no_rejections())
+    _, _, rejected = decode(CODEC, changed(blocks[0], row), e2e.fresh_counters(), no_rejections())
     table = rejection_table(CODEC, rejected)
     assert ("CORRUPTED", "0x103 RX1", 1, "frame ignored, its channel is out of this epoch") in table
     assert sum(n for *_, n, _ in table) == 10

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common.satellites import SATELLITES
-from gnss_hil.flightsw.assignment.registry import Options
-from gnss_hil.flightsw.io.epoch import Acks, nothing
+from gnss_hil.flightsw.io.epoch import NO_ACKS, NO_MEASUREMENTS, Acks
+from gnss_hil.flightsw.measurement.signals import commanded_signal
 from gnss_hil.flightsw.receivers import channel_manager as k
+from gnss_hil.flightsw.receivers.channel_table import IDLE, UNKNOWN
+from gnss_hil.flightsw.receivers.options import ChannelOptions
 
-OPTIONS = Options(resend_epochs=2, backoff_epochs=5)
+OPTIONS = ChannelOptions(resend_epochs=2, backoff_epochs=5)
 G1, G2, G3, R1 = 1, 2, 3, 65
-NONE = nothing().measurements
-NO_ACKS = nothing().acks
+NONE = NO_MEASUREMENTS
+UNHEARD = np.full(8, -1, np.int64)
 
 
 def permit(**antenna_of):
@@ -50,17 +52,17 @@ def listed(commands):
 
 
 def settled(permitted, seen=NONE, channels=(2, 2)):
-    """A commander all of whose commands were acknowledged, and the epoch."""
-    c = k.planned(k.fresh(np.array(channels), 8), permitted, seen)
+    """A channel manager all of whose commands were acknowledged."""
+    c = k.planned(k.autonomous(np.array(channels), 8), permitted, seen)
     c, commands = k.due(c, 0, OPTIONS)
     c = k.acknowledged(c, answers(commands), 1, OPTIONS)
-    assert (c.held == c.target)[c.real].all()
+    assert (c.channels.held == c.channels.target).all()
     return c
 
 
 def test_takeover_keeps_satellites_on_their_channels_and_releases_the_rest():
     seen = measured((0, 0, G3), (0, 1, G1), (1, 0, G1), (1, 1, G2))
-    c = k.planned(k.fresh(np.array([2, 2]), 8), permit(G1=0, G2=1), seen)
+    c = k.planned(k.autonomous(np.array([2, 2]), 8), permit(G1=0, G2=1), seen)
     c, commands = k.due(c, 0, OPTIONS)
     assert listed(commands) == [
         (0, 0, k.RELEASE, 0),
@@ -71,28 +73,28 @@ def test_takeover_keeps_satellites_on_their_channels_and_releases_the_rest():
     assert commands.transaction.tolist() == [0, 1, 2, 3]
 
 
-def test_a_channel_is_usable_until_it_answers_then_only_as_it_was_told():
+def test_a_channel_is_usable_until_it_answers_then_only_as_commanded():
     """Receivers may refuse a restarted flight software's first commands, all but a few: their channels go on
-    measuring what they found, and leave nobody without a fix."""
+    measuring what they found, and a fix is made of them."""
     seen = measured((0, 0, G3), (0, 1, G1), (1, 0, G1), (1, 1, G2))
-    c = k.planned(k.fresh(np.array([2, 2]), 8), permit(G1=0, G2=1), seen)
+    c = k.planned(k.autonomous(np.array([2, 2]), 8), permit(G1=0, G2=1), seen)
     c, commands = k.due(c, 0, OPTIONS)
-    assert not k.taken_over(c) and k.usable(c, seen).all()
+    assert not c.commanded and k.usable(c, seen).all()
     c = k.acknowledged(c, answers(commands, rows=slice(2, 3)), 1, OPTIONS)
-    assert k.taken_over(c)
+    assert c.commanded
     assert k.usable(c, seen).tolist() == [True, True, True, True]
     c = k.acknowledged(c, answers(commands), 2, OPTIONS)
     assert k.usable(c, seen).tolist() == [False, True, False, True]
 
 
 def test_unanswered_commands_repeat_under_their_number_by_epochs():
-    c = k.planned(k.fresh(np.array([1]), 8), permit(G1=0), NONE)
+    c = k.planned(k.autonomous(np.array([1]), 8), permit(G1=0), NONE)
     sent = []
     for epoch in range(7):
         c, commands = k.due(k.acknowledged(c, NO_ACKS, epoch, OPTIONS), epoch, OPTIONS)
         sent.append(commands.transaction.tolist())
     assert sent == [[0], [], [0], [], [0], [], [0]]
-    assert (c.tally.sent, c.tally.repeated) == (1, 3)
+    assert (c.statistics.sent, c.statistics.repeated) == (1, 3)
 
 
 def test_handover_releases_the_old_and_commands_the_new_in_one_block():
@@ -108,7 +110,7 @@ def test_lost_release_never_lets_a_satellite_in_from_two_antennas():
     c, commands = k.due(c, 1, OPTIONS)
     c = k.acknowledged(c, answers(commands, rows=slice(1, 2)), 2, OPTIONS)
     both = measured((0, 0, G1), (1, 0, G3), (1, 1, G1))
-    assert k.usable(k.contradicted(c, both, nothing().boots), both).tolist() == [False, True, True]
+    assert k.usable(k.contradicted(c, both, UNHEARD), both).tolist() == [False, True, True]
     c, again = k.due(c, 3, OPTIONS)
     assert listed(again) == [(0, 0, k.RELEASE, 0)]
 
@@ -119,29 +121,29 @@ def test_refused_satellite_is_left_alone(result):
     c = k.planned(c, permit(G1=0, G2=0), NONE)
     c, commands = k.due(c, 1, OPTIONS)
     c = k.acknowledged(c, answers(commands, result), 2, OPTIONS)
-    assert c.tally.refused[result] == 1
-    assert c.blocked_until[G2] == 7 and c.blocked_until[G1] < 0
-    assert c.target.tolist() == [[G1, k.IDLE], [k.IDLE, k.IDLE]]
+    assert c.statistics.refused[result] == 1
+    assert c.satellites.blocked_until[G2] == 7 and c.satellites.blocked_until[G1] < 0
+    assert c.channels.target.tolist() == [G1, IDLE, IDLE, IDLE]
     # The permissions may stay as they are; the plan must not.
     assert c.stale
 
 
 @pytest.mark.parametrize("result", [1, 7, 8])
 def test_refusing_channel_waits(result):
-    c = k.planned(k.fresh(np.array([1]), 8), permit(G1=0), NONE)
+    c = k.planned(k.autonomous(np.array([1]), 8), permit(G1=0), NONE)
     c, commands = k.due(c, 0, OPTIONS)
     c = k.acknowledged(c, answers(commands, result), 1, OPTIONS)
     c = k.planned(c, permit(G1=0), NONE)
     assert [len(k.due(c, epoch, OPTIONS)[1]) for epoch in range(1, 8)] == [0, 0, 0, 0, 0, 1, 1]
 
 
-def test_late_answer_to_a_superseded_command_says_nothing():
-    c = k.planned(k.fresh(np.array([1]), 8), permit(G1=0), NONE)
+def test_late_answer_to_a_superseded_command_has_no_effect():
+    c = k.planned(k.autonomous(np.array([1]), 8), permit(G1=0), NONE)
     c, old = k.due(c, 0, OPTIONS)
     c = k.planned(c, permit(G2=0), NONE)
     c, _ = k.due(c, 1, OPTIONS)
     c = k.acknowledged(c, answers(old), 2, OPTIONS)
-    assert c.held.tolist() == [[k.UNKNOWN]] and not k.taken_over(c)
+    assert c.channels.held.tolist() == [UNKNOWN] and not c.commanded
 
 
 def test_going_back_before_the_answer_commands_again():
@@ -156,9 +158,9 @@ def test_going_back_before_the_answer_commands_again():
 def test_contradiction_makes_the_channel_unknown_and_commands_it_anew():
     c = settled(permit(G1=0, R1=1))
     wrong = measured((0, 0, G2), (1, 0, R1))
-    c = k.contradicted(c, wrong, nothing().boots)
+    c = k.contradicted(c, wrong, UNHEARD)
     assert k.usable(c, wrong).tolist() == [False, True]
-    c = k.planned(c, c.permitted, wrong)
+    c = k.planned(c, c.satellites.permitted, wrong)
     assert listed(k.due(c, 5, OPTIONS)[1]) == [(0, 0, k.TRACK, G1)]
 
 
@@ -168,7 +170,7 @@ def test_restarted_receiver_is_commanded_anew():
     c = k.contradicted(c, NONE, boots)
     assert not c.stale
     c = k.contradicted(c, NONE, np.where(boots == 9, 10, boots))
-    c = k.planned(c, c.permitted, NONE)
+    c = k.planned(c, c.satellites.permitted, NONE)
     assert listed(k.due(c, 5, OPTIONS)[1]) == [(1, 1, k.RELEASE, 0), (1, 0, k.TRACK, R1)]
 
 
@@ -177,11 +179,11 @@ def test_surrender_sets_every_channel_free():
     c, commands = k.due(c, 9, OPTIONS)
     assert commands.action.tolist() == [k.AUTONOMOUS] * 4
     c = k.acknowledged(c, answers(commands), 10, OPTIONS)
-    assert not k.taken_over(c)
+    assert not c.commanded
 
 
 def test_surrender_reaches_channels_of_unknown_state():
-    c = k.contradicted(settled(permit(G1=0, R1=1)), measured((0, 0, G3)), nothing().boots)
+    c = k.contradicted(settled(permit(G1=0, R1=1)), measured((0, 0, G3)), UNHEARD)
     _, commands = k.due(k.surrendered(c), 9, OPTIONS)
     assert commands.action.tolist() == [k.AUTONOMOUS] * 4
 
@@ -191,25 +193,25 @@ def test_gap_of_a_handover_is_counted_in_epochs():
     c = k.used(c, np.array([G1, G2]), 4)
     c = k.planned(c, permit(G1=1, G2=0), NONE)
     c = k.used(c, np.array([G2]), 5)
-    assert c.tally.handovers == 0
+    assert c.statistics.handovers == 0
     c = k.used(k.used(c, np.array([G1, G2]), 7), np.array([G1, G2]), 8)
-    assert (c.tally.handovers, c.tally.gap_epochs, c.tally.gap_longest) == (1, 2, 2)
+    assert (c.statistics.handovers, c.statistics.gap_epochs, c.statistics.gap_longest) == (1, 2, 2)
 
 
 def test_satellite_given_up_in_between_is_not_handed_over():
     c = k.used(settled(permit(G1=0)), np.array([G1]), 4)
     c = k.planned(k.planned(c, permit(), NONE), permit(G1=1), NONE)
-    assert k.used(c, np.array([G1]), 90).tally.handovers == 0
+    assert k.used(c, np.array([G1]), 90).statistics.handovers == 0
 
 
 def test_glonass_is_commanded_on_its_own_signal():
-    assert k.signal_of(np.array([G1, R1])).tolist() == [0, 1]
+    assert commanded_signal(np.array([G1, R1])).tolist() == [0, 1]
 
 
 def test_strange_answers_and_measurements_are_ignored():
     c = settled(permit(G1=0))
     strange = Acks(*(np.array(v) for v in ([7, 0], [31, 0], [0, 0], [5, 5], [0, 4000])))
-    assert np.array_equal(k.acknowledged(c, strange, 2, OPTIONS).held, c.held)
+    assert np.array_equal(k.acknowledged(c, strange, 2, OPTIONS).channels.held, c.channels.held)
     beyond = measured((6, 20, G1))
     assert k.usable(c, beyond).tolist() == [False]
-    assert k.contradicted(c, beyond, nothing().boots) is c
+    assert k.contradicted(c, beyond, UNHEARD) is c

@@ -1,0 +1,148 @@
+"""All receivers' channels as one table: what each shall do, and what it acknowledged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import I64, Bool, Index
+
+IDLE, AUTO, UNKNOWN = -1, -2, -3
+"""What a channel does beside tracking a satellite: nothing, searching by itself, not known."""
+
+NEVER = -(10**9)
+"""An epoch before all others."""
+
+NO_TRANSACTION = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChannelTable:
+    """(k,) arrays: channel c of antenna a is row a * width + c, `width` channels of the largest antenna.
+
+    exists       whether the antenna has that channel
+    target       what it shall do: satellite index, IDLE or AUTO
+    held         what it last acknowledged; also UNKNOWN
+    asked        what the last command asked for
+    transaction  of the command under way; NO_TRANSACTION if there is none
+    sent_epoch   of the last command
+    not_before   epoch before which it is not commanded
+    """
+
+    width: int
+    exists: Bool
+    target: I64
+    held: I64
+    asked: I64
+    transaction: I64
+    sent_epoch: I64
+    not_before: I64
+
+    @property
+    def commanded(self) -> bool:
+        """Whether any channel acknowledged a command."""
+        return bool((self.held >= IDLE).any())
+
+    @property
+    def antenna(self) -> I64:
+        return np.arange(len(self.exists)) // self.width
+
+    def rows(self, receiver: I64, channel: I64) -> tuple[I64, Bool]:
+        """(n,) rows of channels by 0-based receiver and channel, and whether the table has them; the row of
+        one that it does not have is 0."""
+        inside = (receiver * self.width < len(self.exists)) & (channel < self.width)
+        return np.where(inside, receiver * self.width + channel, 0), inside
+
+    def of_antennas(self, which: Bool) -> Bool:
+        """(k,) channels of the antennas that `which` (antennas,) marks."""
+        return np.repeat(which, self.width)
+
+    def answered(self, rows: Index, accepted: Bool) -> ChannelTable:
+        """After answers (n,) to the commands under way: a refused channel goes back to what it does."""
+        held, target, transaction = self.held.copy(), self.target.copy(), self.transaction.copy()
+        yes, no = rows[accepted], rows[~accepted]
+        transaction[rows] = NO_TRANSACTION
+        held[yes] = self.asked[yes]
+        target[no] = np.maximum(held[no], AUTO)
+        return replace(self, held=held, target=target, transaction=transaction)
+
+    def waiting_until(self, rows: Index, epoch: int) -> ChannelTable:
+        """With rows that are not commanded before an epoch."""
+        not_before = self.not_before.copy()
+        not_before[rows] = epoch
+        return replace(self, not_before=not_before)
+
+    def forgotten(self, which: Bool) -> ChannelTable:
+        """With channels that `which` (k,) marks, of which it is unknown what they do."""
+        return replace(self, held=np.where(which & self.exists, UNKNOWN, self.held))
+
+    def contradicts(self, rows: I64, sat: I64) -> Bool:
+        """(n,) whether a channel measures another satellite than the one it acknowledged and shall track."""
+        held = self.held[rows]
+        return (held == self.target[rows]) & (held != AUTO) & (held != sat)
+
+    def usable(self, rows: I64, sat: I64) -> Bool:
+        """(n,) whether a channel shall track that satellite and acknowledged it, or was commanded for the
+        first time and has not answered yet."""
+        held = self.held[rows]
+        tracking = (held == sat) & (self.target[rows] == sat)
+        waiting = (held == AUTO) & (self.transaction[rows] != NO_TRANSACTION)
+        return tracking | waiting
+
+    def retargeted(self, target: I64) -> ChannelTable:
+        """With other targets (k,). One dropped while its command was under way may have been reached: what
+        the channel does is unknown."""
+        overtaken = (self.transaction != NO_TRANSACTION) & (target != self.asked)
+        return replace(
+            self,
+            target=target,
+            held=np.where(overtaken, UNKNOWN, self.held),
+            transaction=np.where(overtaken, NO_TRANSACTION, self.transaction),
+        )
+
+    def due(self, epoch: int, resend_epochs: int) -> tuple[Bool, Bool]:
+        """(k,) channels to be commanded in this epoch: anew, and again under the same transaction."""
+        differs = (self.target != self.held) & (self.not_before <= epoch)
+        idle = self.transaction == NO_TRANSACTION
+        return differs & idle, differs & ~idle & (epoch - self.sent_epoch >= resend_epochs)
+
+    def sent(self, rows: Index, transaction: I64, epoch: int) -> ChannelTable:
+        """After commands for the targets of rows (n,) in this epoch."""
+        asked, numbers, sent_epoch = self.asked.copy(), self.transaction.copy(), self.sent_epoch.copy()
+        asked[rows], numbers[rows], sent_epoch[rows] = self.target[rows], transaction, epoch
+        return replace(self, asked=asked, transaction=numbers, sent_epoch=sent_epoch)
+
+
+def searching(channels: I64) -> ChannelTable:
+    """Every channel searches by itself; channels (m,) of each antenna."""
+    width = int(channels.max())
+    exists = (np.arange(width) < channels[:, None]).ravel()
+    auto, never = np.full(len(exists), AUTO, np.int64), np.full(len(exists), NEVER, np.int64)
+    none = np.full(len(exists), NO_TRANSACTION, np.int64)
+    return ChannelTable(width, exists, auto, auto, auto, none, never, never)
+
+
+def assigned(table: ChannelTable, permitted: I64, measured: I64) -> I64:
+    """Targets (k,) that realise permissions: a satellite stays on the channel it is on, others take the
+    channels left, lowest first; a channel not needed is IDLE.
+
+    permitted   (SATELLITES,) antenna each satellite is permitted on, -1 none
+    measured    (k,) satellite that each channel measures, -1 none
+    """
+    occupant = np.where(table.target == AUTO, measured, table.target)
+    target = np.where(table.exists, IDLE, AUTO)
+    antenna_of = table.antenna
+    for antenna in range(len(target) // table.width):
+        wanted = set(np.flatnonzero(permitted == antenna).tolist())
+        free = []
+        for row in np.flatnonzero(table.exists & (antenna_of == antenna)).tolist():
+            sat = int(occupant[row])
+            if sat in wanted:
+                target[row] = sat
+                wanted.remove(sat)
+            else:
+                free.append(row)
+        for row, sat in zip(free, sorted(wanted), strict=False):
+            target[row] = sat
+    return target
