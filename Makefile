@@ -2,6 +2,7 @@
 # make test   style, architecture, tests
 # make bench  speeds
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
+# make results  every published figure, measured: docs/results.md; QUICK=1 for those of minutes
 # make docs   the documents that are generated from code and tests
 # Each makes its own virtual environment; nothing but Python 3.11 or newer is needed.
 
@@ -10,7 +11,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: venv run test bench mutants docs clean
+.PHONY: venv run test bench mutants docs results clean
 
 run: $(STAMP)
 	$(BIN)/gnss-hil run soyuz
@@ -30,6 +31,9 @@ mutants: $(STAMP)
 
 docs: $(STAMP)
 	$(BIN)/python -m tests.documents
+
+results: $(STAMP)
+	$(BIN)/python -m tests.results $(if $(QUICK),--quick); status=$$?; $(BIN)/python -m tests.documents; exit $$status
 
 venv: $(STAMP)
 

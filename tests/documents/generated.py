@@ -6,6 +6,7 @@ from pathlib import Path
 
 from gnss_hil.dbc.contract import document as messages
 from gnss_hil.tools.schema import json_schema, page
+from tests.results import page as results
 
 ROOT = Path(__file__).parents[2]
 SCHEMAS = {
@@ -21,6 +22,7 @@ def generated() -> dict[str, str]:
     return {
         "docs/messages.md": messages.document(),
         "docs/scenario.md": page.page(),
+        "docs/results.md": results.page(),
         **{
             f"{folder}/{json_schema.file_name(kind)}": json_schema.text(kind)
             for kind, folder in SCHEMAS.items()

@@ -1,0 +1,113 @@
+"""docs/results.md, from the table and what is kept; and the headlines of the README."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from tests.results.kept import ROOT, Kept, read
+from tests.results.table import RESULTS, SECTIONS, Result, Section
+
+NONE = "not measured yet"
+
+LEAD = """# Results
+
+Written by `make results` (`QUICK=1` for those of minutes) from the table in `tests/results/table.py` and the
+figures it measured; do not edit. Each row says when and of which commit it was measured; a + behind the
+commit means that files were changed since. Commands are run in the repository, with `GNSS_HIL_DATA` set to
+the folder of real data (rows that need none do without); `RUN` is a folder, and a run that names none gets one.
+"""
+
+MARKS = "<!-- headlines: make docs -->", "<!-- end of headlines -->"
+
+
+def page(kept: Mapping[str, Kept] | None = None) -> str:
+    """The page, Markdown."""
+    kept = read() if kept is None else kept
+    machines = sorted({row.machine for name, row in kept.items() if name in RESULTS})
+    measured = "\n".join(["Measured on:\n", *(f"- {machine}" for machine in machines)])
+    return "\n".join([LEAD, measured + "\n", *(_section(section, kept) for section in SECTIONS)])
+
+
+def _section(section: Section, kept: Mapping[str, Kept]) -> str:
+    numeric = ["---:"] * (len(section.heads) - 1) if len(section.heads) > 2 else ["---"]
+    lines = [
+        f"## {section.title}\n",
+        section.about + "\n",
+        _line(*section.heads, "measured"),
+        _line("---", *numeric, "---"),
+        *(_line(result.what, *cells(result, kept), when(result, kept)) for result in section.results),
+        "",
+        *(f"    {line}" for result in section.results for line in result.command.splitlines()),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _line(*cells: str) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def cells(result: Result, kept: Mapping[str, Kept]) -> list[str]:
+    """A result's figures in its formats."""
+    if result.name not in kept:
+        return [NONE] + [""] * (len(result.cells) - 1)
+    return [cell.format(**kept[result.name].figures) for cell in result.cells]
+
+
+def when(result: Result, kept: Mapping[str, Kept]) -> str:
+    """Date and commit; and whether the command has changed since."""
+    row = kept.get(result.name)
+    if row is None:
+        return ""
+    return f"{row.date}, {row.commit}" + ("" if row.command == result.command else ", by another command")
+
+
+def headlines(kept: Mapping[str, Kept] | None = None) -> str:
+    """The README's five figures."""
+    kept = read() if kept is None else kept
+    figures = {name: row.figures for name, row in kept.items()}
+    return "\n".join(f"- {line}" for line in (line(figures) for line in HEADLINES) if line)
+
+
+def _headline(text: str, *names: str):
+    """A line of figures, `{name[figure]}`; nothing while one of them is missing."""
+
+    def line(figures: Mapping[str, Mapping[str, float]]) -> str:
+        known = {name.replace("-", "_"): figures[name] for name in names if name in figures}
+        return text.format(**known) if len(known) == len(names) else ""
+
+    return line
+
+
+HEADLINES = (
+    _headline(
+        "A day of a real sky: **{day_patent[satellites]:.1f}** distinct satellites by the patent's method, "
+        "{day_elevation[satellites]:.1f} by receivers that take the highest first; PDOP "
+        "**{day_patent[pdop]:.2f}** against {day_elevation[pdop]:.2f}, error **{day_patent[median_m]:.2f} "
+        "m** against {day_elevation[median_m]:.2f} m.",
+        "day-patent", "day-elevation",
+    ),
+    _headline("Without noise, emulator and flight software agree to **{quiet[rms_m]:.1e} m** RMS.", "quiet"),
+    _headline(
+        "A real receiver (GRACE-B, a day) played onto the bus: **{grace[median_m]:.2f} m** from its "
+        "published orbit.",
+        "grace",
+    ),
+    _headline(
+        "An epoch with 24 channels costs **{inline[cpu_us]:,.0f} us** of CPU with recorder, "
+        "{inline_all[cpu_us]:,.0f} us with every error on.",
+        "inline", "inline-all",
+    ),
+    _headline("Same scenario and seed, same bytes on every bus, late, paused or hogged.", "reproducible"),
+)  # fmt: skip
+
+
+def readme(text: str) -> str:
+    """The README with today's headlines."""
+    start, end = map(re.escape, MARKS)
+    return re.sub(rf"(?s)({start}\n).*?({end})", lambda m: f"{m[1]}{headlines()}\n{m[2]}", text)
+
+
+def readme_now() -> str:
+    return readme((ROOT / "README.md").read_text("utf-8"))
