@@ -10,14 +10,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common import systems
+
 DATA = "GNSS_HIL_DATA"
 
 _KINDS = ("oem", "tle", "csv")
 
 PLACES: tuple[tuple[str, ...], ...] = (
     ("time", "orientation"),
-    ("sky", "gps"),
-    ("sky", "glonass"),
+    *(("sky", system.name) for system in systems.tracked()),
     ("sky", "orbits"),
     ("sky", "almanac"),
     ("sky", "factors", "ionosphere", "files"),
@@ -41,8 +42,8 @@ def anchor(document: dict[str, Any], folder: Path) -> None:
     """Make the names of files in a scenario's document absolute, in place.
 
     A name is looked for in `folder`, then in the folder of real data. One that is in neither may be
-    that of something that ships; else it is left where it would be in `folder`, and whoever reads it
-    says that it is not there.
+    that of something that ships; else it is left where it would be in `folder`, and reading it
+    fails there.
     """
     data = os.environ.get(DATA)
     folders = [folder, *([Path(data)] if data else [])]

@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from gnss_hil.dbc.common import gpstime, vehicle
+from gnss_hil.dbc.common import gpstime, systems, vehicle
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.earth.gravity import HIGHEST_DEGREE
@@ -120,7 +120,28 @@ class Time(Strict):
         return self.start_ns, self.start_ns + (self.epochs - 1) * self.interval_ns
 
 
-class Sky(Strict):
+Source = str | list[str]
+Offset = Annotated[float, Field(ge=-1000, le=1000)]
+
+_SKY: dict[str, Source] = {"gps": "nominal", "glonass": "nominal"}
+"""Sources of systems that a scenario does not name; "none" for others."""
+
+_OFFSET_NS = {"glonass": 30.0}
+"""Offsets from the reference system that a scenario does not name; zero for others."""
+
+
+def _of_each_system() -> type[Strict]:
+    """Keys of [sky] for every system that receivers track: its source, and its offset unless it is the
+    reference."""
+    tracked = systems.tracked()
+    sources = {s.name: (Source, _SKY.get(s.name, "none")) for s in tracked}
+    offsets = {
+        f"{s.name}_offset_ns": (Offset, _OFFSET_NS.get(s.name, 0.0)) for s in tracked if not s.reference
+    }
+    return create_model("OfEachSystem", __base__=Strict, **sources, **offsets)
+
+
+class Sky(_of_each_system()):
     """Each system: "nominal", "none", navigation files, or SP3 files.
 
     orbits             SP3 files that are flown while satellites report what gps and glonass say; without
@@ -129,19 +150,24 @@ class Sky(Strict):
                        `orbits` do, and gps and glonass tell issue, health and group delay alone
     almanac            files (YUMA, SEM, AGL) that receivers know untracked satellites by; without them they
                        know the sky itself. Weeks of GPS are those nearest to the start of the run
-    glonass_offset_ns  what no message tells: positive lengthens GLONASS pseudoranges, that is GLONASS system
-                       time behind GPS (a signal sent at GPS time t is stamped earlier than t)
+    *_offset_ns        what no message tells: positive lengthens the system's pseudoranges, that is its time
+                       behind GPS (a signal sent at GPS time t is stamped earlier than t)
     ray_height_km      a ray that passes the Earth lower than this counts as hidden
     """
 
-    gps: str | list[str] = "nominal"
-    glonass: str | list[str] = "nominal"
     orbits: tuple[str, ...] = ()
     reports: Literal["broadcast", "orbits"] = "broadcast"
     almanac: tuple[str, ...] = ()
-    glonass_offset_ns: Annotated[float, Field(ge=-1000, le=1000)] = 30.0
     ray_height_km: Annotated[float, Field(ge=0, le=2000)] = 50.0
     factors: SkyFactors = SkyFactors()
+
+    def sources(self) -> dict[str, Source]:
+        """Source of each system's satellites, by its name."""
+        return {system.name: getattr(self, system.name) for system in systems.tracked()}
+
+    def offset_ns(self, system: str) -> float:
+        """What the system's pseudoranges are longer than the reference's [ns]."""
+        return getattr(self, f"{system}_offset_ns", 0.0)
 
     @model_validator(mode="after")
     def _orbits_to_report(self):

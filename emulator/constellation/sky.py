@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation.base import Array, Broadcast, Constellation
-from gnss_hil.emulator.constellation.broadcast.navigation import from_files, precise_orbits
-from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
+from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.error_models import ephemeris_error, satellite_clock_error
 from gnss_hil.emulator.error_models.base import Factor
@@ -231,10 +230,6 @@ def _columns(positions: Array, clocks: Array) -> Array:
     return np.concatenate((positions.reshape(*positions.shape[:2], -1), clocks), axis=2)
 
 
-NOMINAL: dict[str, Callable[[int], Constellation]] = {"gps": nominal_gps, "glonass": nominal_glonass}
-"""System -> maker of its nominal constellation from the start of the run [ns]."""
-
-
 def _orbits(parameters: EphemerisError, seed: int, index: NDArray[np.int64]) -> Misreport:
     return lambda middles_ns, nodes_s, pos_m, vel_mps: (
         ephemeris_error.errors(parameters, seed, index, middles_ns, nodes_s, pos_m, vel_mps), 0.0,
@@ -265,12 +260,10 @@ def build_sky(
 
     resolve_path  name of a navigation file as the scenario writes it -> the file
     """
-    sources = {"gps": sky.gps, "glonass": sky.glonass}
-    offset_m = {"gps": 0.0, "glonass": sky.glonass_offset_ns * 1e-9 * LIGHT_MPS}
-    parts = {}
-    for system, source in sources.items():
+    parts: dict[str, Constellation] = {}
+    for system, source in sky.sources().items():
         if source == "nominal":
-            parts[system] = NOMINAL[system](time.start_ns)
+            parts[system] = nominal(system, time.start_ns)
         elif source != "none":
             names = [source] if isinstance(source, str) else source
             parts[system] = from_files(system, [resolve_path(name) for name in names], time)
@@ -278,9 +271,13 @@ def build_sky(
     if sky.orbits:
         truth = precise_orbits("sky.orbits", [resolve_path(name) for name in sky.orbits], time)
     if not parts:
-        raise scenario.ScenarioError("sky: gps and glonass are both 'none'; nothing is left to receive")
+        names = list(sky.sources())
+        every = "both" if len(names) == 2 else "all"
+        raise scenario.ScenarioError(
+            f"sky: {' and '.join(names)} are {every} 'none'; nothing is left to receive"
+        )
     constellations = list(parts.values())
     index = np.concatenate([part.index for part in constellations])
     errors = misreports(sky.factors.on(), seed, index)
-    offsets_m = [offset_m[system] for system in parts]
+    offsets_m = [sky.offset_ns(system) * 1e-9 * LIGHT_MPS for system in parts]
     return Sky(constellations, offsets_m, truth, errors, sky.reports == "orbits")

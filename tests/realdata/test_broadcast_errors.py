@@ -9,7 +9,7 @@ import pytest
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.constellation.broadcast.navigation import from_files
+from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.error_models import ephemeris_error
 from gnss_hil.emulator.error_models.params_sky import EphemerisError
 from tests.realdata import data_file

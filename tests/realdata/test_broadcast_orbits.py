@@ -10,8 +10,8 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites, systems
 from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.constellation.broadcast.navigation import from_files
 from gnss_hil.emulator.constellation.sky import build_sky
+from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files import rinex_nav
 from tests.realdata import data_file

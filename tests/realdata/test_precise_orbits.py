@@ -11,7 +11,7 @@ import pytest
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation import phase_centre, precise
-from gnss_hil.emulator.constellation.broadcast.navigation import from_files
+from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files import sp3
 from tests.realdata import data_file

@@ -15,19 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.emulator.constellation.base import Constellation
 from gnss_hil.emulator.constellation.broadcast import glonass, gps
-from gnss_hil.emulator.constellation.broadcast.messages import Stretch, records
-from gnss_hil.emulator.constellation.broadcast.navigation import from_files
-from gnss_hil.emulator.constellation.sky import NOMINAL
+from gnss_hil.emulator.constellation.messages import Stretch, records
+from gnss_hil.emulator.constellation.sources import from_files, nominal
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_nav import Records
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export.rinex_text import comments, labelled, leap_seconds, opening
 from gnss_hil.tools.export.run_data import Heard, Rows
 
-_LETTERS = {"gps": "G", "glonass": "R"}
 _LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2
 _COMPARED = 2000
 """Rows of a craft that are held against the file."""
@@ -55,10 +54,10 @@ def span_ns(heard: Sequence[Heard]) -> tuple[int, int]:
 def constellations(scenario: Scenario) -> dict[str, Constellation]:
     """The scenario's satellites by RINEX letter; ScenarioError if they cannot be had."""
     found = {}
-    for system, letter in _LETTERS.items():
-        source = getattr(scenario.sky, system)
+    for system, source in scenario.sky.sources().items():
+        letter = SYSTEMS[system].letter
         if source == "nominal":
-            found[letter] = NOMINAL[system](scenario.time.start_ns)
+            found[letter] = nominal(system, scenario.time.start_ns)
         elif source != "none":
             paths = [Path(name) for name in ([source] if isinstance(source, str) else source)]
             found[letter] = from_files(system, paths, scenario.time)
@@ -102,14 +101,11 @@ def disagreement_m(found: Mapping[str, Records], heard: Heard) -> float | None:
     sent_ns = tag_ns - np.rint((rows.pseudorange_m + rows.clock_m) / LIGHT_MPS * 1e9).astype(np.int64)
     apart_m = [
         np.linalg.norm(place(found[letter], rows[mine], sent_ns[mine]) - rows.pos_sv_m[mine], axis=1)
-        for letter, place in (("G", _gps_places), ("R", _glonass_places))
-        if letter in found
-        and (mine := np.isin(rows.sat, satellites.index(_SYSTEM[letter], found[letter].number))).any()
+        for name, place in (("gps", _gps_places), ("glonass", _glonass_places))
+        if (letter := SYSTEMS[name].letter) in found
+        and (mine := np.isin(rows.sat, satellites.index(SYSTEMS[name].value, found[letter].number))).any()
     ]
     return float(np.median(np.concatenate(apart_m))) if apart_m else None
-
-
-_SYSTEM = {"G": satellites.GPS, "R": satellites.GLONASS}
 
 
 def _nearest(found: Records, reference_ns: NDArray[np.int64], rows: Rows, t_ns: NDArray[np.int64]):

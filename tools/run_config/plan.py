@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.common import vehicle as vehicles
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
@@ -27,7 +28,7 @@ from gnss_hil.tools.results.summary import metric_names
 from gnss_hil.tools.run_config import recorded_receiver
 from gnss_hil.tools.run_config.frame_budget import Budget, budget
 
-_LETTERS = {"gps": "G", "glonass": "R"}
+_LETTERS = {system.name: system.letter for system in systems.tracked()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,7 +170,8 @@ def sky_of_files(paths: Sequence[Path]) -> dict[str, Any]:
         raise ScenarioError(f"--nav: {error}") from None
     idle = [str(path) for path, letters in held.items() if not letters & set(_LETTERS.values())]
     if idle:
-        raise ScenarioError(f"--nav: {', '.join(idle)}: neither a GPS nor a GLONASS record")
+        names = " nor a ".join(name.upper() for name in _LETTERS)
+        raise ScenarioError(f"--nav: {', '.join(idle)}: neither a {names} record")
     return {
         system: [str(path.resolve()) for path in paths if letter in held[path]] or "none"
         for system, letter in _LETTERS.items()

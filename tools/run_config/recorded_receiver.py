@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.tools.common.errors import Mistake
@@ -15,9 +15,8 @@ from gnss_hil.tools.common.errors import Mistake
 PAIRS = {"gps": ("L1P", "L2P"), "glonass": ("L1OF", "L2OF")}
 """Signals of two frequencies, by system."""
 
-SINGLE = {"gps": ("L1CA",), "glonass": ("L1OF",)}
-
-_SYSTEMS = {"gps": satellites.GPS, "glonass": satellites.GLONASS}
+SINGLE = {system.name: (signals.of_system(system)[0].name,) for system in systems.tracked()}
+"""The preferred signal, by system."""
 
 
 def change(document: dict[str, Any], a: Namespace) -> None:
@@ -62,8 +61,8 @@ def _reported(paths) -> dict[str, Any]:
     except FileError as error:
         raise ScenarioError(f"--sp3: {error}") from None
     return {
-        name: _paths(path for path in paths if system in held[path]) or "none"
-        for name, system in _SYSTEMS.items()
+        system.name: _paths(path for path in paths if system.value in held[path]) or "none"
+        for system in systems.tracked()
     }
 
 
@@ -79,13 +78,13 @@ def _craft(craft: dict[str, Any], sky: dict[str, Any], a: Namespace) -> None:
         raise Mistake("replay: which observations? Give --obs FILE, and --sp3 or --nav for the satellites")
     if a.reference:
         observations["reference"] = {"oem": str(a.reference.resolve())}
-    heard = [name for name in _SYSTEMS if sky.get(name, "nominal") != "none"]
+    heard = [system.name for system in systems.tracked() if sky.get(system.name, "nominal") != "none"]
     if not heard:
         raise Mistake("replay: where are the satellites? Give --sp3 FILE or --nav FILE")
     if a.ionosphere_free:
         craft.setdefault("flight", {}).setdefault("options", {})["ionosphere_free"] = True
     if "signals" not in observations:
-        table = PAIRS if a.ionosphere_free else SINGLE
+        table = SINGLE | PAIRS if a.ionosphere_free else SINGLE
         observations["signals"] = [signal for name in heard for signal in table[name]]
 
 

@@ -1,31 +1,23 @@
-"""Constellations from navigation files, as a scenario names them."""
+"""Constellations as a scenario names them: nominal ones, and those of navigation files and precise orbits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.config.scenario import ScenarioError, Time
 from gnss_hil.emulator.constellation import precise_sky
-from gnss_hil.emulator.constellation.base import Array, Constellation
-from gnss_hil.emulator.constellation.broadcast import glonass, gps
+from gnss_hil.emulator.constellation.base import Constellation
 from gnss_hil.emulator.constellation.precise import PreciseOrbits
+from gnss_hil.emulator.constellation.registry import MAKERS
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.rinex_layouts import LAYOUTS
 from gnss_hil.emulator.files.text import FileError, read_text
-
-_MAKERS: dict[str, tuple[str, Callable[[rinex_nav.Records, Array], Constellation]]] = {
-    "gps": ("G", lambda records, glonass_to_utc_s: gps.from_records(records)),
-    "glonass": ("R", glonass.from_records),
-}
-"""System -> RINEX letter and maker from records and each record's -tau_c [s]."""
-
-
-_SYSTEM = {"gps": satellites.GPS, "glonass": satellites.GLONASS}
 
 
 def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
@@ -38,12 +30,20 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
         raise ScenarioError(f"{key}: no navigation file is named; 'none' leaves the system out")
     precise = [_is_sp3(path, key) for path in paths]
     if all(precise):
-        return precise_sky.constellation(precise_orbits(key, paths, time), _SYSTEM[system])
+        return precise_sky.constellation(precise_orbits(key, paths, time), SYSTEMS[system].value)
     if any(precise):
         raise ScenarioError(f"{key}: {', '.join(map(str, paths))}: navigation messages or SP3, not both")
     constellation = _broadcast(system, paths, key)
     _check_span(constellation.span_ns, time, f"{key}: {', '.join(map(str, paths))}: ephemerides")
     return constellation
+
+
+def nominal(system: str, start_ns: int) -> Constellation:
+    """The slots of a system, every one taken; ScenarioError if no maker of them is known."""
+    row = MAKERS.get(system)
+    if row is None:
+        raise ScenarioError(f"sky.{system}: no nominal constellation of {system} is known")
+    return row.nominal(start_ns)
 
 
 def precise_orbits(key: str, paths: Sequence[Path], time: Time) -> PreciseOrbits:
@@ -67,7 +67,9 @@ def _is_sp3(path: Path, key: str) -> bool:
 
 
 def _broadcast(system: str, paths: Sequence[Path], key: str) -> Constellation:
-    letter, make = _MAKERS[system]
+    letter, row = SYSTEMS[system].letter, MAKERS.get(system)
+    if row is None or row.from_records is None:
+        raise ScenarioError(f"{key}: navigation messages of {system} are not read")
     try:
         files = [rinex_nav.read(path) for path in paths]
     except FileError as error:
@@ -78,7 +80,7 @@ def _broadcast(system: str, paths: Sequence[Path], key: str) -> Constellation:
         raise ScenarioError(f"{key}: {names}: no {LAYOUTS[letter].name} record")
     parts = [file.records[letter] for file in having]
     to_utc_s = np.repeat([file.glonass_to_utc_s for file in having], [len(part) for part in parts])
-    return make(_joined(parts), to_utc_s)
+    return row.from_records(_joined(parts), to_utc_s)
 
 
 def _check_span(span_ns: tuple[int, int], time: Time, what: str) -> None:

@@ -9,8 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.constellation.broadcast import glonass, gps, messages
-from gnss_hil.emulator.constellation.broadcast.messages import Stretch
+from gnss_hil.emulator.constellation import messages
+from gnss_hil.emulator.constellation.broadcast import glonass, gps
+from gnss_hil.emulator.constellation.messages import Stretch
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
 
 START_NS = gpstime.from_calendar(datetime(2012, 10, 31, 0, 15))
