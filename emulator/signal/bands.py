@@ -1,7 +1,7 @@
-"""Ranging signals that emulated satellites transmit: received power by signal, and what follows from it.
+"""Ranging signals that emulated satellites transmit, as columns over systems.
 
-Carriers, chips and numbers are those of the contract's table, `gnss_hil.dbc.common.signals`. Emulated
-receivers track the preferred signal of each system.
+Carriers, chips and numbers are those of the contract's table (`gnss_hil.dbc.common.signals`), powers those
+of `gnss_hil.emulator.signal.powers`. Emulated receivers track one signal of each system.
 """
 
 from __future__ import annotations
@@ -15,32 +15,13 @@ from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.common.signals import SIGNALS, Signal
 from gnss_hil.dbc.common.systems import SYSTEMS, System
 from gnss_hil.emulator.earth.constants import EQUATORIAL_RADIUS_M, LIGHT_MPS
+from gnss_hil.emulator.signal.powers import POWERS
 
 L1_HZ = SIGNALS["L1CA"].carrier_hz
 """Carrier of L1, for which contents of electrons and conductivities are converted."""
 
 LOWEST_RAD = np.deg2rad(5.0)
-"""Elevation for which both interface documents promise a power."""
-
-
-@dataclass(frozen=True, slots=True)
-class Power:
-    """Least power of a signal on the ground.
-
-    received_dbw  what an isotropic circularly polarised antenna receives from a satellite 5 deg high [dBW].
-                  Interface documents give it for a 3 dBi linearly polarised one, which takes half of a
-                  circular wave: the same number
-    """
-
-    received_dbw: float
-    source: str
-
-
-POWERS: dict[str, Power] = {
-    "L1CA": Power(-158.5, "IS-GPS-200, table 3-Va"),
-    "L1OF": Power(-161.0, "GLONASS ICD 5.1 (2008), 3.3.1.6"),
-}
-"""By name of the signal: those that emulated satellites transmit."""
+"""Elevation for which interface documents promise a power."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import VALUES
@@ -26,8 +26,8 @@ ACTION = {label: raw for raw, label in VALUES["Action"].items()}
 RESULT = {label: raw for raw, label in VALUES["AckResult"].items()}
 ACCEPTED = RESULT["ACCEPTED"]
 
-HIGHEST_NUMBER = {satellites.GPS: 32, satellites.GLONASS: 24}
-"""Satellites a system has room for: IS-GPS-200 3.2.1.3; GLONASS ICD 5.1, table 4.3 (slots)."""
+_HIGHEST_NUMBER = systems.column(lambda system: system.numbers, 0)
+"""(8,) satellites that each system has room for."""
 
 OLDEST_EPOCHS = 3
 """A command answers an epoch and comes while the next one is awaited: 1 epoch old when it is weighed. Where
@@ -89,14 +89,13 @@ def read(codec: Codec, frames: FrameBatch) -> Commands:
 def _refusals(commands: Commands, counts: Numbers, prospects: Prospects) -> Numbers:
     """(c,) result of what can be said without the other channels; the first row that applies."""
     system, number = satellites.system_of(commands.sat), satellites.number_of(commands.sat)
-    highest = np.array([HIGHEST_NUMBER.get(s, 0) for s in range(len(BY_SYSTEM.signal))])
     row = prospects.row_of[commands.sat]
     track = commands.action == ACTION["TRACK"]
     table: tuple[tuple[str, NDArray[np.bool_]], ...] = (
         ("NO_SUCH_CHANNEL", commands.channel >= counts[commands.receiver - 1]),
         ("BAD_ACTION", ~np.isin(commands.action, list(ACTION.values()))),
         ("ACCEPTED", ~track),
-        ("NO_SUCH_SATELLITE", ((number == 0) | (number > highest[system])) & (row < 0)),
+        ("NO_SUCH_SATELLITE", ((number == 0) | (number > _HIGHEST_NUMBER[system])) & (row < 0)),
         ("NO_SUCH_SIGNAL", commands.signal != BY_SYSTEM.signal[system]),
         ("NOT_IN_ALMANAC", (row < 0) | ~prospects.available[row]),
         ("UNHEALTHY", ~prospects.healthy[row]),

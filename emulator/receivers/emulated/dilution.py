@@ -5,11 +5,13 @@ taken away one after another instead, each time the one without which the diluti
 are left as there are channels. Source: the greedy method of Walter, Blanch and Kropp, Satellite Selection
 for Multi-Constellation SBAS, ION GNSS+ 2016; the growth by the matrix inversion lemma.
 
-The dilution is that of position and clock and, where a set holds both systems, of the GLONASS offset with
-them: GDOP^2 = trace (G^T G)^-1. Sets of one system, which have no offset to find, compete with mixed ones.
+The dilution is that of position and clock and, where a set holds several systems, of their offsets with them:
+GDOP^2 = trace (G^T G)^-1. Sets of fewer systems, which have fewer offsets to find, compete with mixed ones.
 """
 
 from __future__ import annotations
+
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,9 @@ WORTHWHILE = 0.9
 """A receiver leaves satellites it has for others only if the dilution falls below this share of what it can
 have with them (modelled: a change costs an acquisition)."""
 
-UNKNOWNS = 5
+UNKNOWNS = 4
+"""Of a set of one system: position and clock. Each further system has an offset."""
+
 _FREE = 1e-6
 """Weight of what is known of an unknown beforehand: next to nothing, but sets of too few satellites remain
 comparable. It changes a dilution of 10 by less than 1e-4 of itself."""
@@ -30,40 +34,59 @@ _PINNED = 1e12
 _LEAST = 1e-12
 
 
-def smallest(los: Array, glonass: Flags, eligible: Flags, present: Flags, wanted: NDArray) -> Flags:
+def smallest(
+    los: Array, system: NDArray[np.int64], eligible: Flags, present: Flags, wanted: NDArray[np.int64]
+) -> Flags:
     """The set of each receiver, (m, n): as many satellites as it wants, or all there are.
 
     los       (n, 3) unit vectors to the satellites
-    glonass   (n,) whether a satellite is of GLONASS
+    system    (n,) of the satellites, by its value on the bus
     eligible  (m, n) what a receiver may choose of
     present   (m, n) what it has of these; kept unless others are worthwhile
     wanted    (m,)
     """
-    design = np.column_stack((los, np.ones(len(los)), glonass))
-    systems = np.array((np.ones(len(los), bool), ~glonass, glonass))
-    prior = np.full((3, UNKNOWNS), _FREE)
-    prior[1:, -1] = _PINNED
-    # Cases (2, 3, m): nothing kept or the present kept; both systems, GPS or GLONASS alone; receivers.
+    if not len(los):
+        return np.zeros_like(eligible)
+    known = np.unique(system)
+    of = system[:, None] == known  # (n, s)
+    design = np.column_stack((los, np.ones(len(los)), of[:, 1:]))
+    mixtures = _mixtures(len(known))
+    cases = len(mixtures)
+    prior = np.full((cases, design.shape[1]), _FREE)
+    prior[:, UNKNOWNS:] = np.where(_with_offset(mixtures)[:, 1:], _FREE, _PINNED)
+    # Cases (2, c, m): nothing kept or the present kept; mixtures of systems; receivers.
     keep = np.stack((np.zeros_like(present), present))[:, None]
-    pool = eligible & systems[:, None]
-    shape = 2, 3, *eligible.shape
+    pool = eligible & (mixtures @ of.T)[:, None]
+    shape = 2, cases, *eligible.shape
     pool, keep = np.broadcast_to(pool, shape), np.broadcast_to(keep, shape)
     number = np.minimum(wanted, eligible.sum(axis=1))
     allowed = ~(keep & ~pool).any(axis=-1) & (pool.sum(axis=-1) >= number)
-    flat = 6 * len(eligible), len(los)
+    flat = 2 * cases * len(eligible), len(los)
     sets = thinned(
         design,
         pool.reshape(flat),
         keep.reshape(flat),
-        np.tile(number, 6),
+        np.tile(number, 2 * cases),
         np.tile(np.repeat(prior, len(eligible), axis=0), (2, 1)),
     ).reshape(shape)
     gdop = np.where(allowed, dilutions(design, sets, prior[:, None]), np.inf)
     receiver = np.arange(len(eligible))
-    system = gdop.argmin(axis=1)
-    anew, kept = np.take_along_axis(gdop, system[:, None], axis=1)[:, 0]
+    mixture = gdop.argmin(axis=1)
+    anew, kept = np.take_along_axis(gdop, mixture[:, None], axis=1)[:, 0]
     how = np.where(anew < WORTHWHILE * kept, 0, 1)
-    return sets[how, system[how, receiver], receiver]
+    return sets[how, mixture[how, receiver], receiver]
+
+
+def _mixtures(count: int) -> Flags:
+    """(c, count) which of the systems each mixture holds: every one that is not empty, the widest first."""
+    held = [set(some) for size in range(count, 0, -1) for some in combinations(range(count), size)]
+    return np.array([[k in some for k in range(count)] for some in held], bool).reshape(-1, count)
+
+
+def _with_offset(mixtures: Flags) -> Flags:
+    """(c, s) systems whose offset a mixture has to find: all but the first, whose time the clock has."""
+    first = np.argmax(mixtures, axis=1)
+    return mixtures & (np.arange(mixtures.shape[1]) != first[:, None])
 
 
 def thinned(design: Array, pool: Flags, keep: Flags, wanted: NDArray, prior: Array) -> Flags:

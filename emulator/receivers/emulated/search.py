@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.registry import table
-from gnss_hil.dbc.common.satellites import GLONASS, system_of
+from gnss_hil.dbc.common.satellites import system_of
 from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, Flags, Numbers
 from gnss_hil.emulator.receivers.emulated.dilution import smallest
 
@@ -99,9 +99,9 @@ def _least_dilution(outlook: Outlook) -> Best:
     lacking = chosen.sum(axis=1) < np.minimum(wanted, outlook.eligible.sum(axis=1))
     weighs = lacking | (outlook.renews & (wanted > 0))
     if weighs.any():
-        glonass = system_of(outlook.index) == GLONASS
+        system = system_of(outlook.index)
         chosen[weighs] = smallest(
-            outlook.view.los_ecef, glonass, outlook.eligible[weighs], chosen[weighs], wanted[weighs]
+            outlook.view.los_ecef, system, outlook.eligible[weighs], chosen[weighs], wanted[weighs]
         )
     return [np.flatnonzero(row).tolist() for row in chosen]
 
@@ -109,7 +109,7 @@ def _least_dilution(outlook: Outlook) -> Best:
 RULES = table(
     Rule("elevation", "highest above the horizon first", _cheapest(lambda view, index: -view.sin_elevation)),
     Rule("boresight", "nearest to the antenna's axis first", _cheapest(lambda view, index: view.angle_rad)),
-    Rule("prn", "lowest number first, GPS before GLONASS", _cheapest(lambda view, index: index)),
+    Rule("prn", "lowest number first, one system after another", _cheapest(lambda view, index: index)),
     Rule("gdop", "the set of smallest dilution, weighed every minute", _least_dilution),
 )
 

@@ -171,3 +171,28 @@ def test_over_half_an_orbit_it_spreads_and_does_not_flap():
     assert 24 < changes < 24 * 12
     distinct = np.mean([len(set(row.ravel().tolist())) for row in target])
     assert 10 < distinct < 17.5, distinct
+
+
+def test_of_three_systems_as_good_as_the_best_of_all_sets():
+    """Every mixture is weighed: a set of two of three systems has one offset to find, not two."""
+    rng, ratio, held = np.random.default_rng(9), [], []
+    sets = np.array(list(combinations(range(11), 5)))
+    for _ in range(25):
+        los, system = directions(rng, 11), np.repeat((0, 1, 7), (4, 4, 3))
+        found = one(los, system, wanted=5)
+        ratio.append(free_gdops(los, system, found[None])[0] / free_gdops(los, system, sets).min())
+        held.append(len(set(system[found])))
+    assert np.median(ratio) < 1.1
+    assert max(ratio) < 2
+    assert {1, 2} & set(held)
+
+
+def free_gdops(los, system, sets):
+    """(c,) dilutions of sets (c, k): a clock, and an offset for each system of the set but one."""
+    found = []
+    for rows in sets:
+        columns = [system[rows] == s for s in np.unique(system[rows])[1:]]
+        design = np.column_stack((los[rows], np.ones(len(rows)), *columns))
+        full = design.shape[1] <= len(rows) and np.linalg.cond(design) < 1e6
+        found.append(np.sqrt(np.trace(np.linalg.inv(design.T @ design))) if full else np.inf)
+    return np.array(found)
