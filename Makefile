@@ -4,43 +4,52 @@
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
 # make results  every published figure, measured: docs/results.md; QUICK=1 for those of minutes
 # make docs   the documents that are generated from code and tests
-# Each makes its own virtual environment; nothing but Python 3.11 or newer is needed.
+# Each makes its own virtual environment, `run` with what the bench needs, the others with the developers' tools
+# too; nothing but Python 3.11 or newer is needed.
 
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
-STAMP  := $(VENV)/.installed
+RUNTIME     := $(VENV)/.runtime
+DEVELOPMENT := $(VENV)/.development
+INSTALL     := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: venv run test bench mutants docs results clean
 
-run: $(STAMP)
+run: $(RUNTIME)
 	$(BIN)/gnss-hil run soyuz
 
-test: $(STAMP)
+test: $(DEVELOPMENT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
+	$(BIN)/basedpyright --level error
 	$(BIN)/python -m pytest -q
 
-bench: $(STAMP)
+bench: $(DEVELOPMENT)
 	@for file in tests/benchmarks/[a-z]*.py; do \
 	  echo "== $$file"; $(BIN)/python -m tests.benchmarks.$$(basename $$file .py) || exit 1; done
 
-mutants: $(STAMP)
+mutants: $(DEVELOPMENT)
 	$(BIN)/python -m tests.mutants --jobs 2 $(of)
 
-docs: $(STAMP)
+docs: $(DEVELOPMENT)
 	$(BIN)/python -m tests.documents
 
-results: $(STAMP)
+results: $(DEVELOPMENT)
 	$(BIN)/python -m tests.results $(if $(QUICK),--quick); status=$$?; $(BIN)/python -m tests.documents; exit $$status
 
-venv: $(STAMP)
+venv: $(DEVELOPMENT)
 
-$(STAMP): pyproject.toml
-	@echo 'installing into $(VENV) (a minute or so) ...'
+$(RUNTIME): pyproject.toml
+	@echo 'installing into $(VENV) (half a minute or so) ...'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(INSTALL) -e .
+	touch $@
+
+$(DEVELOPMENT): $(RUNTIME)
+	@echo "installing the developers' tools into $(VENV) (a minute or so) ..."
+	$(INSTALL) -e '.[dev]'
 	touch $@
 
 clean:

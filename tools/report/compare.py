@@ -18,6 +18,7 @@ from gnss_hil.tools.report.decimate import extremes
 from gnss_hil.tools.report.document import Page, card, table
 from gnss_hil.tools.report.figure import Plot, axis, layout, line, numbers
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH
+from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.summary import metrics
 from gnss_hil.tools.results.text import figure, small
 
@@ -58,25 +59,22 @@ def read(folder: Path) -> Run:
     return Run(name, summary, {craft: course for craft in crafts if (course := _course(folder, craft))})
 
 
-def _course(folder: Path, craft: str) -> Course | None:
-    import polars
+_AXES = tuple(f"{a}_ecef_m" for a in "xyz")
 
+
+def _table(path: Path, craft: str, names: Sequence[str]) -> dict[str, NDArray]:
+    """Columns of one craft; Mistake if the table is damaged."""
+    try:
+        return parquet.of_craft(path, craft, names)
+    except parquet.Damaged as error:
+        raise Mistake(f"{error}; `gnss-hil report {path.parent}` makes it again") from None
+
+
+def _course(folder: Path, craft: str) -> Course | None:
     fixes, truth = folder / "fixes.parquet", folder / "truth.parquet"
     if not fixes.exists():
         return None
-    axes = [f"{a}_ecef_m" for a in "xyz"]
-    try:
-        found = polars.scan_parquet(fixes).filter(craft=craft)
-        found = found.select("t_gps_s", "valid", "satellites_used", "pdop", *axes)
-        if truth.exists():
-            known = polars.scan_parquet(truth).filter(craft=craft).select("t_gps_s", *axes)
-            found = found.join(known, on="t_gps_s", how="left", suffix="_true", maintain_order="left")
-        columns = {s.name: s.to_numpy() for s in found.collect().get_columns()}
-    except polars.exceptions.PolarsError as error:
-        said = str(error).splitlines()[0]
-        raise Mistake(
-            f"{folder}: a table is damaged: {said}; `gnss-hil report {folder}` makes it again"
-        ) from None
+    columns = _table(fixes, craft, ("t_gps_s", "valid", "satellites_used", "pdop", *_AXES))
     t_s = columns["t_gps_s"]
     if not len(t_s):
         return None
@@ -86,8 +84,11 @@ def _course(folder: Path, craft: str) -> Course | None:
         return np.where(valid, values.astype(float), np.nan)
 
     error = None
-    if f"{axes[0]}_true" in columns:
-        apart = [columns[name] - columns[f"{name}_true"] for name in axes]
+    if truth.exists():
+        known = _table(truth, craft, ("t_gps_s", *_AXES))
+        at = np.searchsorted(known["t_gps_s"], t_s).clip(max=max(len(known["t_gps_s"]) - 1, 0))
+        there = known["t_gps_s"][at] == t_s if len(known["t_gps_s"]) else np.zeros(len(t_s), bool)
+        apart = [np.where(there, columns[name] - known[name][at], np.nan) for name in _AXES]
         error = of_fixes(np.linalg.norm(apart, axis=0))
     return Course((t_s - t_s[0]) / 60, of_fixes(columns["satellites_used"]), of_fixes(columns["pdop"]), error)
 

@@ -8,27 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.report.decimate import BUCKETS
+from gnss_hil.tools.report.channels import Channels, Strength, read_channels
 from gnss_hil.tools.report.frames import covariance, radial_along_cross, sigmas_along
 from gnss_hil.tools.report.sky_plot import Places, Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
 
 _MOST_HOLDS = 5000
 """Stretches that a browser draws with ease."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Strength:
-    """C/N0 of one receiver, (b,) rows: least, mean and greatest of its channels [dBHz], by time."""
-
-    t_ns: NDArray[np.int64]
-    least: NDArray[np.float64]
-    mean: NDArray[np.float64]
-    greatest: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,9 +84,10 @@ def gather(
                                                                           ("xy", "xz", "yz")]))  # fmt: skip
         sigma = np.where(np.isnan(error), np.nan, sigmas_along(axes, said))
     here = position if truth_m is None else np.where(np.isnan(position), truth_m, position)
-    table = _Channels(channels, name, t_ns) if channels is not None else None
-    held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)
     usable = ~np.isnan(here).any(axis=1) & ~np.isnan(quaternion).any(axis=1)
+    looks = instants(usable)
+    table = read_channels(channels, name, t_ns, looks) if channels is not None else None
+    held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)
     return Craft(
         name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns,
         position_m=position, velocity_mps=velocity, truth_m=truth_m, truth_mps=truth_mps, visible=visible,
@@ -106,18 +95,25 @@ def gather(
         holds=held, bridge_ns=bridge,
         strength=table.strength(vehicle.antennas) if table else None,
         sightings=_sightings(
-            table, t_ns, here, quaternion, instants(usable), vehicle, places(digest.almanac.rows)
+            table, t_ns, here, quaternion, looks, vehicle, places(digest.almanac.rows)
         ) if table else None,
         handed=digest.commands.handed,
     )  # fmt: skip
 
 
-def _sightings(table, t_ns, here_m, quaternion, rows, vehicle: Vehicle, almanac: Places) -> Sightings:
-    measured, receiver = table.at(t_ns[rows])
-    keep = receiver <= vehicle.antennas
-    measured = Places(*(getattr(measured, f)[keep] for f in Places.__slots__))
+def _sightings(
+    table: Channels, t_ns, here_m, quaternion, rows, vehicle: Vehicle, almanac: Places
+) -> Sightings:
+    keep = table.seen_by <= vehicle.antennas
+    measured = Places(*(getattr(table.seen, f)[keep] for f in Places.__slots__))
     return look(
-        t_ns[rows], here_m[rows], quaternion[rows], vehicle.boresight_body, measured, receiver[keep], almanac
+        t_ns[rows],
+        here_m[rows],
+        quaternion[rows],
+        vehicle.boresight_body,
+        measured,
+        table.seen_by[keep],
+        almanac,
     )
 
 
@@ -156,7 +152,7 @@ def _truth_on(t_ns: NDArray[np.int64], rows: np.ndarray):
     )
 
 
-def _bridged(table: _Channels, receivers: int, interval_ns: int) -> tuple[Holds, int]:
+def _bridged(table: Channels, receivers: int, interval_ns: int) -> tuple[Holds, int]:
     """Stretches, breaks bridged just long enough that they can be drawn; how long."""
     one_by_one = (holds(*table.tracked(receiver), interval_ns) for receiver in range(1, receivers + 1))
     found, bridge = joined(list(one_by_one)), 0
@@ -164,55 +160,3 @@ def _bridged(table: _Channels, receivers: int, interval_ns: int) -> tuple[Holds,
         bridge = max(2 * bridge, interval_ns)
         found = bridged(found, bridge)
     return found, bridge
-
-
-class _Channels:
-    """channels.parquet of one craft, a few columns at a time: it may have millions of rows.
-
-    marks_ns   (e,) the time marks; the table's seconds are theirs and find their nanoseconds again
-    """
-
-    def __init__(self, path: Path, craft: str, marks_ns: NDArray[np.int64]):
-        import polars
-
-        self._column = polars.col
-        self._marks_ns, self._marks_s = marks_ns, marks_ns / NS_PER_S
-        names = [satellites.name(i) for i in range(satellites.SATELLITES)]
-        numbers = polars.LazyFrame({"satellite": names, "sat": np.arange(len(names))})
-        whole = polars.scan_parquet(path).filter(polars.col("craft") == craft)
-        self._table = whole.join(numbers, on="satellite", how="left")
-
-    def _read(self, lazy) -> dict[str, NDArray]:
-        read = {series.name: series.to_numpy() for series in lazy.collect().get_columns()}
-        read["t_ns"] = self._marks_ns[np.searchsorted(self._marks_s, read["t_gps_s"])]
-        return read
-
-    def tracked(self, receiver: int) -> tuple[NDArray, NDArray, NDArray]:
-        """t_ns, receiver, satellite of every measurement of one receiver."""
-        read = self._read(self._table.filter(receiver=receiver).select("t_gps_s", "receiver", "sat"))
-        return read["t_ns"], read["receiver"], read["sat"]
-
-    def at(self, t_ns: NDArray[np.int64]) -> tuple[Places, NDArray[np.int64]]:
-        """Places of measured satellites at some time marks, and the receivers that measured them."""
-        axes = [f"sv_{v}{a}_ecef_m{p}" for v, p in (("", ""), ("v", "ps")) for a in "xyz"]
-        wanted = self._table.filter(self._column("t_gps_s").is_in((t_ns / NS_PER_S).tolist()))
-        read = self._read(wanted.select("t_gps_s", "receiver", "sat", *axes))
-        vectors = np.column_stack([read[name] for name in axes])
-        return Places(read["t_ns"], read["sat"], vectors[:, :3], vectors[:, 3:]), read["receiver"].astype(int)
-
-    def strength(self, receivers: int) -> dict[int, Strength]:
-        """C/N0 by receiver, in at most BUCKETS stretches of time, so that the least and greatest survive."""
-        if not len(self._marks_s):
-            return {}
-        column, value = self._column, self._column("cn0_dbhz")
-        begin, end = self._marks_s[[0, -1]].tolist()
-        width = max((end - begin) / (BUCKETS - 1), 1e-6)
-        bucket = ((column("t_gps_s") - begin) / width).floor().alias("bucket")
-        read = self._read(
-            self._table.group_by("receiver", bucket)
-            .agg(column("t_gps_s").min(), value.min().alias("least"), value.mean().alias("mean"),
-                 value.max().alias("greatest"))
-            .sort("receiver", "bucket")
-        )  # fmt: skip
-        rows = {receiver: read["receiver"] == receiver for receiver in range(1, receivers + 1)}
-        return {r: Strength(*(read[name][mine] for name in Strength.__slots__)) for r, mine in rows.items()}

@@ -93,8 +93,6 @@ class Page:
         self.add(f'<div class="grid">{"".join(slots)}</div>')
 
     def html(self) -> str:
-        from plotly.offline import get_plotlyjs
-
         own = resources.files("gnss_hil.tools.report")
         document = {"template": TEMPLATE, "plots": self._plots}
         parts = {
@@ -102,8 +100,8 @@ class Page:
             "title": escape(self.title),
             "style": (own / "page.css").read_text("utf-8"),
             "body": "\n".join(self._body),
-            "plotly": _packed(get_plotlyjs()),
-            "plots": _packed(json.dumps(document, separators=(",", ":"), allow_nan=False)),
+            "plotly": _base64((own / "plotly.min.js.gz").read_bytes()),
+            "plots": _base64(_packed(json.dumps(document, separators=(",", ":"), allow_nan=False))),
             "script": (own / "page.js").read_text("utf-8"),
         }
         return _SLOT.sub(lambda found: parts[found[1]], (own / "page.html").read_text("utf-8"))
@@ -121,5 +119,9 @@ class Page:
             draft.unlink(missing_ok=True)
 
 
-def _packed(text: str) -> str:
-    return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode()
+def _packed(text: str) -> bytes:
+    return gzip.compress(text.encode(), 6, mtime=0)
+
+
+def _base64(packed: bytes) -> str:
+    return base64.b64encode(packed).decode()

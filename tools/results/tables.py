@@ -5,11 +5,9 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,24 +17,12 @@ from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results.parquet import Columns, Labelled
 from gnss_hil.tools.results.truth import Truth
 
 _ROWS_PER_PART = 100_000
 _TRUTH_ROWS = 10_000
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Labelled:
-    """A column of text: codes (n,), and the label of each code."""
-
-    codes: NDArray[np.unsignedinteger]
-    labels: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.codes)
-
-
-Columns = Mapping[str, "NDArray | Labelled"]
 
 
 @cache
@@ -169,7 +155,7 @@ class ParquetTable:
             self._folder = Path(tempfile.mkdtemp(prefix=f".{self._path.stem}-parts-", dir=self._path.parent))
         number = len(self._parts)
         path = self._folder / f"{number:06d}.parquet"
-        _frame(self._pieces.pop(section)).write_parquet(path)
+        parquet.write(path, self._pieces.pop(section))
         self._parts.append((section, number, path))
         self._rows[section] = 0
 
@@ -181,9 +167,7 @@ class ParquetTable:
         if len(paths) == 1:
             paths[0].replace(self._path)
         elif paths:
-            import polars
-
-            polars.scan_parquet(paths).sink_parquet(self._path)
+            parquet.join(self._path, paths)
         self.discard()
 
     def discard(self) -> None:
@@ -192,20 +176,6 @@ class ParquetTable:
             shutil.rmtree(self._folder, ignore_errors=True)
         self._folder, self._parts, self._pieces = None, [], {}
         self._rows.clear()
-
-
-def _frame(pieces: Sequence[Columns]) -> Any:
-    """One table of its pieces."""
-    import polars
-
-    def column(name: str, first: NDArray | Labelled):
-        if not isinstance(first, Labelled):
-            return np.concatenate([piece[name] for piece in pieces])
-        codes = np.concatenate([piece[name].codes for piece in pieces])
-        return polars.Series(name, first.labels).gather(codes)
-
-    columns = {name: column(name, first) for name, first in pieces[0].items()}
-    return polars.DataFrame(columns, nan_to_null=True)
 
 
 def remove_parts(folder: Path) -> None:

@@ -1,0 +1,107 @@
+"""What a report draws of one craft's channels: read from channels.parquet once, kept small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.tools.report.decimate import BUCKETS
+from gnss_hil.tools.report.sky_plot import Places
+from gnss_hil.tools.results.parquet import Labelled, batches_of_craft
+
+_AXES = tuple(f"sv_{v}{a}_ecef_m{p}" for v, p in (("", ""), ("v", "ps")) for a in "xyz")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strength:
+    """C/N0 of one receiver, (b,) rows: least, mean and greatest of its channels [dBHz], by time."""
+
+    t_ns: NDArray[np.int64]
+    least: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    greatest: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Channels:
+    """Measurements of one craft, (n,) rows: a day has millions, so that each takes ten bytes.
+
+    marks_ns   (e,) the time marks
+    mark       row of the time mark
+    receiver, satellite, cn0_dbhz
+    seen       places of the satellites measured at the instants that are looked at, and by which receivers
+    """
+
+    marks_ns: NDArray[np.int64]
+    mark: NDArray[np.int32]
+    receiver: NDArray[np.uint8]
+    satellite: NDArray[np.int16]
+    cn0_dbhz: NDArray[np.float32]
+    seen: Places
+    seen_by: NDArray[np.int64]
+
+    def tracked(self, receiver: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """t_ns, receiver, satellite of every measurement of one receiver."""
+        mine = self.receiver == receiver
+        satellite = self.satellite[mine].astype(np.int64)
+        return self.marks_ns[self.mark[mine]], np.full(len(satellite), receiver), satellite
+
+    def strength(self, receivers: int) -> dict[int, Strength]:
+        """C/N0 by receiver, in at most BUCKETS stretches of time, so that the least and greatest survive."""
+        if not len(self.marks_ns):
+            return {}
+        since_s = (self.marks_ns - self.marks_ns[0]) / NS_PER_S
+        bucket = np.floor(since_s / max(since_s[-1] / (BUCKETS - 1), 1e-6)).astype(np.int64)
+        return {r: self._strength(self.receiver == r, bucket) for r in range(1, receivers + 1)}
+
+    def _strength(self, mine: NDArray[np.bool_], bucket: NDArray[np.int64]) -> Strength:
+        mark, value = self.mark[mine], self.cn0_dbhz[mine].astype(np.float64)
+        at, size = bucket[mark], int(bucket[-1]) + 1
+        first = np.full(size, len(self.marks_ns))
+        np.minimum.at(first, at, mark)
+        least, greatest = np.full((2, size), np.nan)
+        np.fmin.at(least, at, value)
+        np.fmax.at(greatest, at, value)
+        known = ~np.isnan(value)
+        count = np.bincount(at[known], minlength=size)
+        total = np.bincount(at[known], value[known], size)
+        there = np.flatnonzero(first < len(self.marks_ns))
+        mean = np.divide(total, count, out=np.full(size, np.nan), where=count > 0)
+        return Strength(self.marks_ns[first[there]], least[there], mean[there], greatest[there])
+
+
+def read_channels(
+    path: Path, craft: str, marks_ns: NDArray[np.int64], instants: NDArray[np.int64]
+) -> Channels:
+    """instants: rows of the time marks at which places of satellites are wanted. The table's times are
+    seconds of the marks, and find their nanoseconds again."""
+    marks_s = marks_ns / NS_PER_S
+    wanted = np.zeros(len(marks_ns) + 1, bool)
+    wanted[instants] = True
+    rows, seen = [], []
+    for batch in batches_of_craft(path, craft, ("t_gps_s", "receiver", "satellite", "cn0_dbhz", *_AXES)):
+        mark = np.searchsorted(marks_s, batch["t_gps_s"]).astype(np.int32)
+        receiver, satellite = batch["receiver"].astype(np.uint8), _numbers(batch["satellite"])
+        rows.append((mark, receiver, satellite, batch["cn0_dbhz"].astype(np.float32)))
+        at = np.flatnonzero(wanted[mark])
+        vectors = np.column_stack([batch[name][at] for name in _AXES])
+        seen.append((mark[at], receiver[at], satellite[at], vectors))
+    if not rows:
+        rows.append((np.zeros(0, np.int32), np.zeros(0, np.uint8), np.zeros(0, np.int16),
+                     np.zeros(0, np.float32)))  # fmt: skip
+        seen.append((*rows[0][:3], np.zeros((0, 6))))
+    mark, by, satellite, vectors = (np.concatenate(parts) for parts in zip(*seen, strict=True))
+    places = Places(marks_ns[mark], satellite.astype(np.int64), vectors[:, :3], vectors[:, 3:])
+    columns = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    return Channels(marks_ns, *columns, places, by.astype(np.int64))
+
+
+def _numbers(names: Labelled) -> NDArray[np.int16]:
+    """(n,) satellite numbers of a column of names."""
+    numbers = {satellites.name(i): i for i in range(satellites.SATELLITES)}
+    return np.array([numbers[name] for name in names.labels], np.int16)[names.codes]
