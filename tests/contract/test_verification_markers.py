@@ -9,7 +9,10 @@ from tests.verification.rows import Row, Unclear, extra, joined, marks
 GOOD = """
 import pytest
 
-pytestmark = [pytest.mark.slow, pytest.mark.verifies("dbc/bus/hub.py", what="A", by="a book", status="modelled")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.verifies("dbc/bus/hub.py", what="A", by="a book", status="modelled"),
+]
 
 @pytest.mark.verifies(
     "dbc/bus/hub.py",

@@ -20,8 +20,8 @@ FOLDER = "docs/verification"
 INDEX = """# Verification
 
 *Validated*: judged by a number or an implementation that is not ours, or by independent mathematics; the test
-is named. *Modelled*: our choice; plausible, tested perhaps, not judged from outside. *Mutants*: small faults put
-into the code one at a time (`make mutants`), and how many of them a test caught.
+is named. *Modelled*: our choice; plausible, tested perhaps, not judged from outside. *Mutants*: small faults
+put into the code one at a time (`make mutants`), and how many of them a test caught.
 
 Written by `make docs` from the markers `verifies` on the tests; a test keeps it complete: every module has a
 row, or a reason to have none. Tests of real data need `GNSS_HIL_DATA` or `../shared/data`; without, they skip
