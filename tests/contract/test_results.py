@@ -47,7 +47,8 @@ def test_a_run_is_measured(tmp_path):
         "short", "a short run", "gnss-hil run soyuz --bus inline --duration 60",
         {**table.some("fixes", "epochs", "max_m"), "worst_m": table.worst_m(0, 60)}, ("{fixes:.0f}",),
     )  # fmt: skip
-    figures = measure(result)
+    figures, output = measure(result)
+    assert output == ""
     assert figures["epochs"] == 60 and 20 <= figures["fixes"] < 60
     assert figures["worst_m"] == pytest.approx(figures["max_m"], rel=1e-6)
 

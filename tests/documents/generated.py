@@ -23,6 +23,7 @@ def generated() -> dict[str, str]:
         "docs/messages.md": messages.document(),
         "docs/scenario.md": page.page(),
         "docs/results.md": results.page(),
+        "README.md": results.readme(),
         **{
             f"{folder}/{json_schema.file_name(kind)}": json_schema.text(kind)
             for kind, folder in SCHEMAS.items()

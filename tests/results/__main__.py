@@ -53,11 +53,13 @@ def play(command: str, folder: Path) -> Played:
     )
 
 
-def measure(result: Result) -> dict[str, float]:
+def measure(result: Result) -> tuple[dict[str, float], str]:
+    """Figures, and what the command printed with the folder it would have had without one."""
     with tempfile.TemporaryDirectory(prefix="results-") as place:
         folder = Path(place) / "run"
         played = play(result.command, folder)
-        return {name: reader(played) for name, reader in result.figures.items()}
+        figures = {name: reader(played) for name, reader in result.figures.items()}
+        return figures, played.output.replace(str(folder), f"runs/{result.name}") if result.shown else ""
 
 
 def arguments() -> argparse.Namespace:
@@ -78,12 +80,12 @@ def main() -> int:
         print(f"{name} ...", end=" ", flush=True)
         load = os.getloadavg()[0]
         try:
-            figures = measure(result)
+            figures, output = measure(result)
         except (RuntimeError, ValueError, OSError, KeyError) as error:
             print(f"FAILED: {error}")
             failed.append(name)
             continue
-        write({**read(), name: measured(result.command, figures, load)})
+        write({**read(), name: measured(result.command, figures, load, output)})
         print(", ".join(f"{figure} {value:.6g}" for figure, value in figures.items()))
     if failed:
         print(f"failed: {', '.join(failed)}")

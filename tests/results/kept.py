@@ -22,6 +22,7 @@ class Kept:
 
     commit   with a + behind it if files were changed since
     load     processes that wanted a core when it began, this one not counted
+    output   what the command printed, of results that show it
     """
 
     date: str
@@ -30,6 +31,7 @@ class Kept:
     load: float
     command: str
     figures: dict[str, float]
+    output: str = ""
 
 
 def read(path: Path = FILE) -> dict[str, Kept]:
@@ -47,10 +49,10 @@ def write(kept: dict[str, Kept], path: Path = FILE) -> None:
     beside.replace(path)
 
 
-def measured(command: str, figures: dict[str, float], load: float) -> Kept:
+def measured(command: str, figures: dict[str, float], load: float, output: str = "") -> Kept:
     """A result of now and here."""
     rounded = {name: float(f"{value:.6g}") for name, value in figures.items()}
-    return Kept(date.today().isoformat(), commit(), machine(), round(load, 1), command, rounded)
+    return Kept(date.today().isoformat(), commit(), machine(), round(load, 1), command, rounded, output)
 
 
 def commit() -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 from tests.results.kept import ROOT, Kept, read
@@ -18,7 +17,8 @@ commit means that files were changed since. Commands are run in the repository, 
 the folder of real data (rows that need none do without). `RUN` is a folder; a run that names none gets one.
 """
 
-MARKS = "<!-- headlines: make docs -->", "<!-- end of headlines -->"
+EXAMPLE = "embedded"
+"""The result whose output the README shows: that of `make run`."""
 
 
 def page(kept: Mapping[str, Kept] | None = None) -> str:
@@ -103,11 +103,18 @@ HEADLINES = (
 )  # fmt: skip
 
 
-def readme(text: str) -> str:
-    """The README with today's headlines."""
-    start, end = map(re.escape, MARKS)
-    return re.sub(rf"(?s)({start}\n).*?({end})", lambda m: f"{m[1]}{headlines()}\n{m[2]}", text)
+def example(kept: Mapping[str, Kept] | None = None) -> str:
+    """What `make run` prints, indented; empty if it was not measured."""
+    kept = read() if kept is None else kept
+    row = kept.get(EXAMPLE)
+    return "\n".join(f"    {line}".rstrip() for line in row.output.strip().splitlines()) if row else ""
 
 
-def readme_now() -> str:
-    return readme((ROOT / "README.md").read_text("utf-8"))
+def readme(kept: Mapping[str, Kept] | None = None) -> str:
+    """README.md with what is measured between its marks."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    for name, inside in (("make run", example(kept)), ("headlines", headlines(kept))):
+        start, end = f"<!-- {name}: written by make docs -->\n", f"\n<!-- end of {name} -->"
+        head, rest = text.split(start)
+        text = head + start + inside + end + rest.split(end)[1]
+    return text

@@ -36,6 +36,7 @@ class Result:
     figures  name of a figure -> how it is read
     cells    the other cells, formats of figures
     tier     "minutes" or "hours": what QUICK=1 takes and leaves
+    shown    the output is kept, for the README
     """
 
     name: str
@@ -44,6 +45,7 @@ class Result:
     figures: Mapping[str, Reader]
     cells: tuple[str, ...]
     tier: Literal["minutes", "hours"] = "minutes"
+    shown: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,6 +332,7 @@ SPEED = Section(
             },
             ("{cpu_us:,.0f} us CPU an epoch, {times:.0f} times real time; epoch latency {p50:.1f} ms p50, "
              "{p99:.1f} ms p99",),
+            shown=True,
         ),
         Result(
             "ten-hertz",
