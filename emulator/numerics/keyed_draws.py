@@ -12,7 +12,6 @@ import hashlib
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
@@ -57,4 +56,6 @@ def grid(seed: int, craft_key: int, epoch: int, systems: int) -> NDArray[np.uint
 
 def normal(raw: NDArray[np.uint64]) -> NDArray[np.float64]:
     """Words to standard normal numbers, one each, by the inverse distribution function."""
+    from scipy.special import ndtri  # slow to load, and a run without noise needs none
+
     return ndtri(uniform(raw))

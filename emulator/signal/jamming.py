@@ -16,7 +16,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import sici
 
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.signal import antenna_patterns
@@ -76,6 +75,8 @@ def _antiderivative(x: Array) -> Array:
 
     Source: by parts, with the sine integral of Abramowitz & Stegun, 5.2
     """
+    from scipy.special import sici
+
     u = np.pi * np.where(x == 0, 1.0, x)
     return np.where(x == 0, 0.0, (sici(2 * u)[0] - np.sin(u) ** 2 / u) / np.pi)
 

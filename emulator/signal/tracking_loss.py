@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import i0e
 
 from gnss_hil.emulator.error_models.params_loops import Loops
 from gnss_hil.emulator.error_models.params_receiver import CycleSlips, LossOfLock
@@ -34,6 +33,8 @@ def slip_rate_hz(snr: Array, bandwidth_hz: float) -> Array:
     bandwidth_hz  one-sided noise bandwidth
     The inverse of the mean time to the first slip, pi^2 snr I0(snr)^2 / (2 B). Viterbi (1963)
     """
+    from scipy.special import i0e
+
     return 2 * bandwidth_hz / (np.pi**2 * snr) * np.exp(-2 * snr) / i0e(snr) ** 2
 
 

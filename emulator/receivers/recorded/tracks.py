@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
@@ -215,6 +214,8 @@ def arcs(sat: Numbers, epoch: Numbers, phased: NDArray[np.bool_], lost: NDArray[
 
 def rates(arc: Numbers, t_s: Array, phase_cyc: Array) -> Array:
     """Rates (p,) per second by an interpolating spline through each arc; nan in arcs of one."""
+    from scipy.interpolate import make_interp_spline
+
     out = np.full(len(arc), np.nan)
     for begin, end in _stretches(arc):
         if end - begin < 2 or not np.isfinite(phase_cyc[begin]):

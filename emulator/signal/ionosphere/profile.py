@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erf
 
 Array = NDArray[np.float64]
 
@@ -40,6 +39,8 @@ class Profile:
     @property
     def layer_m(self) -> float:
         """Content of the layer over its peak density [m]: the thickness of a slab that holds as much."""
+        from scipy.special import erf
+
         inside = erf(np.sqrt(0.5))
         return float(_CHAPMAN * (self.topside_m * inside + self.bottomside_m * (1 - inside)))
 
@@ -55,6 +56,8 @@ def share_above(profile: Profile, height_m: Array) -> Array:
 
     Integral of alpha-Chapman above z: sqrt(2 pi e) erf(e^(-z/2) / sqrt 2).
     """
+    from scipy.special import erf
+
     above = np.asarray(height_m, float) - profile.peak_m
     z = above / np.where(above < 0, profile.bottomside_m, profile.topside_m)
     inside = erf(np.exp(-np.maximum(z, _LOWEST) / 2) / np.sqrt(2))

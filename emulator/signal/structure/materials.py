@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import epsilon_0
 
 from gnss_hil.emulator.signal.bands import L1_HZ
 
@@ -33,6 +32,8 @@ class Material:
     @property
     def permittivity(self) -> complex:
         """Relative permittivity at L1 of GPS; GLONASS is 2 % above, and nothing here notices."""
+        from scipy.constants import epsilon_0
+
         conductivity = self.c * (L1_HZ / 1e9) ** self.d
         return self.a - 1j * conductivity / (2 * np.pi * L1_HZ * epsilon_0)
 
