@@ -9,6 +9,7 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
 from gnss_hil.emulator.constellation.sky import GRID, Sky, build_sky
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
@@ -202,3 +203,49 @@ def test_the_last_epoch_has_to_be_covered_too(folder):
 def test_segments_are_whole_minutes_of_gps_time():
     assert GRID.origin_ns == 0 and GRID.segment_ns == 60 * gpstime.NS_PER_S
     assert isinstance(sky_of(), Sky)
+
+
+# --- a truth that is not what satellites broadcast ------------------------------------------------------
+
+
+class Delayed:
+    """GPS satellites whose messages have group delays, and who never move."""
+
+    index = satellites.index(satellites.GPS, np.array((3, 9)))
+    delay_m = np.array((-3.0, 4.5))
+
+    def sample(self, middles_ns, nodes_s):
+        s, k, n = len(middles_ns), len(nodes_s), 2
+        positions = np.broadcast_to(np.array((2.6e7, 0.0, 0.0)), (s, k, n, 3))
+        yes, zeros = np.ones((s, n), bool), np.zeros((s, n), np.int64)
+        # IS-GPS-200, 20.3.3.3.3.2: the clock of a user of L1 alone is that of two frequencies less T_GD.
+        clocks = np.broadcast_to(-self.delay_m, (s, k, n))
+        said = Broadcast(yes, yes, zeros, zeros, zeros, zeros, np.broadcast_to(self.delay_m, (s, n)))
+        return positions, clocks, said
+
+
+class Flown:
+    """The same satellites by a precise product: clocks of two frequencies, all zero."""
+
+    index = Delayed.index
+
+    def sample(self, middles_ns, nodes_s):
+        positions, clocks, said = Delayed().sample(middles_ns, nodes_s)
+        return positions, np.zeros(clocks.shape), said.available
+
+
+def test_precise_clocks_transmit_l1_with_the_group_delay():
+    """A perfect message and the truth are then the same clock: a user of L1 has no error."""
+    state = Sky([Delayed()], [0.0], Flown()).at(TIME.start_ns)
+    assert state.clock_truth_m == pytest.approx(-Delayed.delay_m, abs=1e-6)
+    assert state.clock_m == pytest.approx(state.clock_truth_m, abs=1e-6)
+
+
+def test_the_clock_of_a_glonass_file_is_against_gps_time(tmp_path):
+    """GLONASS ICD 5.1, 3.3.3: UTC(SU) + 3 h = t + tau_c + tau_n at tb: a file writes both with a minus."""
+    (tmp_path / "day.g").write_text(GLONASS_2)
+    moment = datetime(2012, 10, 31, 0, 15, 16)
+    time = scenario.Time(start_gps=moment, duration_s=60)
+    state = sky_of(tmp_path, time, gps="none", glonass="day.g", glonass_offset_ns=0).at(time.start_ns)
+    clock_m = state.clock_m[state.index == satellites.parse("R03")]
+    assert clock_m == pytest.approx(LIGHT_MPS * (-1.236097887158e-4 + 1.597218215466e-7), abs=1e-6)
