@@ -1,7 +1,8 @@
 """Out and in again: observations that the bench exported, played as those of a receiver.
 
 One antenna under the satellites of 2023-03-23, which fly ESA's final orbits and report what they broadcast on
-that day; one frequency, no noise. Whoever plays the file knows the same day's orbits and messages.
+that day; one frequency, no noise. The same day's orbits and messages play the file. Both ways go through one
+sky: what that makes of group delays is judged from outside in `test_precise_orbits` and `test_group_delays`.
 """
 
 from __future__ import annotations
