@@ -176,20 +176,21 @@ COMPARISONS = Section(
 
 ANTENNAS = Section(
     "Other antennas",
-    "Boresights +Y, -Y, zenith and nadir (`cross`): the literal rule leaves channels idle, one more rule "
-    "fills them. The station that rolls (`iss-zenith`): satellites that the antennas hold, before the roll "
-    "and after. The patent's figures are 7 to 12, 3 and 4 to 8; its 3 needs the station's structure in the "
-    "way, which this scenario leaves out.",
+    "Boresights +Y, -Y, zenith and nadir (`cross`), six hours of the same sky: the literal rule leaves "
+    "channels idle, one more rule fills them. The station that rolls (`iss-zenith`): satellites that the "
+    "antennas hold, before the roll and after. The patent's figures are 7 to 12, 3 and 4 to 8; its 3 needs "
+    "the station's structure in the way, which this scenario leaves out.",
     ("what", "measured"),
     (
         Result(
             "cross", "`cross`, the literal rule: distinct satellites",
-            "gnss-hil run cross --bus inline", some("satellites"), ("{satellites:.1f}",),
+            f"gnss-hil run cross {SKY} --duration 6h --bus inline --no-log",
+            some("satellites"), ("{satellites:.1f}",), "hours",
         ),
         Result(
             "cross-next", "`cross`, a full antenna passes on: distinct satellites",
-            "gnss-hil run cross --bus inline --option overflow=next",
-            some("satellites"), ("{satellites:.1f}",),
+            f"gnss-hil run cross {SKY} --duration 6h --bus inline --no-log --option overflow=next",
+            some("satellites"), ("{satellites:.1f}",), "hours",
         ),
         Result(
             "iss-zenith",
