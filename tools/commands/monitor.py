@@ -53,19 +53,19 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.dbc.contract.codec import codec
     from gnss_hil.dbc.process.shutdown import Stop
     from gnss_hil.tools.monitor.discovery import running_bus
-    from gnss_hil.tools.monitor.filter import Choice
-    from gnss_hil.tools.monitor.format import Words
+    from gnss_hil.tools.monitor.filter import FrameFilter
+    from gnss_hil.tools.monitor.format import Formatter
 
     contract = codec(_contract(arguments))
-    words = Words(contract)
-    choice = Choice(contract, words, arguments.only)
+    formatter = Formatter(contract)
+    wanted = FrameFilter(contract, formatter, arguments.only)
     if arguments.bus == "inline":
         raise Mistake("--bus inline: it is inside one process, nobody can listen")
     spec = running_bus() if arguments.bus == "embedded" else arguments.bus
     link = open_link(spec)
     try:
         with Stop() as stop:
-            return _listen(arguments, spec, link, contract, choice, words, stop)
+            return _listen(arguments, spec, link, contract, wanted, formatter, stop)
     finally:
         link.close()
 
@@ -81,20 +81,20 @@ def _contract(arguments: Namespace) -> int:
     return antennas
 
 
-def _listen(arguments: Namespace, spec: str, link, contract, choice, words, stop) -> int:
+def _listen(arguments: Namespace, spec: str, link, contract, wanted, formatter, stop) -> int:
     """Until the time is over, somebody says stop, or the bus ends; the exit status."""
     from gnss_hil.dbc.bus.base import LinkClosed
     from gnss_hil.tools.live.terminal import Terminal, can_draw
     from gnss_hil.tools.monitor.output import Piped, Table
-    from gnss_hil.tools.monitor.stats import Station
+    from gnss_hil.tools.monitor.stats import BusStats
     from gnss_hil.tools.monitor.table import totals
 
-    station = Station(contract)
+    stats = BusStats(contract)
     on_terminal = can_draw(sys.stdout)
     face = (
-        Table(Terminal(sys.stdout), station, choice, words, arguments.raw, spec)
+        Table(Terminal(sys.stdout), stats, wanted, formatter, arguments.raw, spec)
         if on_terminal
-        else Piped(sys.stdout.fileno(), choice, words, arguments.raw, spec)
+        else Piped(sys.stdout.fileno(), wanted, formatter, arguments.raw, spec)
     )
     begun = time.monotonic()
     end = begun + (arguments.duration or float("inf"))
@@ -107,14 +107,14 @@ def _listen(arguments: Namespace, spec: str, link, contract, choice, words, stop
                 gone = str(error) or "gone"
                 break
             if len(frames):
-                face.hear(frames, station.hear(frames, time.monotonic()))
+                face.hear(frames, stats.hear(frames, time.monotonic()))
             face.refresh(link.dropped)
     finally:
         face.close()
     seconds = time.monotonic() - begun
-    text = totals(station, choice, words, seconds, link.dropped, face.left_out)
+    text = totals(stats, wanted, formatter, seconds, link.dropped, face.left_out)
     print(text, file=sys.stdout if on_terminal else sys.stderr)
-    if gone and not station.ended:
+    if gone and not stats.ended:
         raise Failed(f"bus {spec}: {gone}")
     if gone:
         print(f"{PROGRAM}: the bench has ended its run", file=sys.stderr)

@@ -13,21 +13,21 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import EFF_MASK, ERR_FLAG, SFF_MASK
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.monitor.format import UNKNOWN, Words
+from gnss_hil.tools.monitor.format import UNKNOWN, Formatter
 
 _IDENTIFIER = re.compile(r"0[xX]([0-9a-fA-F]{1,8})(?:-0[xX]([0-9a-fA-F]{1,8}))?")
 
 _EXAMPLES = "for example RX1_RANGE, RX1_*, RANGE, FLIGHT, 0x100 or 0x100-0x10F"
 
 
-class Choice:
+class FrameFilter:
     """Frames to be shown; without a pattern all of them, those of no contract too."""
 
-    def __init__(self, codec: Codec, words: Words, patterns: Sequence[str]):
+    def __init__(self, codec: Codec, formatter: Formatter, patterns: Sequence[str]):
         self._all = not patterns
         self._base = np.full(IDENTIFIERS, self._all)
         self._ranges: list[tuple[int, int]] = []
-        known = _labels(codec, words)
+        known = _labels(codec, formatter)
         for pattern in (part for text in patterns for part in text.split(",")):
             if match := _IDENTIFIER.fullmatch(pattern):
                 self._add_range(pattern, int(match[1], 16), int(match[2] or match[1], 16))
@@ -61,11 +61,11 @@ class Choice:
         return shown
 
 
-def _labels(codec: Codec, words: Words) -> dict[str, list[int]]:
+def _labels(codec: Codec, formatter: Formatter) -> dict[str, list[int]]:
     """What a pattern may name -> identifiers."""
     known: dict[str, list[int]] = {}
     kinds = tuple(codec.kinds)
-    for can_id, name in enumerate(words.name_of):
+    for can_id, name in enumerate(formatter.name_of):
         if name != UNKNOWN:
             for label in {name, kinds[codec.kind_of[can_id]], codec.sender_of[can_id]}:
                 known.setdefault(label, []).append(can_id)

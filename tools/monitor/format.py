@@ -1,4 +1,4 @@
-"""Frames in words: names of identifiers, values of signals with as many digits as their steps have."""
+"""Frames in formatter: names of identifiers, values of signals with as many digits as their steps have."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, VALUES, messages
+from gnss_hil.tools.decoder.block import payloads
 
 UNKNOWN = "?"
 _UNREADABLE = frozenset(Verdict) - {
@@ -37,7 +38,7 @@ def check(verdict: int) -> str:
     return Verdict(verdict).name.lower().replace("_", " ")
 
 
-class Words:
+class Formatter:
     """The contract's names, and its signals as text."""
 
     def __init__(self, codec: Codec):
@@ -63,15 +64,16 @@ class Words:
         kind_of = np.where(readable, self._codec.kind_of[frames.can_id & SFF_MASK], -1)
         for number in np.unique(kind_of[readable]):
             rows = np.flatnonzero(kind_of == number)
-            for i, text in zip(
-                rows.tolist(), self._decoded(self._kinds[number], frames.data[rows]), strict=True
-            ):
+            for i, text in zip(rows, self._decoded(self._kinds[number], frames[rows]), strict=True):
                 texts[i] = text
         return texts
 
-    def _decoded(self, kind: str, data: NDArray[np.uint8]) -> list[str]:
-        said = self._codec.decode(kind, data)
-        columns = [[write(v) for v in said[name].tolist()] for name, write in self._writers[kind]]
+    def _decoded(self, kind: str, frames: FrameBatch) -> list[str]:
+        layout, payload_words = self._codec.kinds[kind], payloads(frames)
+        columns = [
+            [write(value) for value in layout.signal(name, payload_words).tolist()]
+            for name, write in self._writers[kind]
+        ]
         return list(map(" ".join, zip(*columns, strict=True)))
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.tools.monitor.format import Words, identifier
+from gnss_hil.tools.monitor.format import Formatter, identifier
 from gnss_hil.tools.recording.formats.candump import format_lines
 
 ROOM_FRAMES = 1 << 16
@@ -36,14 +36,14 @@ class Piece:
 class Decoded:
     """'(1351642484.000111) 100 RX1_RANGE channel=3 pseudorange_m=21345678.9012 [LOST]'."""
 
-    def __init__(self, words: Words):
-        self._words = words
+    def __init__(self, formatter: Formatter):
+        self._formatter = formatter
 
     def __call__(self, piece: Piece) -> bytes:
         stamp = f"({piece.unix_us // 1_000_000}.{piece.unix_us % 1_000_000:06d})"
-        values = self._words.values(piece.frames, piece.verdict)
+        values = self._formatter.values(piece.frames, piece.verdict)
         lines = [
-            f"{stamp} {identifier(can_id)} {self._words.name(can_id)} {text}"
+            f"{stamp} {identifier(can_id)} {self._formatter.name(can_id)} {text}"
             + (f" [{Verdict(verdict).name}]" if verdict else "")
             for can_id, text, verdict in zip(
                 piece.frames.can_id.tolist(), values, piece.verdict.tolist(), strict=True

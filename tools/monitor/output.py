@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.live.terminal import Terminal
-from gnss_hil.tools.monitor.filter import Choice
-from gnss_hil.tools.monitor.format import Words
+from gnss_hil.tools.monitor.filter import FrameFilter
+from gnss_hil.tools.monitor.format import Formatter
 from gnss_hil.tools.monitor.lines import Decoded, Printer, Raw
-from gnss_hil.tools.monitor.stats import Station
+from gnss_hil.tools.monitor.stats import BusStats
 from gnss_hil.tools.monitor.table import screen
 
 DRAW_S = 0.25
@@ -26,15 +26,21 @@ class Table:
     left_out = 0
 
     def __init__(
-        self, terminal: Terminal, station: Station, choice: Choice, words: Words, raw: bool, spec: str
+        self,
+        terminal: Terminal,
+        stats: BusStats,
+        wanted: FrameFilter,
+        formatter: Formatter,
+        raw: bool,
+        spec: str,
     ):
-        self._terminal, self._station, self._spec = terminal, station, spec
-        self._choice, self._words, self._raw = choice, words, raw
+        self._terminal, self._stats, self._spec = terminal, stats, spec
+        self._wanted, self._formatter, self._raw = wanted, formatter, raw
         self._begun = time.monotonic()
         self._next = 0.0
 
     def hear(self, frames: FrameBatch, verdict: NDArray[np.uint8]) -> None:
-        """The station has heard it already."""
+        """The stats has heard it already."""
 
     def refresh(self, dropped: int) -> None:
         now = time.monotonic()
@@ -47,7 +53,7 @@ class Table:
             *([f"{dropped} lost on the way"] if dropped else []),
         ]
         size = self._terminal.size
-        self._terminal.draw(screen(self._station, self._choice, self._words, head, self._raw, now, size))
+        self._terminal.draw(screen(self._stats, self._wanted, self._formatter, head, self._raw, now, size))
 
     def close(self) -> None:
         self._terminal.leave()
@@ -56,17 +62,17 @@ class Table:
 class Piped:
     """One line a frame. BrokenPipeError, or what else writing raised, comes with the next `refresh`."""
 
-    def __init__(self, descriptor: int, choice: Choice, words: Words, raw: bool, spec: str):
+    def __init__(self, descriptor: int, wanted: FrameFilter, formatter: Formatter, raw: bool, spec: str):
         bus = "".join(c for c in spec.rpartition(":")[2].rpartition("/")[2] if c.isalnum()) or "can"
-        self._printer = Printer(descriptor, Raw(bus) if raw else Decoded(words))
-        self._choice = choice
+        self._printer = Printer(descriptor, Raw(bus) if raw else Decoded(formatter))
+        self._wanted = wanted
 
     @property
     def left_out(self) -> int:
         return self._printer.left_out
 
     def hear(self, frames: FrameBatch, verdict: NDArray[np.uint8]) -> None:
-        shown = self._choice.of(frames.can_id)
+        shown = self._wanted.of(frames.can_id)
         if shown.any():
             self._printer.put(time.time_ns() // 1000, frames[shown], verdict[shown])
 

@@ -1,4 +1,4 @@
-"""What was heard of each identifier: counts by check, rate, age and the last frame."""
+"""The frames of each identifier: counts by check, rate, age and the last frame."""
 
 from __future__ import annotations
 
@@ -8,33 +8,32 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import ERR_FLAG, SFF_MASK, WIDTH, FrameBatch
+from gnss_hil.tools.decoder.screen import Screen
+from gnss_hil.tools.decoder.time_marks import Marks, marks_in
 
-_STRANGERS = 256
+_FOREIGN = 256
 """Identifiers beyond the base format that have a row of their own; a bus can bring half a billion."""
-_ROWS = IDENTIFIERS + _STRANGERS
+_ROWS = IDENTIFIERS + _FOREIGN
 RATE_WINDOW_S = 5.0
 
 
-class Station:
+class BusStats:
     """Arrays by row: first 2048 base identifiers, then extended, remote and error frames as they come.
 
     counts      (rows, verdicts) frames by `Verdict`
     can_id      (rows,) with flag bits
     last_s, last_data, last_length, last_verdict   of the last frame
-    missing     frames that counters say were lost on the way
     unlisted    frames of strangers for which there was no row
     ended       BENCH_END was heard, and nothing of a run since
     """
 
     def __init__(self, codec: Codec):
         self._codec = codec
-        self._counters = e2e.fresh_counters()
+        self._screen = Screen(codec)
         self._session = -1
-        self._mark_id = codec.can_id_of["TIME_MARK", 0]
         self._end_id = codec.can_id_of["BENCH_END", 0]
         self._heartbeat = codec.kinds["HEARTBEAT"].number
         self._row_of_stranger: dict[int, int] = {}
@@ -45,14 +44,15 @@ class Station:
         self.last_data = np.zeros((_ROWS, WIDTH), np.uint8)
         self.last_length = np.zeros(_ROWS, np.uint8)
         self.last_verdict = np.zeros(_ROWS, np.uint8)
-        self.missing = self.unlisted = 0
+        self.unlisted = 0
         self.ended = False
 
     def hear(self, frames: FrameBatch, now_s: float) -> NDArray[np.uint8]:
         """Frames (n,) in bus order; (n,) verdicts. Never raises on what a bus may carry."""
-        starts = [0, *self._sessions(frames), len(frames)]
+        marks = marks_in(self._codec, frames)
+        starts = [0, *self._sessions(marks), len(frames)]
         pieces = (frames[begin:end] for begin, end in pairwise(starts))
-        verdict = np.concatenate([self._screen(piece, anew=k > 0) for k, piece in enumerate(pieces)])
+        verdict = np.concatenate([self._verdict(piece, anew=k > 0) for k, piece in enumerate(pieces)])
         rows = self._rows(frames.can_id)
         listed = rows >= 0
         self.unlisted += int((~listed).sum())
@@ -63,30 +63,23 @@ class Station:
         self.last_length[rows] = frames.length[listed]
         self.last_verdict[rows] = verdict[listed]
         ends = np.flatnonzero(frames.can_id == self._end_id)
-        marks = np.flatnonzero(frames.can_id == self._mark_id)
-        if len(ends) or len(marks):
-            self.ended = ends.max(initial=-1) > marks.max(initial=-1)
+        if len(ends) or len(marks.rows):
+            self.ended = ends.max(initial=-1) > marks.rows.max(initial=-1)
         return verdict
 
-    def _sessions(self, frames: FrameBatch) -> list[int]:
-        """Rows at which another session begins: whoever hears one forgets the counters (docs/contract.md)."""
-        rows = np.flatnonzero((frames.can_id == self._mark_id) & (frames.length == WIDTH))
-        if not len(rows):
-            return []
-        rows = rows[frames.data[rows, 0] == e2e.crc(frames.can_id[rows], frames.data[rows])]
+    def _sessions(self, marks: Marks) -> list[int]:
+        """Rows at which another session begins: who hears one forgets the counters (docs/contract.md)."""
         begins = []
-        for row, session in zip(
-            rows.tolist(), self._codec.decode("TIME_MARK", frames.data[rows])["session"].tolist(), strict=True
-        ):
+        for row, session in zip(marks.rows.tolist(), marks.session.tolist(), strict=True):
             if session != self._session and self._session >= 0:
                 begins.append(row)
             self._session = session
         return begins
 
-    def _screen(self, frames: FrameBatch, anew: bool) -> NDArray[np.uint8]:
-        screened = e2e.screen(self._codec, frames, e2e.fresh_counters() if anew else self._counters)
-        self._counters = screened.counters
-        self.missing += screened.lost
+    def _verdict(self, frames: FrameBatch, anew: bool) -> NDArray[np.uint8]:
+        if anew:
+            self._screen.forget()
+        screened = self._screen.take(frames)
         # Before the first epoch a node repeats one heartbeat, counter 0: no fault by the contract.
         again = np.flatnonzero(screened.verdict == Verdict.REPEATED)
         waiting = again[
@@ -102,7 +95,7 @@ class Station:
         for i in np.flatnonzero(can_id > SFF_MASK):
             key = int(can_id[i])
             key = ERR_FLAG if key & ERR_FLAG else key  # an error frame's identifier says what went wrong
-            if key not in self._row_of_stranger and len(self._row_of_stranger) < _STRANGERS:
+            if key not in self._row_of_stranger and len(self._row_of_stranger) < _FOREIGN:
                 row = self._row_of_stranger[key] = IDENTIFIERS + len(self._row_of_stranger)
                 self.can_id[row] = key
             rows[i] = self._row_of_stranger.get(key, -1)
@@ -113,6 +106,11 @@ class Station:
         """Rows of which anything was heard, by identifier, strangers last."""
         rows = np.flatnonzero(self.counts.any(axis=1))
         return rows[np.lexsort((self.can_id[rows], rows >= IDENTIFIERS))]
+
+    @property
+    def missing(self) -> int:
+        """Frames that counters of their streams miss."""
+        return self._screen.counters.lost
 
     @property
     def frames(self) -> int:

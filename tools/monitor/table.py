@@ -9,9 +9,9 @@ import numpy as np
 from gnss_hil.dbc.contract.frames import ERR_FLAG, FrameBatch
 from gnss_hil.tools.live.layout import age
 from gnss_hil.tools.live.screen import Line, Span, fitted, line, parted
-from gnss_hil.tools.monitor.filter import Choice
-from gnss_hil.tools.monitor.format import Words, check, identifier, payload
-from gnss_hil.tools.monitor.stats import Station
+from gnss_hil.tools.monitor.filter import FrameFilter
+from gnss_hil.tools.monitor.format import Formatter, check, identifier, payload
+from gnss_hil.tools.monitor.stats import BusStats
 
 _WIDTH = {"id": 3, "message": 16, "sender": 6, "Hz": 7, "frames": 8, "check": 14, "faults": 6, "age": 5}
 _LEFT = ("id", "message", "sender", "check")
@@ -24,41 +24,47 @@ _COLUMNS = (
 """Columns by the least width of the window; the values take the rest."""
 
 
-def chosen(station: Station, choice: Choice) -> np.ndarray:
+def chosen(stats: BusStats, wanted: FrameFilter) -> np.ndarray:
     """Rows that were heard and are to be shown."""
-    rows = station.heard
-    return rows[choice.of(station.can_id[rows])]
+    rows = stats.heard
+    return rows[wanted.of(stats.can_id[rows])]
 
 
 def screen(
-    station: Station, choice: Choice, words: Words, head: Sequence[str], raw: bool, now_s: float, size
+    stats: BusStats,
+    wanted: FrameFilter,
+    formatter: Formatter,
+    head: Sequence[str],
+    raw: bool,
+    now_s: float,
+    size,
 ) -> list[Line]:
     """A window of `size` (columns, lines) full; rows that find no room are counted."""
     width, height = size
-    rates = station.rates_hz(now_s)
-    rows = chosen(station, choice)
+    rates = stats.rates_hz(now_s)
+    rows = chosen(stats, wanted)
     columns = next(names for least, names in reversed(_COLUMNS) if width >= least)
     heading = " ".join(_cell(name, name) for name in columns) + (" bytes" if raw else " values")
     room = max(height - 3, 0)
     shown = rows if len(rows) <= room else rows[: max(room - 1, 0)]
-    texts = _bytes(station, shown) if raw else _values(station, words, shown)
+    texts = _bytes(stats, shown) if raw else _values(stats, formatter, shown)
     lines = [
-        _row(station, words, row, columns, rates[row], text, now_s)
+        _row(stats, formatter, row, columns, rates[row], text, now_s)
         for row, text in zip(shown, texts, strict=True)
     ]
     if len(shown) < len(rows):
         lines.append(line(Span(f"+{len(rows) - len(shown)} more identifiers; --only narrows", "dim")))
-    faults = _faults(station)
+    faults = _faults(stats)
     top = [
         fitted(line(Span(" " + "  ".join(head), "title")), width),
-        parted((f"frames {station.frames}", Span(faults or "no faults", "bad" if faults else "")), width),
+        parted((f"frames {stats.frames}", Span(faults or "no faults", "bad" if faults else "")), width),
         line(Span(heading, "dim")),
     ]
     return [fitted(spans, width) for spans in [*top, *lines][:height]]
 
 
-def _faults(station: Station) -> str:
-    return ", ".join(f"{check(verdict)} {count}" for verdict, count in station.faults().items())
+def _faults(stats: BusStats) -> str:
+    return ", ".join(f"{check(verdict)} {count}" for verdict, count in stats.faults().items())
 
 
 def _cell(column: str, text: str) -> str:
@@ -69,63 +75,63 @@ def _cell(column: str, text: str) -> str:
     return text[:width].rjust(width)
 
 
-def _row(station, words, row, columns, rate_hz, text, now_s) -> Line:
-    can_id = int(station.can_id[row])
-    verdict = int(station.last_verdict[row])
+def _row(stats, formatter, row, columns, rate_hz, text, now_s) -> Line:
+    can_id = int(stats.can_id[row])
+    verdict = int(stats.last_verdict[row])
     cells = {
         "id": identifier(can_id),
-        "message": name(words, can_id),
-        "sender": words.sender(can_id),
+        "message": name(formatter, can_id),
+        "sender": formatter.sender(can_id),
         "Hz": f"{rate_hz:.1f}",
-        "frames": str(station.counts[row].sum()),
+        "frames": str(stats.counts[row].sum()),
         "check": check(verdict),
-        "faults": str(station.counts[row, 1:].sum() or "-"),
-        "age": age(max(now_s - station.last_s[row], 0.0)),
+        "faults": str(stats.counts[row, 1:].sum() or "-"),
+        "age": age(max(now_s - stats.last_s[row], 0.0)),
     }
-    style = "bad" if verdict > 1 else "warn" if station.counts[row, 1:].any() else ""
+    style = "bad" if verdict > 1 else "warn" if stats.counts[row, 1:].any() else ""
     return line(Span(" ".join(_cell(column, cells[column]) for column in columns), style), " " + text)
 
 
-def name(words: Words, can_id: int) -> str:
-    return "error frames" if can_id & ERR_FLAG else words.name(can_id)
+def name(formatter: Formatter, can_id: int) -> str:
+    return "error frames" if can_id & ERR_FLAG else formatter.name(can_id)
 
 
-def _last(station: Station, rows: np.ndarray) -> FrameBatch:
+def _last(stats: BusStats, rows: np.ndarray) -> FrameBatch:
     return FrameBatch(
         np.zeros(len(rows), np.int64),
-        station.can_id[rows],
-        station.last_length[rows],
-        station.last_data[rows],
+        stats.can_id[rows],
+        stats.last_length[rows],
+        stats.last_data[rows],
     )
 
 
-def _values(station: Station, words: Words, rows: np.ndarray) -> list[str]:
-    return words.values(_last(station, rows), station.last_verdict[rows])
+def _values(stats: BusStats, formatter: Formatter, rows: np.ndarray) -> list[str]:
+    return formatter.values(_last(stats, rows), stats.last_verdict[rows])
 
 
-def _bytes(station: Station, rows: np.ndarray) -> list[str]:
-    last = _last(station, rows)
+def _bytes(stats: BusStats, rows: np.ndarray) -> list[str]:
+    last = _last(stats, rows)
     return [payload(int(i), int(n), d) for i, n, d in zip(last.can_id, last.length, last.data, strict=True)]
 
 
 def totals(
-    station: Station, choice: Choice, words: Words, seconds: float, dropped: int, left_out: int
+    stats: BusStats, wanted: FrameFilter, formatter: Formatter, seconds: float, dropped: int, left_out: int
 ) -> str:
     """What was heard, one line for each identifier, and what went wrong."""
-    rows = chosen(station, choice)
+    rows = chosen(stats, wanted)
     lines = [f"{'id':8} {'message':16} {'sender':6} {'frames':>9} {'faults':>7}"]
     for row in rows:
-        can_id = int(station.can_id[row])
-        by_check = {check(v): int(n) for v, n in enumerate(station.counts[row]) if v and n}
+        can_id = int(stats.can_id[row])
+        by_check = {check(v): int(n) for v, n in enumerate(stats.counts[row]) if v and n}
         lines.append(
-            f"{identifier(can_id):8} {name(words, can_id):16} {words.sender(can_id):6} "
-            f"{station.counts[row].sum():9d} {sum(by_check.values()):7d}  "
+            f"{identifier(can_id):8} {name(formatter, can_id):16} {formatter.sender(can_id):6} "
+            f"{stats.counts[row].sum():9d} {sum(by_check.values()):7d}  "
             + ", ".join(f"{reason} {count}" for reason, count in by_check.items())
         )
-    lines.append(f"{station.frames} frames in {seconds:.1f} s; {_faults(station) or 'no faults'}")
+    lines.append(f"{stats.frames} frames in {seconds:.1f} s; {_faults(stats) or 'no faults'}")
     for count, what in (
-        (station.missing, "frames missing by the counters of their streams"),
-        (station.unlisted, "frames of further identifiers that are not in the contract"),
+        (stats.missing, "frames missing by the counters of their streams"),
+        (stats.unlisted, "frames of further identifiers that are not in the contract"),
         (dropped, "frames lost on the way to this monitor"),
         (left_out, "frames not shown, because whoever reads the lines was too slow"),
     ):

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
-from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.dbc.lockstep.messages import Bench
+from gnss_hil.tools.decoder.time_marks import marks_in
 
 _FARTHEST = 10_000
 """Epochs by which a mark may be ahead of the last one. Nobody misses more and goes on listening."""
@@ -48,10 +49,6 @@ class Sequencer:
         self._lockstep = lockstep
         self._flight_id = np.zeros(IDENTIFIERS, bool)
         self._flight_id[[i for i, sender in enumerate(codec.sender_of) if sender == "FLIGHT"]] = True
-        self._mark_id = codec.can_id_of["TIME_MARK", 0]
-        self._done_id = codec.can_id_of["BENCH_DONE", 0]
-        self._end_id = codec.can_id_of["BENCH_END", 0]
-        self._sync_id = codec.can_id_of["BENCH_SYNC", 0]
         self._heartbeat = codec.kinds["HEARTBEAT"].number
         self._session = -1
         self._epoch: int | None = None
@@ -83,39 +80,31 @@ class Sequencer:
     def hear(self, frames: FrameBatch) -> list[Epoch]:
         """Epochs that these frames completed."""
         closed: list[Epoch] = []
-        can_id = frames.can_id
-        steering = (can_id == self._mark_id) | ((can_id >= BENCH_FIRST) & (can_id <= BENCH_LAST))
+        marks = marks_in(self._codec, frames)
+        labels = dict(zip(marks.rows.tolist(), zip(marks.session.tolist(), marks.epoch.tolist(), strict=True),
+                          strict=True))  # fmt: skip
         begin = 0
-        for i in np.flatnonzero(steering):
-            self._take(frames[begin:i])
-            begin = i + 1
-            if can_id[i] == self._mark_id:
-                if self._opens(frames[i : i + 1]):
-                    closed += self.finish(keep_pending=self.steered)
-                    self._open(frames[i : i + 1])
-                else:
-                    self._take(frames[i : i + 1])
-            else:
-                self._steer(int(can_id[i]), frames.data[i : i + 1])
+        for i in sorted([*labels, *messages.rows(frames)]):
+            if i not in labels:
+                self._take(frames[begin:i])
+                self._steer(messages.decode(frames, i))
+                begin = i + 1
+            elif self._opens(*labels[i]):
+                self._take(frames[begin:i])
+                closed += self.finish(keep_pending=self.steered)
+                self._open(*labels[i], frames[i : i + 1])
+                begin = i + 1
         self._take(frames[begin:])
         return closed
 
-    def _label(self, mark: FrameBatch) -> tuple[int, int]:
-        """Session and epoch that a mark names."""
-        said = self._codec.decode("TIME_MARK", mark.data)
-        return int(said["session"][0]), int(said["epoch"][0])
-
-    def _opens(self, mark: FrameBatch) -> bool:
-        """Whether an epoch begins here: the mark is intact and leads on from the last one."""
-        if mark.length[0] != 8 or mark.data[0, 0] != e2e.crc(mark.can_id, mark.data)[0]:
-            return False
-        session, epoch = self._label(mark)
+    def _opens(self, session: int, epoch: int) -> bool:
+        """Whether an epoch begins at an intact mark: it leads on from the last one."""
         return self._epoch is None or (session == self._session and 0 < epoch - self._epoch <= _FARTHEST)
 
-    def _open(self, mark: FrameBatch) -> None:
+    def _open(self, session: int, epoch: int, mark: FrameBatch) -> None:
         if self.opened and not self._syncs:
             self._lockstep = False
-        self._session, self._epoch = self._label(mark)
+        self._session, self._epoch = session, epoch
         self.opened += 1
         self.ended = False
         self._heard.append(mark)
@@ -146,18 +135,16 @@ class Sequencer:
         if self._epoch is not None and not flight.all():
             self._heard.append(frames[~flight])
 
-    def _steer(self, can_id: int, data: np.ndarray) -> None:
-        if can_id == self._sync_id:
-            said = self._codec.decode("BENCH_SYNC", data)
-            if said["epoch"][0] > self._announced:
-                self._announced = int(said["epoch"][0])
+    def _steer(self, bench: Bench) -> None:
+        if bench.can_id == messages.SYNC_ID:
+            if bench.epoch > self._announced:
+                self._announced = bench.epoch
                 self._syncs += 1
-                self._declared += int(said["count"][0])
-        elif can_id == self._done_id:
-            said = self._codec.decode("BENCH_DONE", data)
-            self._close_answer(int(said["epoch"][0]), int(said["count"][0]))
-        elif can_id == self._end_id and self._epoch is not None:
-            self.ended |= self._codec.decode("BENCH_END", data)["session"][0] == self._session
+                self._declared += bench.count
+        elif bench.can_id == messages.DONE_ID:
+            self._close_answer(bench.epoch, bench.count)
+        elif bench.can_id == messages.END_ID and self._epoch is not None:
+            self.ended |= bench.session == self._session
 
     def _close_answer(self, epoch: int, count: int) -> None:
         first = self._answered < 0

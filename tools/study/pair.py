@@ -1,4 +1,7 @@
-"""Two craft side by side, played inline: what their fixes are off, and which measurements they used."""
+"""Two craft side by side, played inline: what their fixes are off, and which measurements they used.
+
+Fixes and measurements are those of the frames, as any flight software would be judged.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch
-from gnss_hil.emulator import assemble
-from gnss_hil.emulator.step import emulate_step
-from gnss_hil.flightsw.app import step as flight
-from gnss_hil.flightsw.estimation.position import Fix
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.tools.decoder.digest import Columns, Digest
+from gnss_hil.tools.processes import inline
+from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.run_config.plan import Plan
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,57 +31,95 @@ class Errors:
     alike       (e,) whether both fixes are of the same satellites on the same antennas
     """
 
-    t_s: Array
-    position_m: Array
-    velocity_mps: Array
-    alike: NDArray[np.bool_]
+    t_s: F64
+    position_m: F64
+    velocity_mps: F64
+    alike: Bool
 
     @property
-    def difference_m(self) -> Array:
+    def difference_m(self) -> F64:
         """(e, 3) error of the relative position: the first craft's less the second's."""
         return self.position_m[0] - self.position_m[1]
 
 
+class _Craft:
+    """The digest of one craft's bus, and the measurements in its fixes."""
+
+    def __init__(self, codec: Codec):
+        self._used: list[tuple[I64, I64]] = []
+        self.digest = Digest(codec, self._take)
+
+    def _take(self, channels: Columns) -> None:
+        used = channels["used"]
+        measured = channels["receiver"] * SATELLITES + channels["sat"]
+        self._used.append((channels["t_ns"][used], measured[used]))
+
+    def used(self, t_ns: I64) -> set[tuple[int, int]]:
+        """Row of an epoch (e,) and number of an antenna and satellite, for each measurement in a fix."""
+        pairs: set[tuple[int, int]] = set()
+        for at_ns, measured in self._used:
+            pairs |= set(zip(np.searchsorted(t_ns, at_ns).tolist(), measured.tolist(), strict=True))
+        return pairs
+
+    def errors(self, t_ns: I64, truth: NDArray) -> tuple[F64, F64, Bool]:
+        """Errors (e, 3) of position and velocity, nan where there is no fix; (e,) where there is one."""
+        fixes = self.digest.fixes
+        valid = fixes["valid"]
+        row = np.searchsorted(t_ns, fixes["t_ns"][valid])
+        position, velocity = np.full((2, len(t_ns), 3), np.nan)
+        position[row] = np.column_stack([fixes[f"{axis}_m"][valid] for axis in "xyz"])
+        velocity[row] = np.column_stack([fixes[f"v{axis}_mps"][valid] for axis in "xyz"])
+        error_m, error_mps = position - truth["position_ecef_m"], velocity - truth["velocity_ecef_mps"]
+        return error_m, error_mps, ~np.isnan(position).any(axis=1)
+
+
+class _Truth:
+    """Rows of truth as they come."""
+
+    def __init__(self):
+        self.rows: list[NDArray] = []
+
+    def add(self, rows: NDArray, now_s: float) -> None:
+        self.rows.append(rows)
+
+
+class _Unseen:
+    """A display that shows nothing but tells of each epoch."""
+
+    def __init__(self, told: Callable[[int], None]):
+        self._told = told
+
+    def hear(self, craft: int, epoch: int, frames: FrameBatch) -> None:
+        if craft == 0:
+            self._told(epoch)
+
+    def refresh(self, unanswered: int = 0) -> None: ...
+
+    def note(self, text: str) -> None: ...
+
+    def close(self) -> None: ...
+
+
 def play(plan: Plan, told: Callable[[int], None] = lambda epoch: None) -> Errors:
     """All epochs of a plan of two craft; `told` hears of each."""
-    names, configs = plan.names, plan.flights
-    emulated = assemble.initial_state(plan.world)
-    flown = [flight.initial_state(config) for config in configs]
-    answers = dict.fromkeys(names, EMPTY)
-    epochs = plan.scenario.time.epochs
-    position, velocity = np.full((2, 2, epochs, 3), np.nan)
-    alike = np.zeros(epochs, bool)
-    for epoch in range(epochs):
-        emulated, blocks, truth = emulate_step(plan.world, emulated, answers, epoch)
-        used = []
-        for craft, name in enumerate(names):
-            flown[craft], answers[name] = flight.flight_step(configs[craft], flown[craft], blocks[name])
-            fix = flown[craft].fix
-            if not isinstance(fix, Fix):
-                continue
-            position[craft, epoch] = fix.position_m - truth[craft]["position_ecef_m"]
-            if fix.velocity_mps is not None:
-                velocity[craft, epoch] = fix.velocity_mps - truth[craft]["velocity_ecef_mps"]
-            used.append(_used(plan.codecs[craft], blocks[name], answers[name]))
-        alike[epoch] = len(used) == 2 and used[0] == used[1]
-        told(epoch)
-    return Errors(np.arange(epochs) * plan.scenario.time.epoch_interval_s, position, velocity, alike)
-
-
-def _used(codec: Codec, block: FrameBatch, answer: FrameBatch) -> frozenset[tuple[int, int, int]]:
-    """Receiver, system and number of every measurement in a fix, by what both sides have said."""
-    masks = dict(_rows(codec, answer, "NAV_USED", ("receiver", "channels")))
-    rows = _rows(codec, block, "SV_CLOCK", ("channel", "sat_system", "sat_number"), sender=True)
-    return frozenset(
-        (receiver, system, number)
-        for receiver, channel, system, number in rows
-        if masks.get(receiver, 0) >> channel & 1
+    time = plan.scenario.time
+    craft = [_Craft(codec) for codec in plan.codecs]
+    recorder = Recorder(
+        dict(zip(plan.names, plan.codecs, strict=True)), time.start_ns, time.interval_ns, None,
+        lambda bus, frames, bits: craft[bus].digest.feed(frames, bits),
+    )  # fmt: skip
+    truth = _Truth()
+    inline.play(plan, recorder, truth, _Unseen(told), lambda: False)
+    recorder.flush()
+    for one in craft:
+        one.digest.finish()
+    rows = np.stack(truth.rows, axis=1)  # (2, e)
+    t_ns = rows["t_gps_ns"][0].astype(np.int64)
+    position, velocity, fixed = zip(
+        *(one.errors(t_ns, mine) for one, mine in zip(craft, rows, strict=True)), strict=True
     )
-
-
-def _rows(codec: Codec, frames: FrameBatch, kind: str, names: tuple[str, ...], sender: bool = False):
-    """Values of a kind's frames, a tuple each; the number of who sent it first, if wanted."""
-    mine = frames[codec.kind_of[frames.can_id & SFF_MASK] == codec.kinds[kind].number]
-    fields = codec.decode(kind, mine.data)
-    columns = [codec.number_of[mine.can_id]] if sender else []
-    return zip(*(c.astype(int).tolist() for c in (*columns, *(fields[n] for n in names))), strict=True)
+    alike = fixed[0] & fixed[1]
+    for row, _ in craft[0].used(t_ns) ^ craft[1].used(t_ns):
+        alike[row] = False
+    t_s = np.arange(len(t_ns)) * time.epoch_interval_s
+    return Errors(t_s, np.stack(position), np.stack(velocity), alike)

@@ -19,17 +19,17 @@ from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.live.screen import plain, width_of
 from gnss_hil.tools.monitor import table
-from gnss_hil.tools.monitor.filter import Choice
-from gnss_hil.tools.monitor.format import Words, identifier
+from gnss_hil.tools.monitor.filter import FrameFilter
+from gnss_hil.tools.monitor.format import Formatter, identifier
 from gnss_hil.tools.monitor.lines import Decoded, Piece
-from gnss_hil.tools.monitor.stats import Station
+from gnss_hil.tools.monitor.stats import BusStats
 from tests.support.live_runs import EPOCHS, epochs
 from tests.support.lockstep_frames import heartbeat, mark
 
 CODEC = codec(4)
-WORDS = Words(CODEC)
+FORMATTER = Formatter(CODEC)
 DATABASE = cantools.database.load_string(CODEC.text, database_format="dbc")
-EVERYTHING = Choice(CODEC, WORDS, [])
+EVERYTHING = FrameFilter(CODEC, FORMATTER, [])
 UNREADABLE_ONES = concat(
     (
         batch([0x7AB], b"\x01\x02\x03\x04\x05\x06\x07\x08"),
@@ -41,21 +41,21 @@ UNREADABLE_ONES = concat(
 )
 
 
-def heard(*blocks: FrameBatch) -> Station:
-    station = Station(CODEC)
+def heard(*blocks: FrameBatch) -> BusStats:
+    stats = BusStats(CODEC)
     for second, block in enumerate(blocks):
-        station.hear(block, float(second))
-    return station
+        stats.hear(block, float(second))
+    return stats
 
 
 def test_values_are_what_cantools_says():
     block = epochs()[0][-1]
-    texts = WORDS.values(block, np.zeros(len(block), np.uint8))
+    texts = FORMATTER.values(block, np.zeros(len(block), np.uint8))
     for can_id, data, text in zip(block.can_id.tolist(), block.data, texts, strict=True):
         message = DATABASE.get_message_by_frame_id(can_id)
         said = message.decode(data.tobytes(), allow_truncated=False)
         shown = dict(part.split("=") for part in text.split())
-        assert WORDS.name(can_id) == message.name
+        assert FORMATTER.name(can_id) == message.name
         assert list(shown) == [s for s in [s.name for s in message.signals] if s not in HEADER_NAMES]
         for signal in message.signals:
             if signal.name not in HEADER_NAMES:
@@ -72,37 +72,37 @@ def test_counts_are_those_of_the_protection():
     data[20, 6] ^= 1
     blocks[70] = FrameBatch(blocks[70].t_ns, blocks[70].can_id, blocks[70].length, data)
     blocks[71] = concat((blocks[71], blocks[71][30:31], UNREADABLE_ONES))
-    station = heard(*blocks)
+    stats = heard(*blocks)
     everything = concat(blocks)
     verdict = e2e.screen(CODEC, everything, e2e.fresh_counters()).verdict
     expected = {Verdict(v): int(n) for v, n in enumerate(np.bincount(verdict)) if v and n}
-    assert station.faults() == expected and expected[Verdict.CORRUPTED] == 1
-    assert station.frames == len(everything)
-    base = [i for i in station.heard if i < 2048]
+    assert stats.faults() == expected and expected[Verdict.CORRUPTED] == 1
+    assert stats.frames == len(everything)
+    base = [i for i in stats.heard if i < 2048]
     ids, counts = np.unique(everything.can_id[everything.can_id < 2048], return_counts=True)
     assert base == ids.tolist()
-    assert station.counts[base].sum(axis=1).tolist() == counts.tolist()
+    assert stats.counts[base].sum(axis=1).tolist() == counts.tolist()
 
 
 def test_rates_and_ages_are_by_the_wall_clock():
-    station = Station(CODEC)
+    stats = BusStats(CODEC)
     can_id = CODEC.can_id_of["TIME_MARK", 0]
     for tick in range(40):
-        station.hear(epochs()[0][tick], tick / 4)
-        rate = station.rates_hz(tick / 4)[can_id]
+        stats.hear(epochs()[0][tick], tick / 4)
+        rate = stats.rates_hz(tick / 4)[can_id]
     assert rate == pytest.approx(4.0)
-    assert station.last_s[can_id] == 39 / 4
+    assert stats.last_s[can_id] == 39 / 4
 
 
 def test_a_waiting_nodes_repeated_heartbeat_is_no_fault():
-    station = heard(heartbeat(), heartbeat(), concat((heartbeat(), heartbeat())))
-    assert station.faults() == {} and station.frames == 4
+    stats = heard(heartbeat(), heartbeat(), concat((heartbeat(), heartbeat())))
+    assert stats.faults() == {} and stats.frames == 4
 
 
 def test_a_repeated_heartbeat_of_a_running_node_is_one():
     frames, _ = e2e.protect(CODEC, concat((heartbeat(), heartbeat())), e2e.fresh_counters(), 0)
-    station = heard(frames, frames[1:])
-    assert station.faults() == {Verdict.REPEATED: 1}
+    stats = heard(frames, frames[1:])
+    assert stats.faults() == {Verdict.REPEATED: 1}
 
 
 def test_another_session_starts_its_counters_anew():
@@ -121,13 +121,13 @@ def test_the_end_of_a_run_is_noticed_and_a_new_one_too():
 
 def test_a_flood_of_strange_identifiers_is_bounded():
     strangers = batch(np.arange(5000) + 0x10000 | EFF_FLAG, np.zeros((5000, 8), np.uint8))
-    station = heard(strangers)
-    assert station.frames == 5000 and len(station.heard) == 256 and station.unlisted == 5000 - 256
+    stats = heard(strangers)
+    assert stats.frames == 5000 and len(stats.heard) == 256 and stats.unlisted == 5000 - 256
 
 
 def test_what_is_no_frame_of_the_contract_is_shown_as_such():
     piece = Piece(1_351_642_484_000_111, UNREADABLE_ONES, heard().hear(UNREADABLE_ONES, 0.0))
-    assert Decoded(WORDS)(piece).decode().splitlines() == [
+    assert Decoded(FORMATTER)(piece).decode().splitlines() == [
         "(1351642484.000111) 7AB ? 01 02 03 04 05 06 07 08 [UNKNOWN_ID]",
         "(1351642484.000111) 100 RX1_RANGE 01 02 [WRONG_LENGTH]",
         "(1351642484.000111) 101 ? remote, length 8 [REMOTE]",
@@ -139,25 +139,25 @@ def test_what_is_no_frame_of_the_contract_is_shown_as_such():
 @given(st.lists(st.tuples(st.integers(0, 2**32 - 1), st.integers(0, 8), st.binary(min_size=8, max_size=8))))
 def test_no_frame_raises(frames):
     heap = concat(batch([can_id], data[:length], length=length) for can_id, length, data in frames)
-    station = Station(CODEC)
-    verdict = station.hear(heap, 0.0)
-    text = Decoded(WORDS)(Piece(0, heap, verdict)).decode()
-    assert len(text.splitlines()) == len(frames) == station.frames
-    assert table.screen(station, EVERYTHING, WORDS, ["bus"], False, 1.0, (80, 24))
-    assert table.totals(station, EVERYTHING, WORDS, 1.0, 0, 0)
+    stats = BusStats(CODEC)
+    verdict = stats.hear(heap, 0.0)
+    text = Decoded(FORMATTER)(Piece(0, heap, verdict)).decode()
+    assert len(text.splitlines()) == len(frames) == stats.frames
+    assert table.screen(stats, EVERYTHING, FORMATTER, ["bus"], False, 1.0, (80, 24))
+    assert table.totals(stats, EVERYTHING, FORMATTER, 1.0, 0, 0)
 
 
 @pytest.mark.parametrize("raw", [False, True])
 @pytest.mark.parametrize("size", [(80, 24), (60, 15), (200, 50), (120, 200), (30, 4), (5, 1)])
 def test_a_table_fits_its_window(size, raw):
-    station = heard(*epochs()[0], UNREADABLE_ONES)
-    lines = table.screen(station, EVERYTHING, WORDS, ["socketcan:vcan0", "3 s"], raw, float(EPOCHS), size)
+    stats = heard(*epochs()[0], UNREADABLE_ONES)
+    lines = table.screen(stats, EVERYTHING, FORMATTER, ["socketcan:vcan0", "3 s"], raw, float(EPOCHS), size)
     assert 0 < len(lines) <= size[1] and max(map(width_of, lines)) <= size[0]
     texts = [plain(spans) for spans in lines]
     if size == (120, 200):
         assert not any("more identifiers" in text for text in texts)
         assert [text.split()[0] for text in texts[3:]] == [
-            identifier(int(station.can_id[r])) for r in station.heard
+            identifier(int(stats.can_id[r])) for r in stats.heard
         ]
     if size == (80, 24):
         assert sum("more identifiers" in text for text in texts) == 1 and len(texts) == 24
@@ -165,7 +165,7 @@ def test_a_table_fits_its_window(size, raw):
 
 def ids_of(*patterns: str) -> set[int]:
     ids = np.arange(2048, dtype=np.uint32)
-    return set(ids[Choice(CODEC, WORDS, patterns).of(ids)].tolist())
+    return set(ids[FrameFilter(CODEC, FORMATTER, patterns).of(ids)].tolist())
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,9 @@ def test_choices_add_up_and_all_is_the_default():
     assert ids_of("NAV_X,NAV_Y", "0x7E0") == {0x041, 0x042, 0x7E0}
     assert len(ids_of()) == 2048
     assert EVERYTHING.of(UNREADABLE_ONES.can_id).all()
-    assert Choice(CODEC, WORDS, ["0x1ABCDEF0"]).of(UNREADABLE_ONES.can_id).tolist() == [False] * 3 + [
+    assert FrameFilter(CODEC, FORMATTER, ["0x1ABCDEF0"]).of(UNREADABLE_ONES.can_id).tolist() == [
+        False
+    ] * 3 + [
         True,
         False,
     ]
@@ -209,5 +211,5 @@ def test_choices_add_up_and_all_is_the_default():
 )
 def test_a_choice_of_nothing_is_a_mistake(pattern, says):
     with pytest.raises(Mistake, match=says.replace("(", r"\(")) as told:
-        Choice(CODEC, WORDS, [pattern])
+        FrameFilter(CODEC, FORMATTER, [pattern])
     assert "\n" not in str(told.value)
