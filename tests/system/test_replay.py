@@ -42,7 +42,7 @@ def started(*words: str) -> subprocess.Popen:
 
 @pytest.mark.parametrize("side", ["emulator", "flight"])
 def test_a_side_of_a_run_brings_the_same_run_about(run, tmp_path, side, capsys):
-    """Bit for bit: our flight software answers a recorded emulator as it did, and the other way round."""
+    """Bit for bit: our flight software answers a recorded run emulator as it did, and the other way round."""
     out = tmp_path / "again.log"
     assert main(["replay", str(run), "--only", side, "--same", "--out", str(out), "--quiet"]) == 0
     assert out.read_bytes() == (run / "bus.log").read_bytes()

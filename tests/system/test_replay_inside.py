@@ -21,7 +21,7 @@ from gnss_hil.dbc.lockstep.messages import END_ID
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines
 from gnss_hil.tools.recording.formats.recording import Recording
-from gnss_hil.tools.replay.recorded_run import open_tape
+from gnss_hil.tools.replay.recorded_run import open_run
 from tests.system.test_socketcan_inside import Candump
 
 pytestmark = pytest.mark.socketcan
@@ -71,10 +71,10 @@ def flight():
 def test_canplayer_plays_a_run_and_the_flight_software_finds_its_fixes(log, flight, tmp_path):
     if shutil.which("canplayer") is None:
         pytest.fail("canplayer is missing (Debian package can-utils)")
-    tape = open_tape(Recording(log), None, None)
+    recorded = open_run(Recording(log), None, None)
     part = tmp_path / "part.log"
     with part.open("wb") as stream:
-        for epoch in list(tape.epochs())[PLAYED]:
+        for epoch in list(recorded.epochs())[PLAYED]:
             stream.write(format_lines(epoch.emulator.t_ns // 1000, epoch.emulator, "can0"))
     candump = Candump(tmp_path / "heard.log")
     subprocess.run(["canplayer", "-I", str(part), "vcan0=can0"], check=True, timeout=60)
@@ -96,7 +96,7 @@ def test_we_play_it_in_lockstep_and_candump_has_the_same_run(log, flight, tmp_pa
         time.sleep(0.05)
     candump.close()
     assert out.read_bytes() == log.read_bytes()
-    ours, theirs = (open_tape(Recording(path), None, None) for path in (log, heard))
+    ours, theirs = (open_run(Recording(path), None, None) for path in (log, heard))
     for mine, other in zip(ours.epochs(), theirs.epochs(), strict=True):
         assert (mine.emulator.data == other.emulator.data).all()
         assert (mine.flight.data == other.flight.data).all()

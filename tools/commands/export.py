@@ -49,7 +49,7 @@ def run(arguments: Namespace) -> int:
         choices = Choices(arguments.shapiro, not arguments.pz90, not arguments.no_navigation)
         files, remarks = files_of(scenario, craft, choices)
     else:
-        files = _courses(kind, folder, scenario.name, craft, arguments.truth)
+        files = _series(kind, folder, scenario.name, craft, arguments.truth)
     out = arguments.out or folder / FOLDER
     out.mkdir(parents=True, exist_ok=True)
     for file in files:
@@ -70,16 +70,16 @@ def _check(arguments: Namespace) -> None:
         raise Mistake(f"--out {arguments.out}: is a file; name a folder")
 
 
-def _courses(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
+def _series(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
     """OEM files, one a craft, or one SP3 file."""
     from gnss_hil.tools.export import oem, sp3, time_series
     from gnss_hil.tools.export.rinex import File
 
-    courses = time_series.of_truth(folder, craft) if true else time_series.of_fixes(craft)
+    series = time_series.of_truth(folder, craft) if true else time_series.of_fixes(craft)
     if kind == "sp3":
-        orbits = sp3.of_craft(courses)
+        orbits = sp3.of_craft(series)
         return [File(f"{scenario}.sp3", sp3.text_of(orbits), f"{len(orbits.t_ns)} epochs")]
-    return [File(f"{c.name}.oem", oem.text_of(c), f"{len(c.t_ns)} states") for c in courses]
+    return [File(f"{c.name}.oem", oem.text_of(c), f"{len(c.t_ns)} states") for c in series]
 
 
 def _write(path: Path, text) -> None:

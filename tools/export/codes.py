@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import satellites, systems
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export.run_data import Rows
 
@@ -36,17 +34,14 @@ def codes_of(rows: Rows) -> Codes:
     types: dict[str, tuple[str, ...]] = {}
     first, wave_m = np.zeros(len(rows), np.int64), np.zeros(len(rows))
     for number, raw in pairs:
-        label = VALUES["Signal"].get(raw, str(raw))
-        signal, row = SIGNALS.get(label), systems.by_value(number)
-        if signal is None or row is None or signal.system != number:
-            name = row.name if row else number
-            raise Mistake(
-                f"signal {label} of system {name} has no RINEX code; known are {', '.join(SIGNALS)}"
-            )
-        letter = row.letter
-        known, own = types.get(letter, ()), signal.codes[0]
+        signal, row = signals.by_value(raw), systems.by_value(number)
+        if signal is None or row is None or signal.system != row.name:
+            label, name = signal.name if signal else raw, row.name if row else number
+            known = ", ".join(signals.SIGNALS)
+            raise Mistake(f"signal {label} of system {name} has no RINEX code; known are {known}")
+        known = types.get(row.letter, ())
         mine = (system == number) & (rows.signal == raw)
         first[mine] = len(known)
         wave_m[mine] = LIGHT_MPS / (signal.carrier_hz + signal.spacing_hz * rows.frequency[mine])
-        types[letter] = (*known, own.range, own.phase[0], own.doppler[0], own.strength[0])
+        types[row.letter] = (*known, *(kind + signal.rinex for kind in "CLDS"))
     return Codes(types, first, wave_m)

@@ -25,7 +25,7 @@ from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_nav import Records
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export.rinex_text import comments, labelled, leap_seconds, opening
-from gnss_hil.tools.export.run_data import Heard, Rows
+from gnss_hil.tools.export.run_data import CraftData, Rows
 
 _LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2
 _COMPARED = 2000
@@ -36,9 +36,11 @@ they are, without a transformation, gets the coordinates of the bus."""
 IN_PZ90 = "GLONASS states are PZ-90 as of their date."
 
 
-def messages(known: Mapping[str, Constellation], heard: Sequence[Heard], wgs84: bool) -> dict[str, Records]:
-    """Records by RINEX letter for all epochs that were heard; Mistake for satellites without messages."""
-    first, last = span_ns(heard)
+def messages(
+    known: Mapping[str, Constellation], data: Sequence[CraftData], wgs84: bool
+) -> dict[str, Records]:
+    """Records by RINEX letter for all epochs of the run; Mistake for satellites without messages."""
+    first, last = span_ns(data)
     stretch = Stretch(first - _LONGEST_FLIGHT_NS, last + _LONGEST_FLIGHT_NS)
     try:
         return {letter: records(constellation, stretch, wgs84) for letter, constellation in known.items()}
@@ -46,9 +48,9 @@ def messages(known: Mapping[str, Constellation], heard: Sequence[Heard], wgs84: 
         raise Mistake(str(error)) from None
 
 
-def span_ns(heard: Sequence[Heard]) -> tuple[int, int]:
+def span_ns(data: Sequence[CraftData]) -> tuple[int, int]:
     """First and last mark of all craft [ns]."""
-    return min(int(h.t_ns[0]) for h in heard), max(int(h.t_ns[-1]) for h in heard)
+    return min(int(h.t_ns[0]) for h in data), max(int(h.t_ns[-1]) for h in data)
 
 
 def constellations(scenario: Scenario) -> dict[str, Constellation]:
@@ -67,7 +69,7 @@ def constellations(scenario: Scenario) -> dict[str, Constellation]:
 def text_of(found: Mapping[str, Records], t_ns: int, wgs84: bool) -> Iterator[str]:
     """The navigation file of all systems, by time; t_ns: an instant that tells the leap seconds."""
     yield opening("N: GNSS NAV DATA", "".join(found))
-    if "R" in found:
+    if SYSTEMS["glonass"].letter in found:
         yield comments(IN_WGS84 if wgs84 else IN_PZ90)
         yield labelled(f"GLUT {0:17.10E}{0:16.9E}{0:7d}{0:5d}".replace("E", "D"), "TIME SYSTEM CORR")
     yield leap_seconds(t_ns)
@@ -86,7 +88,7 @@ def _record(letter: str, number: int, epoch, values: list[float]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def disagreement_m(found: Mapping[str, Records], heard: Heard) -> float | None:
+def disagreement_m(found: Mapping[str, Records], data: CraftData) -> float | None:
     """Median distance between satellites as reported on the bus and by WGS-84 records [m]; None if there is
     nothing to compare.
 
@@ -94,16 +96,16 @@ def disagreement_m(found: Mapping[str, Records], heard: Heard) -> float | None:
     two: for seconds the two may use different ones, metres apart. The transmission instant is what
     receiver and satellite themselves tell: tag - (P + clock) / c.
     """
-    every = heard.rows
-    said = np.flatnonzero(~np.isnan(heard.tag_offset_ns[every.epoch, every.receiver]))
+    every = data.rows
+    said = np.flatnonzero(~np.isnan(data.tag_offset_ns[every.epoch, every.receiver]))
     rows = every[said[:: max(1, len(said) // _COMPARED)]]
-    tag_ns = heard.tag_ns(rows.epoch, rows.receiver)
+    tag_ns = data.tag_ns(rows.epoch, rows.receiver)
     sent_ns = tag_ns - np.rint((rows.pseudorange_m + rows.clock_m) / LIGHT_MPS * 1e9).astype(np.int64)
     apart_m = [
         np.linalg.norm(place(found[letter], rows[mine], sent_ns[mine]) - rows.pos_sv_m[mine], axis=1)
-        for name, place in (("gps", _gps_places), ("glonass", _glonass_places))
-        if (letter := SYSTEMS[name].letter) in found
-        and (mine := np.isin(rows.sat, satellites.index(SYSTEMS[name].value, found[letter].number))).any()
+        for system, place in _PLACES.items()
+        if (letter := SYSTEMS[system].letter) in found
+        and (mine := np.isin(rows.sat, satellites.index(SYSTEMS[system].value, found[letter].number))).any()
     ]
     return float(np.median(np.concatenate(apart_m))) if apart_m else None
 
@@ -129,3 +131,7 @@ def _glonass_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDAr
     found = Records(known.number, (), found.fields)
     pick, age_s = _nearest(found, known.tb_ns, rows, t_ns)
     return glonass.propagate(known.state[pick], known.luni_solar[pick], age_s)[:, :3]
+
+
+_PLACES = {"gps": _gps_places, "glonass": _glonass_places}
+"""Systems whose messages have a form here, and where a record puts its satellite."""

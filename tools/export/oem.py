@@ -14,7 +14,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.export.time_series import Course
+from gnss_hil.tools.export.time_series import TimeSeries
 
 FRAME = "ITRF2000"
 _GAP = 1.5
@@ -27,29 +27,29 @@ def _epoch(t_ns: int) -> str:
     return f"{moment:%Y-%m-%dT%H:%M:%S}.{t_ns % gpstime.NS_PER_S:09d}"
 
 
-def text_of(course: Course) -> Iterator[str]:
+def text_of(one: TimeSeries) -> Iterator[str]:
     """The message of one craft; Mistake if there is no state with a velocity."""
-    moving = np.flatnonzero(~np.isnan(course.velocity_mps).any(axis=1))
+    moving = np.flatnonzero(~np.isnan(one.velocity_mps).any(axis=1))
     if not len(moving):
-        raise Mistake(f"craft {course.name}: no position with a velocity; an OEM needs both")
-    t_ns = course.t_ns[moving]
-    states = np.concatenate((course.position_m[moving], course.velocity_mps[moving]), axis=1) / 1e3
+        raise Mistake(f"craft {one.name}: no position with a velocity; an OEM needs both")
+    t_ns = one.t_ns[moving]
+    states = np.concatenate((one.position_m[moving], one.velocity_mps[moving]), axis=1) / 1e3
     yield "CCSDS_OEM_VERS = 2.0\n"
-    yield f"COMMENT {course.source}, centre of mass\n"
+    yield f"COMMENT {one.source}, centre of mass\n"
     yield f"CREATION_DATE = {datetime.now(UTC):%Y-%m-%dT%H:%M:%S}\n"
     yield "ORIGINATOR = GNSS-HIL\n"
     steps = np.diff(t_ns)
     cuts = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else []
     for rows in np.split(np.arange(len(t_ns)), cuts):
-        yield from _segment(course, t_ns[rows].tolist(), states[rows].tolist())
+        yield from _segment(one, t_ns[rows].tolist(), states[rows].tolist())
 
 
-def _segment(course: Course, t_ns: list[int], states: list[list[float]]) -> Iterator[str]:
+def _segment(one: TimeSeries, t_ns: list[int], states: list[list[float]]) -> Iterator[str]:
     yield (
         "\nMETA_START\n"
         "COMMENT the axes are those of WGS-84\n"
-        f"OBJECT_NAME = {course.name}\n"
-        f"OBJECT_ID = {course.name}\n"
+        f"OBJECT_NAME = {one.name}\n"
+        f"OBJECT_ID = {one.name}\n"
         "CENTER_NAME = EARTH\n"
         f"REF_FRAME = {FRAME}\n"
         "TIME_SYSTEM = UTC\n"

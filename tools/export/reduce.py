@@ -15,7 +15,7 @@ from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
 from gnss_hil.tools.export.codes import codes_of
-from gnss_hil.tools.export.run_data import Array, Heard, Rows
+from gnss_hil.tools.export.run_data import Array, CraftData, Rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,12 +31,12 @@ class Reduced:
     repeated: int
 
 
-def one_clock(heard: Heard) -> bool:
+def one_clock(data: CraftData) -> bool:
     """Whether all receivers that measure run on one oscillator and tell the same time."""
-    at = heard.rows.epoch, heard.rows.receiver
-    domains, offset_ns = heard.domain[at], heard.tag_offset_ns[at]
+    at = data.rows.epoch, data.rows.receiver
+    domains, offset_ns = data.domain[at], data.tag_offset_ns[at]
     said = ~np.isnan(offset_ns)
-    epoch, offset_ns = heard.rows.epoch[said], offset_ns[said]
+    epoch, offset_ns = data.rows.epoch[said], offset_ns[said]
     begins = np.flatnonzero(np.r_[True, epoch[1:] != epoch[:-1]]) if len(epoch) else np.zeros(0, int)
     if not len(begins):
         return True
@@ -44,18 +44,18 @@ def one_clock(heard: Heard) -> bool:
     return len(np.unique(domains[said])) == 1 and not apart.any()
 
 
-def reduced(heard: Heard, shapiro: bool) -> Reduced:
+def reduced(data: CraftData, shapiro: bool) -> Reduced:
     """Measurements as an antenna in the centre of mass would have made them.
 
     shapiro   leave the relativistic delay of the path in (True), as a receiver measures it, or take it out
     """
-    every = heard.rows
-    told = ~np.isnan(heard.position_m).any(axis=1) & ~np.isnan(heard.quaternion).any(axis=1)
-    said = ~np.isnan(heard.tag_offset_ns[every.epoch, every.receiver])
+    every = data.rows
+    told = ~np.isnan(data.position_m).any(axis=1) & ~np.isnan(data.quaternion).any(axis=1)
+    said = ~np.isnan(data.tag_offset_ns[every.epoch, every.receiver])
     placed = every[told[every.epoch] & said]
     rows = distinct(placed)
-    lever_m, lever_mps = _levers(heard, rows)
-    centre_m, centre_mps = heard.position_m[rows.epoch], heard.velocity_mps[rows.epoch]
+    lever_m, lever_mps = _levers(data, rows)
+    centre_m, centre_mps = data.position_m[rows.epoch], data.velocity_mps[rows.epoch]
     antenna = range_model.rays(rows.pos_sv_m.T, (centre_m + lever_m).T)
     centre = range_model.rays(rows.pos_sv_m.T, centre_m.T)
     nearer_m = centre.range_m - antenna.range_m
@@ -86,11 +86,11 @@ def distinct(rows: Rows) -> Rows:
     return rows[order[new]]
 
 
-def _levers(heard: Heard, rows: Rows) -> tuple[Array, Array]:
+def _levers(data: CraftData, rows: Rows) -> tuple[Array, Array]:
     """(k, 3) places of the rows' antennas relative to the centre of mass, ECEF, and their rates."""
-    q = heard.quaternion
+    q = data.quaternion
     dcm = dcm_of_quaternions(q / np.linalg.norm(q, axis=1, keepdims=True))[rows.epoch]
-    lever = heard.vehicle.lever_arm_body_m[rows.receiver]
-    turn = np.nan_to_num(heard.rate_body_rps[rows.epoch]) - ROTATION_RPS * dcm[:, :, 2]
+    lever = data.vehicle.lever_arm_body_m[rows.receiver]
+    turn = np.nan_to_num(data.rate_body_rps[rows.epoch]) - ROTATION_RPS * dcm[:, :, 2]
     place, rate = (np.einsum("kji,kj->ki", dcm, v) for v in (lever, np.cross(turn, lever)))
     return place, rate

@@ -11,8 +11,8 @@ from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export import navigation, rinex_obs, satellite_orbits, sp3
 from gnss_hil.tools.export.reduce import distinct, one_clock, reduced
-from gnss_hil.tools.export.rinex_obs import Station
-from gnss_hil.tools.export.run_data import Heard
+from gnss_hil.tools.export.rinex_obs import Observer
+from gnss_hil.tools.export.run_data import CraftData
 
 NAVIGATION, SATELLITES = "broadcast.nav", "satellites.sp3"
 _STRANGE_M = 100.0
@@ -47,21 +47,21 @@ class File:
     said: str = ""
 
 
-def files_of(scenario: Scenario, heard: Sequence[Heard], choices: Choices) -> tuple[list[File], list[str]]:
+def files_of(scenario: Scenario, data: Sequence[CraftData], choices: Choices) -> tuple[list[File], list[str]]:
     """The files of a run, and remarks on what could not be made or differs."""
     files: list[File] = []
     remarks: list[str] = []
-    for craft in heard:
+    for craft in data:
         files += _antennas(craft)
         _add_reduced(craft, choices.shapiro, files, remarks)
     if not files:
         raise Mistake("no receiver measured anything; there is nothing to write")
     if choices.navigation:
-        _add_satellites(scenario, heard, choices.wgs84, files, remarks)
+        _add_satellites(scenario, data, choices.wgs84, files, remarks)
     return files, remarks
 
 
-def _antennas(craft: Heard) -> list[File]:
+def _antennas(craft: CraftData) -> list[File]:
     files = []
     rows = craft.rows
     said = ~np.isnan(craft.tag_offset_ns[rows.epoch, rows.receiver])
@@ -69,17 +69,17 @@ def _antennas(craft: Heard) -> list[File]:
         mine = distinct(rows[said & (rows.receiver == a)])
         if not len(mine):
             continue
-        station = Station(
+        observer = Observer(
             f"RX{a + 1}", antenna, tuple(craft.vehicle.lever_arm_body_m[a]),
             tuple(craft.vehicle.boresight_body[a]), _RAW,
         )  # fmt: skip
         name = f"{craft.name}_{antenna.replace(' ', '_')}.obs"
         epochs = len(np.unique(mine.epoch))
-        files.append(File(name, rinex_obs.text_of(craft, mine, station), f"{epochs} epochs"))
+        files.append(File(name, rinex_obs.text_of(craft, mine, observer), f"{epochs} epochs"))
     return files
 
 
-def _add_reduced(craft: Heard, shapiro: bool, files: list[File], remarks: list[str]) -> None:
+def _add_reduced(craft: CraftData, shapiro: bool, files: list[File], remarks: list[str]) -> None:
     if not one_clock(craft):
         remarks.append(
             f"craft {craft.name}: its receivers have several clocks, one file of the centre of mass has one: "
@@ -92,15 +92,15 @@ def _add_reduced(craft: Heard, shapiro: bool, files: list[File], remarks: list[s
             f"craft {craft.name}: no epoch with fix and attitude: nothing is reduced to its centre of mass"
         )
         return
-    station = Station("all", "centre of mass", (0.0, 0.0, 0.0), None, _REDUCED + _SHAPIRO[shapiro])
+    observer = Observer("all", "centre of mass", (0.0, 0.0, 0.0), None, _REDUCED + _SHAPIRO[shapiro])
     epochs = len(np.unique(found.rows.epoch))
     said = f"{epochs} epochs, centre of mass; left out: {found.unplaced} epochs without fix or attitude, "
     said += f"{found.repeated} measurements of satellites measured twice"
-    files.append(File(f"{craft.name}.obs", rinex_obs.text_of(craft, found.rows, station), said))
+    files.append(File(f"{craft.name}.obs", rinex_obs.text_of(craft, found.rows, observer), said))
 
 
 def _add_satellites(
-    scenario: Scenario, heard: Sequence[Heard], wgs84: bool, files: list[File], remarks: list[str]
+    scenario: Scenario, data: Sequence[CraftData], wgs84: bool, files: list[File], remarks: list[str]
 ) -> None:
     """The navigation file and the satellites' orbits."""
     try:
@@ -108,16 +108,16 @@ def _add_satellites(
     except ScenarioError as error:
         remarks.append(f"no {NAVIGATION}, no {SATELLITES}: {error}")
         return
-    orbits = satellite_orbits.reported(known, navigation.span_ns(heard))
+    orbits = satellite_orbits.reported(known, navigation.span_ns(data))
     table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported")
     try:
-        plain = navigation.messages(known, heard, wgs84=True)
-        written = plain if wgs84 else navigation.messages(known, heard, wgs84=False)
+        plain = navigation.messages(known, data, wgs84=True)
+        written = plain if wgs84 else navigation.messages(known, data, wgs84=False)
     except Mistake as error:
         remarks.append(f"no {NAVIGATION}: {error}")
         files.append(table)
         return
-    apart_m = {craft.name: navigation.disagreement_m(plain, craft) for craft in heard}
+    apart_m = {craft.name: navigation.disagreement_m(plain, craft) for craft in data}
     apart_m = {name: value for name, value in apart_m.items() if value is not None}
     worst_m = max(apart_m.values(), default=0.0)
     where = f"satellites on the bus of {max(apart_m, key=apart_m.get)}" if apart_m else ""
@@ -132,6 +132,6 @@ def _add_satellites(
             f"{where} are {worst_m:.3g} m (median) from the navigation file: error factors of the sky"
         )
     count = sum(len(rows) for rows in written.values())
-    text = navigation.text_of(written, int(heard[0].t_ns[0]), wgs84)
+    text = navigation.text_of(written, int(data[0].t_ns[0]), wgs84)
     files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (median) from the bus"))
     files.append(table)

@@ -15,15 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.tools.export.codes import Codes, codes_of
 from gnss_hil.tools.export.rinex_text import comments, instant, labelled, leap_seconds, opening
-from gnss_hil.tools.export.run_data import Array, Heard, Rows
+from gnss_hil.tools.export.run_data import Array, CraftData, Rows
 
 BLANK = " " * 16
 
 
 @dataclass(frozen=True, slots=True)
-class Station:
+class Observer:
     """What the header says of who measured.
 
     receiver, antenna   names
@@ -37,11 +38,11 @@ class Station:
     comment: str
 
 
-def text_of(heard: Heard, rows: Rows, station: Station) -> Iterator[str]:
+def text_of(data: CraftData, rows: Rows, observer: Observer) -> Iterator[str]:
     """The file of rows (sorted by epoch and satellite, none of them twice), piece by piece."""
     codes = codes_of(rows)
-    tags_ns = heard.tag_ns(rows.epoch, rows.receiver)
-    yield _header(heard, rows, codes, tags_ns, station)
+    tags_ns = data.tag_ns(rows.epoch, rows.receiver)
+    yield _header(data, rows, codes, tags_ns, observer)
     line_of = np.cumsum(_begins(rows.epoch, rows.sat)) - 1
     lines = _lines(rows, codes, line_of)
     epoch_of_line = rows.epoch[_begins(rows.epoch, rows.sat)]
@@ -111,23 +112,23 @@ def _vector(values: tuple[float, ...] | Array) -> str:
     return "".join(f"{v:14.4f}" for v in values)
 
 
-def _header(heard: Heard, rows: Rows, codes: Codes, tags_ns: NDArray[np.int64], station: Station) -> str:
-    systems = "".join(codes.types)
+def _header(data: CraftData, rows: Rows, codes: Codes, tags_ns: NDArray[np.int64], observer: Observer) -> str:
+    letters = "".join(codes.types)
     first, seconds = instant(int(tags_ns[0]))
-    interval_s = np.median(np.diff(heard.t_ns)) / gpstime.NS_PER_S if len(heard.t_ns) > 1 else 0.0
+    interval_s = np.median(np.diff(data.t_ns)) / gpstime.NS_PER_S if len(data.t_ns) > 1 else 0.0
     lines = [
-        opening("OBSERVATION DATA", systems),
-        comments(station.comment),
-        labelled(heard.name, "MARKER NAME"),
+        opening("OBSERVATION DATA", letters),
+        comments(observer.comment),
+        labelled(data.name, "MARKER NAME"),
         labelled("SPACEBORNE", "MARKER TYPE"),
         labelled(f"{'gnss-hil':<20}{'gnss-hil':<40}", "OBSERVER / AGENCY"),
-        labelled(f"{'1':<20}{station.receiver:<20.20}{'':20}", "REC # / TYPE / VERS"),
-        labelled(f"{'1':<20}{station.antenna:<20.20}", "ANT # / TYPE"),
+        labelled(f"{'1':<20}{observer.receiver:<20.20}{'':20}", "REC # / TYPE / VERS"),
+        labelled(f"{'1':<20}{observer.antenna:<20.20}", "ANT # / TYPE"),
         labelled(_vector((0, 0, 0)), "ANTENNA: DELTA H/E/N"),
-        labelled(_vector(station.lever_body_m), "ANTENNA: DELTA X/Y/Z"),
+        labelled(_vector(observer.lever_body_m), "ANTENNA: DELTA X/Y/Z"),
     ]
-    if station.boresight_body is not None:
-        lines.append(labelled(_vector(station.boresight_body), "ANTENNA: B.SIGHT XYZ"))
+    if observer.boresight_body is not None:
+        lines.append(labelled(_vector(observer.boresight_body), "ANTENNA: B.SIGHT XYZ"))
     lines.append(labelled(_vector((0, 0, 0)), "CENTER OF MASS: XYZ"))
     for letter, types in codes.types.items():
         # Thirteen codes a line; the bench knows two signals of a system at most three times over.
@@ -144,7 +145,7 @@ def _header(heard: Heard, rows: Rows, codes: Codes, tags_ns: NDArray[np.int64], 
         labelled("     0", "RCV CLOCK OFFS APPL"),
         *(labelled(f"{letter} {types[i]}", "SYS / PHASE SHIFT")
           for letter, types in codes.types.items() for i in range(1, len(types), 4)),
-        *(_glonass(rows) if "R" in systems else []),
+        *(_glonass(rows) if SYSTEMS["glonass"].letter in letters else []),
         leap_seconds(int(tags_ns[0])),
         labelled("", "END OF HEADER"),
     ]  # fmt: skip
@@ -153,7 +154,7 @@ def _header(heard: Heard, rows: Rows, codes: Codes, tags_ns: NDArray[np.int64], 
 
 def _glonass(rows: Rows) -> Iterator[str]:
     """Frequency numbers by slot, eight a line; code-phase biases: none is known of any receiver here."""
-    mine = satellites.system_of(rows.sat) == satellites.GLONASS
+    mine = satellites.system_of(rows.sat) == SYSTEMS["glonass"].value
     numbers = sorted(
         dict(
             zip(satellites.number_of(rows.sat[mine]).tolist(), rows.frequency[mine].tolist(), strict=True)

@@ -58,7 +58,7 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Heard:
+class CraftData:
     """One craft.
 
     t_ns            (e,) time marks, ascending [ns]
@@ -91,7 +91,7 @@ _ROW_NAMES = {
 _AXES = ("x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps")
 
 
-def read(folder: Path) -> tuple[Scenario, list[Heard]]:
+def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
     """The scenario of a run folder and what each craft's bus carried; Mistake where it is no run folder."""
     _check(folder)
     scenario, codecs = assemble.read_scenario(folder)
@@ -104,7 +104,7 @@ def read(folder: Path) -> tuple[Scenario, list[Heard]]:
     for digest in digests:
         digest.finish()
     return scenario, [
-        _heard(folder, name, v, digest, table)
+        _craft_data(folder, name, v, digest, table)
         for name, v, digest, table in zip(names, vehicles, digests, tables, strict=True)
     ]
 
@@ -118,7 +118,7 @@ def _check(folder: Path) -> None:
         raise Mistake(f"{folder}: has no {LOG}; a run without a log (--no-log) cannot be exported")
 
 
-def _heard(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces: list) -> Heard:
+def _craft_data(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces: list) -> CraftData:
     timeline = digest.timeline
     if not timeline or not len(timeline["t_ns"]):
         raise Mistake(f"{folder / LOG}: nothing was heard of craft {name}: no time mark")
@@ -134,7 +134,7 @@ def _heard(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces: list
     offset_ns = np.full((epochs, craft.antennas), np.nan)
     domain = np.zeros(offset_ns.shape, np.int64)
     offset_ns[tag_at], domain[tag_at] = tags["tag_offset_ns"], tags["clock_domain"]
-    return Heard(
+    return CraftData(
         name=name,
         vehicle=craft,
         t_ns=t_ns,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.export.time_series import Course
+from gnss_hil.tools.export.time_series import TimeSeries
 
 _NO_CLOCK = 999_999.999999
 _MOST, _A_LINE = 85, 17
@@ -44,21 +44,21 @@ class Orbits:
     comments: tuple[str, ...]
 
 
-def of_craft(courses: Sequence[Course]) -> Orbits:
+def of_craft(series: Sequence[TimeSeries]) -> Orbits:
     """Several craft on one grid of instants; Mistake if their epochs make none."""
-    t_ns = _grid(courses)
-    state = np.full((len(t_ns), len(courses), 6), np.nan)
-    for n, course in enumerate(courses):
-        both = np.concatenate((course.position_m, course.velocity_mps), axis=1)
-        state[np.searchsorted(t_ns, course.t_ns), n] = both
-    names = tuple(f"L{n:02d}" for n in range(1, len(courses) + 1))
-    told = tuple(f"{name} is {c.name}: {c.source}" for name, c in zip(names, courses, strict=True))
+    t_ns = _grid(series)
+    state = np.full((len(t_ns), len(series), 6), np.nan)
+    for n, one in enumerate(series):
+        both = np.concatenate((one.position_m, one.velocity_mps), axis=1)
+        state[np.searchsorted(t_ns, one.t_ns), n] = both
+    names = tuple(f"L{n:02d}" for n in range(1, len(series) + 1))
+    told = tuple(f"{name} is {c.name}: {c.source}" for name, c in zip(names, series, strict=True))
     return Orbits("L", names, t_ns, state[..., :3], state[..., 3:], None, told)
 
 
-def _grid(courses: Sequence[Course]) -> NDArray[np.int64]:
-    """Instants (t,) that hold all epochs of the courses, evenly spaced [ns]."""
-    t_ns = np.unique(np.concatenate([course.t_ns for course in courses]))
+def _grid(series: Sequence[TimeSeries]) -> NDArray[np.int64]:
+    """Instants (t,) that hold all epochs of the series, evenly spaced [ns]."""
+    t_ns = np.unique(np.concatenate([one.t_ns for one in series]))
     if not len(t_ns):
         raise Mistake("no craft has a position; there is nothing to write")
     steps = np.diff(t_ns)

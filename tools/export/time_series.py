@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.export.run_data import Heard
+from gnss_hil.tools.export.run_data import CraftData
 from gnss_hil.tools.recording.run_folder import TRUTH
 from gnss_hil.tools.results import truth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class TimeSeries:
     """One craft's centre of mass, WGS-84 ECEF, ascending in time.
 
     t_ns           (n,) GPS time [ns]
@@ -31,28 +31,28 @@ class Course:
     source: str
 
 
-def of_fixes(heard: Sequence[Heard]) -> list[Course]:
+def of_fixes(data: Sequence[CraftData]) -> list[TimeSeries]:
     """Fixes as the flight software published them."""
     return [
-        _placed(h.name, h.t_ns, h.position_m, h.velocity_mps, "fixes of the flight software") for h in heard
+        _placed(h.name, h.t_ns, h.position_m, h.velocity_mps, "fixes of the flight software") for h in data
     ]
 
 
-def of_truth(folder: Path, heard: Sequence[Heard]) -> list[Course]:
+def of_truth(folder: Path, data: Sequence[CraftData]) -> list[TimeSeries]:
     """Truth at the epochs; Mistake where the run has none."""
     if not (folder / TRUTH).is_file():
         raise Mistake(f"{folder}: has no {TRUTH}: nobody told where the craft really was")
     known = truth.read(folder / TRUTH)
-    courses = []
-    for h in heard:
+    series = []
+    for h in data:
         if h.name not in known.craft:
             raise Mistake(f"{folder / TRUTH}: does not know craft {h.name}")
         rows = known.of(h.name)
         state = rows["position_ecef_m"], rows["velocity_ecef_mps"]
-        courses.append(_placed(h.name, rows["t_gps_ns"], *state, "truth of the emulator"))
-    return courses
+        series.append(_placed(h.name, rows["t_gps_ns"], *state, "truth of the emulator"))
+    return series
 
 
-def _placed(name: str, t_ns, position_m, velocity_mps, source: str) -> Course:
+def _placed(name: str, t_ns, position_m, velocity_mps, source: str) -> TimeSeries:
     there = ~np.isnan(position_m).any(axis=1)
-    return Course(name, t_ns[there], position_m[there], velocity_mps[there], source)
+    return TimeSeries(name, t_ns[there], position_m[there], velocity_mps[there], source)

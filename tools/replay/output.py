@@ -17,7 +17,7 @@ from gnss_hil.tools.recording.formats.recording import Recording, format_of
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, TRUTH, RunFolder, naming, write_json
 from gnss_hil.tools.replay.players import Keep, Played
-from gnss_hil.tools.replay.recorded_run import Tape
+from gnss_hil.tools.replay.recorded_run import RecordedRun
 from gnss_hil.tools.replay.source import Source
 from gnss_hil.tools.run_config.plan import vehicle_name
 
@@ -30,7 +30,7 @@ def check(out: Path | None, report: Path | None, force: bool, source: Source) ->
         format_of(out)
         if out.exists() and (not force or out.is_dir()):
             raise Mistake(f"--out {out}: exists{'' if out.is_dir() else '; --force overwrites it'}")
-        if out.exists() and out.samefile(source.tape.recording.path):
+        if out.exists() and out.samefile(source.recorded.recording.path):
             raise Mistake(f"--out {out}: is what would be read; name another file")
         if not out.absolute().parent.is_dir():
             raise Mistake(f"--out {out}: no such folder {out.parent}")
@@ -39,13 +39,13 @@ def check(out: Path | None, report: Path | None, force: bool, source: Source) ->
 
 
 @contextmanager
-def recorder(tape: Tape, path: Path | None) -> Iterator[Keep]:
+def recorder(recorded: RecordedRun, path: Path | None) -> Iterator[Keep]:
     """Takes epochs into a candump log at `path`, in canonical order: emulator, then flight software."""
     if path is None:
         yield lambda number, emulator, flight: None
         return
     with naming(path), path.open("wb") as log:
-        record = Recorder({tape.bus: tape.codec}, tape.start_ns, tape.interval_ns, log)
+        record = Recorder({recorded.bus: recorded.codec}, recorded.start_ns, recorded.interval_ns, log)
 
         def keep(number: int, emulator: FrameBatch, flight: FrameBatch) -> None:
             record.add(0, number, concat((emulator, flight)))
@@ -59,15 +59,15 @@ def recorder(tape: Tape, path: Path | None) -> Iterator[Keep]:
 
 
 @contextmanager
-def recording_at(tape: Tape, out: Path | None) -> Iterator[Keep]:
+def recording_at(recorded: RecordedRun, out: Path | None) -> Iterator[Keep]:
     """Takes epochs into a recording of any format."""
     if out is None or out.suffix.lower() == ".log":
-        with recorder(tape, out) as keep:
+        with recorder(recorded, out) as keep:
             yield keep
         return
     draft = out.with_name(f".{out.name}.log")
     try:
-        with recorder(tape, draft) as keep:
+        with recorder(recorded, draft) as keep:
             yield keep
         if draft.exists():
             with naming(out):
@@ -99,7 +99,7 @@ def facts_of(source: Source, arguments: Namespace, played: Played) -> dict[str, 
     """What the replay alone knows; as `tools.commands.run.facts_of` has it of a run."""
     scenario, latency = source.scenario, played.tally.latency
     interface, _, channel = arguments.bus.partition(":")
-    simulated_s = played.epochs * source.tape.interval_ns / 1e9
+    simulated_s = played.epochs * source.recorded.interval_ns / 1e9
     recorded = f"replay of {source.folder}"
 
     def milliseconds(percent: int) -> float | None:
@@ -118,7 +118,7 @@ def facts_of(source: Source, arguments: Namespace, played: Played) -> dict[str, 
         "reproducible": arguments.pace == "lockstep" and played.complete and not played.tally.unanswered,
         "interrupted": not played.complete,
         "duration_s": simulated_s,
-        "epoch_interval_s": source.tape.interval_ns / 1e9,
+        "epoch_interval_s": source.recorded.interval_ns / 1e9,
         "epochs": played.epochs,
         "epochs_unanswered": played.tally.unanswered,
         "real_time_factor": float(f"{simulated_s / played.wall_s:.4g}") if played.wall_s > 0 else None,

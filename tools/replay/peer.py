@@ -146,7 +146,7 @@ def emulator_command(source: Source, spec: str, wait_s: float) -> list[str]:
     return [
         sys.executable, "-P", "-m", "gnss_hil.emulator",
         str(need_scenario(source)), "--bus", spec, "--quiet",
-        "--session", str(source.tape.session), "--wait", f"{wait_s:g}",
+        "--session", str(source.recorded.session), "--wait", f"{wait_s:g}",
     ]  # fmt: skip
 
 
@@ -162,13 +162,17 @@ def told(source: Source, spec: str, of_run: bool) -> dict[str, str]:
 
 def need_vehicle(source: Source) -> Path:
     if source.vehicle is None:
-        raise Mistake(f"{source.tape.recording.path}: is in no run folder; name its vehicle with --vehicle")
+        raise Mistake(
+            f"{source.recorded.recording.path}: is in no run folder; name its vehicle with --vehicle"
+        )
     return source.vehicle
 
 
 def need_scenario(source: Source) -> Path:
     if source.folder is None:
-        raise Mistake(f"{source.tape.recording.path}: is in no run folder; an emulator needs its scenario")
+        raise Mistake(
+            f"{source.recorded.recording.path}: is in no run folder; an emulator needs its scenario"
+        )
     if not source.alone:
         raise Mistake(f"{source.folder}: has several craft; start its emulator yourself, on one bus for each")
     return source.folder / SCENARIO

@@ -1,6 +1,6 @@
-"""The three ways to play a tape: as the emulator, as the flight software, as a loudspeaker.
+"""The three ways to play a recorded run: as the emulator, as the flight software, as a loudspeaker.
 
-Each plays on a link until the tape ends, the run is over or `stop()`. What was said in an epoch goes to
+Each plays on a link until the recording ends, the run is over or `stop()`. The frames of an epoch go to
 `keep(number, emulator's frames, flight software's frames)`.
 """
 
@@ -21,9 +21,11 @@ from gnss_hil.dbc.lockstep.slave import Follower
 from gnss_hil.dbc.lockstep.slave_loop import follow
 from gnss_hil.flightsw.io import encode
 from gnss_hil.tools.common.errors import Failed
+from gnss_hil.tools.decoder.block import of_frames
+from gnss_hil.tools.decoder.screen import intact
 from gnss_hil.tools.decoder.time_marks import marks_in, with_session
 from gnss_hil.tools.replay.compare import Comparison
-from gnss_hil.tools.replay.recorded_run import Tape, TapeEpoch, one_bus
+from gnss_hil.tools.replay.recorded_run import RecordedEpoch, RecordedRun, one_bus
 
 Keep = Callable[[int, FrameBatch, FrameBatch], None]
 Stop = Callable[[], bool]
@@ -35,9 +37,9 @@ class Played:
 
     comparison   what the other side said against what it said then
     epochs       played
-    sent, heard  frames of the tape, frames of the other side
+    sent, heard  frames of the recorded run, frames of the other side
     wall_s       from the first epoch to the last
-    complete     to the end of the tape, or of the run on the bus
+    complete     to the end of the recorded run, or of the run on the bus
     tally        of the master of time
     """
 
@@ -57,7 +59,7 @@ class Played:
 
 @dataclass(frozen=True, slots=True)
 class Mastery:
-    """How the tape plays the master of time.
+    """How the recorded run plays the master of time.
 
     pace      simulated per wall second, None for lockstep
     required  begin when a flight software of this contract was heard, at the latest after `wait_s`
@@ -72,24 +74,29 @@ class Mastery:
     session: int | None
 
 
-def play_emulator(tape: Tape, link: Link, how: Mastery, keep: Keep, stop: Stop) -> Played:
-    """The tape as the master of time."""
+def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, stop: Stop) -> Played:
+    """The recorded run as the master of time."""
     session = how.session
-    number = tape.session if session is None else session
+    number = recorded.session if session is None else session
     conductor = Conductor(
-        {tape.bus: Bus(link, tape.codec)}, number, how.pace, tape.interval_ns / 1e9, how.limit_s, stop=stop
+        {recorded.bus: Bus(link, recorded.codec)},
+        number,
+        how.pace,
+        recorded.interval_ns / 1e9,
+        how.limit_s,
+        stop=stop,
     )
     try:
         conductor.assemble((FLIGHT_NODE,) if how.required else (), how.wait_s)
     except MissingNodes as error:
         raise Failed(str(error)) from None
-    played = Played(Comparison(tape.codec, exact=how.pace is None), tally=conductor.tally)
+    played = Played(Comparison(recorded.codec, exact=how.pace is None), tally=conductor.tally)
     begun_s = time.perf_counter()
-    for epoch in tape.epochs():
+    for epoch in recorded.epochs():
         if stop():
             break
-        block = epoch.emulator if session is None else with_session(tape.codec, epoch.emulator, session)
-        answer = conductor.play(epoch.number, {tape.bus: block})[tape.bus]
+        block = epoch.emulator if session is None else with_session(recorded.codec, epoch.emulator, session)
+        answer = conductor.play(epoch.number, {recorded.bus: block})[recorded.bus]
         if len(answer) or not stop():
             played.comparison.add(epoch.number, epoch.flight, answer)
         played.count(sent=block, heard=answer)
@@ -101,43 +108,43 @@ def play_emulator(tape: Tape, link: Link, how: Mastery, keep: Keep, stop: Stop) 
     return played
 
 
-def play_flight(tape: Tape, link: Link, keep: Keep, stop: Stop) -> Played:
-    """The tape as the flight software: in each epoch that is heard it says what it said then."""
-    played = Played(Comparison(tape.codec, exact=True))
-    seeker = _Seeker(tape)
+def play_flight(recorded: RecordedRun, link: Link, keep: Keep, stop: Stop) -> Played:
+    """The recorded run as the flight software: in each epoch that is heard it sends what it sent then."""
+    played = Played(Comparison(recorded.codec, exact=True))
+    seeker = _Seeker(recorded)
     begun_s: list[float] = []
 
     def play(block: FrameBatch, fresh: bool) -> FrameBatch:
         begun_s.append(time.perf_counter())
-        number = int(marks_in(tape.codec, block).epoch[0])
+        number = int(marks_in(recorded.codec, block).epoch[0])
         epoch = seeker.at(number)
         played.comparison.add(number, epoch.emulator, block)
         played.count(sent=epoch.flight, heard=block)
         keep(number, block, epoch.flight)
         return epoch.flight
 
-    journey = follow(link, Follower(tape.codec), _greeting(tape), play, stop, once=True)
+    journey = follow(link, Follower(recorded.codec), _greeting(recorded), play, stop, once=True)
     played.wall_s = time.perf_counter() - begun_s[0] if begun_s else 0.0
     played.complete = journey.runs_ended > 0
     return played
 
 
 class _Seeker:
-    """Epochs of a tape by number; going back begins it again."""
+    """Epochs of a recorded run by number; going back begins it again."""
 
-    def __init__(self, tape: Tape):
-        self._tape = tape
-        self._rest: Iterator[TapeEpoch] = iter(())
-        self._here: TapeEpoch | None = None
+    def __init__(self, recorded: RecordedRun):
+        self._recorded = recorded
+        self._rest: Iterator[RecordedEpoch] = iter(())
+        self._here: RecordedEpoch | None = None
 
-    def at(self, number: int) -> TapeEpoch:
+    def at(self, number: int) -> RecordedEpoch:
         if self._here is None or number < self._here.number:
-            self._rest, self._here = self._tape.epochs(), None
+            self._rest, self._here = self._recorded.epochs(), None
         while self._here is None or self._here.number < number:
             last, self._here = self._here, next(self._rest, None)
             if self._here is None:
                 raise Failed(
-                    f"epoch {number} is on the bus; the recording has {self._tape.first} to {last.number}"
+                    f"epoch {number} is on the bus; the recording has {self._recorded.first} to {last.number}"
                 )
         if self._here.number != number:
             raise Failed(
@@ -146,21 +153,22 @@ class _Seeker:
         return self._here
 
 
-def _greeting(tape: Tape) -> FrameBatch:
+def _greeting(recorded: RecordedRun) -> FrameBatch:
     """The heartbeat before the first epoch, with the recorded count of starts."""
-    first = next(tape.epochs()).flight
-    beats = first[first.can_id == tape.codec.can_id_of["HEARTBEAT", FLIGHT_NODE]]
-    boots = int(tape.codec.decode("HEARTBEAT", beats.data)["boot_count"][0]) if len(beats) else 0
-    frames = encode.heartbeat(tape.codec, encode.NodeState.READY, boots, 0)
-    return e2e.protect(tape.codec, frames, e2e.fresh_counters(), 0)[0]
+    first = next(recorded.epochs()).flight
+    beats = of_frames(recorded.codec, first[intact(recorded.codec, first, "HEARTBEAT", FLIGHT_NODE)])
+    counts = beats["HEARTBEAT"]["boot_count"].tolist()
+    boots = counts[0] if counts else 0
+    frames = encode.heartbeat(recorded.codec, encode.NodeState.READY, boots, 0)
+    return e2e.protect(recorded.codec, frames, e2e.fresh_counters(), 0)[0]
 
 
-def play_all(tape: Tape, link: Link, pace: float, stop: Stop) -> Played:
+def play_all(recorded: RecordedRun, link: Link, pace: float, stop: Stop) -> Played:
     """Every frame of the bus as it was recorded, at its time; what others say is read and forgotten."""
-    played = Played(Comparison(tape.codec, exact=True))
+    played = Played(Comparison(recorded.codec, exact=True))
     begun_s, first_us = time.monotonic(), None
-    for piece in tape.recording.pieces():
-        unix_us, frames = one_bus(piece, tape.bus)
+    for piece in recorded.recording.pieces():
+        unix_us, frames = one_bus(piece, recorded.bus)
         if not len(frames):
             continue
         first_us = int(unix_us[0]) if first_us is None else first_us

@@ -9,12 +9,13 @@ from itertools import islice
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
-from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch, concat
+from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.decoder.block import of_frames
+from gnss_hil.tools.decoder.screen import intact
 from gnss_hil.tools.decoder.time_marks import Marks, epoch_times_ns, marks_in
 from gnss_hil.tools.recording.formats.candump import Piece
 from gnss_hil.tools.recording.formats.recording import Recording
@@ -25,7 +26,7 @@ PEEK_EPOCHS = 16
 
 
 @dataclass(frozen=True, slots=True)
-class TapeEpoch:
+class RecordedEpoch:
     """One epoch; frames of both sides, each in recorded order, without the bench's."""
 
     number: int
@@ -34,7 +35,7 @@ class TapeEpoch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tape:
+class RecordedRun:
     """One run on one bus.
 
     bus          its name in the recording
@@ -52,12 +53,12 @@ class Tape:
     start_ns: int
     interval_ns: int
 
-    def epochs(self) -> Iterator[TapeEpoch]:
+    def epochs(self) -> Iterator[RecordedEpoch]:
         """All epochs, from the beginning again at each call."""
         return _epochs(self.recording, self.bus, self.codec)
 
 
-def open_tape(recording: Recording, bus: str | None, contract: Codec | None) -> Tape:
+def open_run(recording: Recording, bus: str | None, contract: Codec | None) -> RecordedRun:
     """The run on a bus of a recording; Mistake if there is none, or none of this contract.
 
     bus       name in the recording; None: the only one
@@ -81,7 +82,7 @@ def open_tape(recording: Recording, bus: str | None, contract: Codec | None) -> 
     interval_ns = max(int(np.median(steps)), 1) if len(steps) else gpstime.NS_PER_S
     start_ns = int(t_ns[0]) - int(numbers[0]) * interval_ns
     session = int(marks_in(contract, begun[0].emulator).session[0])
-    return Tape(recording, bus, contract, session, int(numbers[0]), start_ns, interval_ns)
+    return RecordedRun(recording, bus, contract, session, int(numbers[0]), start_ns, interval_ns)
 
 
 def buses(recording: Recording) -> list[str]:
@@ -95,10 +96,9 @@ def spoken_contract(recording: Recording, bus: str) -> Codec:
     four = codec()
     spoken: set[int] = set()
     for _, frames in _on_bus(recording, bus):
-        base = frames[(frames.can_id <= SFF_MASK) & (frames.length == WIDTH)]
-        beats = base[four.kind_of[base.can_id] == four.kinds["HEARTBEAT"].number]
-        beats = beats[beats.data[:, 0] == e2e.crc(beats.can_id, beats.data)]
-        spoken = set(four.decode("HEARTBEAT", beats.data)["contract_hash"].tolist())
+        numbers = [number for kind, number in four.can_id_of if kind == "HEARTBEAT"]
+        beats = concat([frames[intact(four, frames, "HEARTBEAT", number)] for number in numbers])
+        spoken = set(of_frames(four, beats)["HEARTBEAT"]["contract_hash"].tolist())
         if spoken:
             break
     order = (four.receivers, *(n for n in range(1, MAX_RECEIVERS + 1) if n != four.receivers))
@@ -112,7 +112,7 @@ def spoken_contract(recording: Recording, bus: str) -> Codec:
     return found
 
 
-def _times_ns(contract: Codec, epochs: list[TapeEpoch], numbers: np.ndarray) -> np.ndarray:
+def _times_ns(contract: Codec, epochs: list[RecordedEpoch], numbers: np.ndarray) -> np.ndarray:
     """(e,) GPS times [ns] of epochs: what they say; where they do not, when they were recorded."""
     blocks = [epoch.emulator for epoch in epochs]
     heard_ns = np.array([gpstime.from_unix_ns(int(block.t_ns[0])) for block in blocks])
@@ -121,7 +121,7 @@ def _times_ns(contract: Codec, epochs: list[TapeEpoch], numbers: np.ndarray) -> 
     return said if (said >= 0).all() else heard_ns
 
 
-def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[TapeEpoch]:
+def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[RecordedEpoch]:
     """The first run of a recording: it ends with BENCH_END, or where another session begins."""
     sequencer = None
     flight_id = np.array([contract.sender_of[i] == "FLIGHT" for i in range(IDENTIFIERS)])
@@ -154,10 +154,10 @@ def _over(frames: FrameBatch, marks: Marks, session: int | None) -> int | None:
     return min(rows, default=None)
 
 
-def _sides(epoch, flight_id: np.ndarray) -> TapeEpoch:
+def _sides(epoch, flight_id: np.ndarray) -> RecordedEpoch:
     frames = epoch.frames
     flight = (frames.can_id <= SFF_MASK) & flight_id[frames.can_id & SFF_MASK]
-    return TapeEpoch(epoch.number, frames[~flight], frames[flight])
+    return RecordedEpoch(epoch.number, frames[~flight], frames[flight])
 
 
 def _on_bus(recording: Recording, bus: str) -> Iterator[tuple[np.ndarray, FrameBatch]]:

@@ -26,17 +26,17 @@ def play(
     arguments: Namespace, source: Source, spec: str, private: Path, say: Say, stop: Stop
 ) -> tuple[players.Played, RunFolder | None]:
     """Plays what the arguments say; with --report the folder that holds the recording."""
-    senders = set(source.tape.codec.sender_of) - {""}
+    senders = set(source.recorded.codec.sender_of) - {""}
     nodes = {"emulator": senders - {"FLIGHT"}, "flight": {"FLIGHT"}, None: senders}[arguments.only]
-    with peer.joined(spec, source.tape.codec, nodes) as link:
+    with peer.joined(spec, source.recorded.codec, nodes) as link:
         if arguments.only is None:
-            return players.play_all(source.tape, link, parse_pace(arguments.pace), stop), None
+            return players.play_all(source.recorded, link, parse_pace(arguments.pace), stop), None
         with _other_side(arguments, source, spec, private / "words", say) as other:
             return _against(arguments, source, link, other, stop)
 
 
 def _other_side(arguments: Namespace, source: Source, spec: str, words: Path, say: Say):
-    """Whoever will hear the tape."""
+    """Whoever will hear the recorded run."""
     role = _ROLES[arguments.only]
     emulating = arguments.only == "emulator"
     whose = arguments.flight if emulating else arguments.emulator
@@ -57,7 +57,7 @@ def _other_side(arguments: Namespace, source: Source, spec: str, words: Path, sa
 def _against(
     arguments: Namespace, source: Source, link: Link, other: peer.Other, stop: Stop
 ) -> tuple[players.Played, RunFolder | None]:
-    """A side of the tape against the other's software."""
+    """A side of the recorded run against the other's software."""
     emulating = arguments.only == "emulator"
     folder = output.make_folder(arguments.report, source, truth=emulating) if arguments.report else None
     ticker = Ticker("epochs", arguments.quiet)
@@ -66,11 +66,11 @@ def _against(
         return stop() or other.gone
 
     try:
-        with output.recording_at(source.tape, folder / LOG if folder else arguments.out) as keep:
+        with output.recording_at(source.recorded, folder / LOG if folder else arguments.out) as keep:
 
             def kept(number, emulator, flight):
                 keep(number, emulator, flight)
-                ticker.show(number + 1 - source.tape.first)
+                ticker.show(number + 1 - source.recorded.first)
 
             if emulating:
                 how = players.Mastery(
@@ -80,9 +80,9 @@ def _against(
                     arguments.limit,
                     arguments.session,
                 )
-                played = players.play_emulator(source.tape, link, how, kept, over)
+                played = players.play_emulator(source.recorded, link, how, kept, over)
             else:
-                played = players.play_flight(source.tape, link, kept, over)
+                played = players.play_flight(source.recorded, link, kept, over)
             other.end(played.complete, interrupted=stop())
     except BaseException:
         if folder is not None:

@@ -11,7 +11,7 @@ from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
-from gnss_hil.tools.replay.recorded_run import Tape, open_tape
+from gnss_hil.tools.replay.recorded_run import RecordedRun, open_run
 from gnss_hil.tools.results import assemble
 from gnss_hil.tools.results.run_digest import bus_names
 from gnss_hil.tools.run_config.plan import vehicle_name
@@ -25,7 +25,7 @@ class Source:
     vehicle  vehicle file, None if nobody named one
     """
 
-    tape: Tape
+    recorded: RecordedRun
     folder: Path | None
     scenario: Scenario | None
     craft: str
@@ -48,8 +48,8 @@ def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
     contract = codec(vehicles.load(named).antennas) if named else None
     folder = _folder_of(path)
     if folder is None:
-        tape = open_tape(Recording(path), craft, contract)
-        return Source(tape, None, None, tape.bus, 0, named)
+        recorded = open_run(Recording(path), craft, contract)
+        return Source(recorded, None, None, recorded.bus, 0, named)
     recording = Recording(folder / LOG if path == folder else path)
     scenario, _ = assemble.read_scenario(folder)
     names = [c.name for c in scenario.craft]
@@ -60,9 +60,9 @@ def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
     if wanted not in (*names, *buses):
         raise Mistake(f"--craft {wanted}: no such craft in {path}; it has {', '.join(names)}")
     number = names.index(wanted) if wanted in names else buses.index(wanted)
-    tape = open_tape(recording, buses[number], contract)
+    recorded = open_run(recording, buses[number], contract)
     file = named or folder / vehicle_name(names, number)
-    return Source(tape, folder, scenario, names[number], number, file)
+    return Source(recorded, folder, scenario, names[number], number, file)
 
 
 def _folder_of(path: Path) -> Path | None:

@@ -9,11 +9,11 @@ from gnss_hil.emulator.files import sp3 as reader
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export import oem as ours
 from gnss_hil.tools.export import sp3, time_series
-from gnss_hil.tools.export.time_series import Course
+from gnss_hil.tools.export.time_series import TimeSeries
 
 
 @pytest.fixture(scope="module")
-def fixes(told) -> Course:
+def fixes(told) -> TimeSeries:
     (course_of_craft,) = time_series.of_fixes([told[1]])
     return course_of_craft
 
@@ -36,13 +36,13 @@ def test_the_package_oem_reads_the_message(fixes, tmp_path):
 
 def test_a_gap_ends_a_segment(fixes):
     keep = np.r_[0:10, 20:30]
-    holed = Course("soyuz", fixes.t_ns[keep], fixes.position_m[keep], fixes.velocity_mps[keep], "fixes")
+    holed = TimeSeries("soyuz", fixes.t_ns[keep], fixes.position_m[keep], fixes.velocity_mps[keep], "fixes")
     assert "".join(ours.text_of(holed)).count("META_START") == 2
     assert "".join(ours.text_of(fixes)).count("META_START") == 1
 
 
 def test_a_craft_without_velocities_has_no_message(fixes):
-    still = Course("soyuz", fixes.t_ns, fixes.position_m, np.full_like(fixes.position_m, np.nan), "fixes")
+    still = TimeSeries("soyuz", fixes.t_ns, fixes.position_m, np.full_like(fixes.position_m, np.nan), "fixes")
     with pytest.raises(Mistake, match="no position with a velocity"):
         "".join(ours.text_of(still))
 
@@ -59,7 +59,7 @@ def test_the_package_sp3_reads_the_table(fixes, tmp_path):
 
 
 def test_a_craft_that_is_away_has_zeros(fixes):
-    later = Course("other", fixes.t_ns[5:], fixes.position_m[5:], fixes.velocity_mps[5:], "fixes")
+    later = TimeSeries("other", fixes.t_ns[5:], fixes.position_m[5:], fixes.velocity_mps[5:], "fixes")
     read = reader.parse("".join(sp3.text_of(sp3.of_craft([fixes, later]))), "written")
     assert read.name == ("L01", "L02")
     assert read.t_ns.tolist() == fixes.t_ns.tolist()
@@ -69,7 +69,7 @@ def test_a_craft_that_is_away_has_zeros(fixes):
 
 def test_uneven_epochs_make_no_table(fixes):
     t_ns = fixes.t_ns[:3] + np.array((0, 0, 300_000_000))
-    uneven = Course("soyuz", t_ns, fixes.position_m[:3], fixes.velocity_mps[:3], "fixes")
+    uneven = TimeSeries("soyuz", t_ns, fixes.position_m[:3], fixes.velocity_mps[:3], "fixes")
     with pytest.raises(Mistake, match="not evenly spaced"):
         sp3.of_craft([uneven])
 

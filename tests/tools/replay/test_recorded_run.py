@@ -17,7 +17,7 @@ from gnss_hil.tools.decoder.time_marks import marks_in, with_session
 from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.replay.compare import Comparison
-from gnss_hil.tools.replay.recorded_run import open_tape
+from gnss_hil.tools.replay.recorded_run import open_run
 
 EPOCHS = 12
 
@@ -44,17 +44,17 @@ def frames_of(path: Path) -> FrameBatch:
     return parse_lines(path.read_bytes())[2]
 
 
-def as_heard(tape) -> list[FrameBatch]:
+def as_heard(recorded) -> list[FrameBatch]:
     """The run as candump would have heard it: heartbeats before it, the bench's frames, its end."""
-    greeting = next(tape.epochs()).flight[-1:]
+    greeting = next(recorded.epochs()).flight[-1:]
     heard = [greeting] * 3
-    for epoch in tape.epochs():
-        n = (tape.session, epoch.number)
+    for epoch in recorded.epochs():
+        n = (recorded.session, epoch.number)
         heard += [
             epoch.emulator, messages.encode(messages.SYNC_ID, *n, len(epoch.emulator)),
             epoch.flight, messages.encode(messages.DONE_ID, *n, len(epoch.flight)),
         ]  # fmt: skip
-    return [*heard, messages.encode(messages.END_ID, tape.session, EPOCHS, 0)]
+    return [*heard, messages.encode(messages.END_ID, recorded.session, EPOCHS, 0)]
 
 
 def written(path: Path, frames: FrameBatch) -> Path:
@@ -63,22 +63,22 @@ def written(path: Path, frames: FrameBatch) -> Path:
 
 
 def test_a_tape_has_every_frame_of_a_run_on_its_side(run):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
-    assert (tape.bus, tape.first, tape.interval_ns) == ("can0", 0, 10**9)
-    epochs = list(tape.epochs())
+    recorded = open_run(Recording(run / "bus.log"), None, None)
+    assert (recorded.bus, recorded.first, recorded.interval_ns) == ("can0", 0, 10**9)
+    epochs = list(recorded.epochs())
     assert [epoch.number for epoch in epochs] == list(range(EPOCHS))
     everything = concat([part for epoch in epochs for part in (epoch.emulator, epoch.flight)])
     assert (everything.can_id == frames_of(run / "bus.log").can_id).all()
     assert (everything.data == frames_of(run / "bus.log").data).all()
     for epoch in epochs:
-        assert {tape.codec.sender_of[i] for i in epoch.flight.can_id.tolist()} == {"FLIGHT"}
-        assert "FLIGHT" not in {tape.codec.sender_of[i] for i in epoch.emulator.can_id.tolist()}
+        assert {recorded.codec.sender_of[i] for i in epoch.flight.can_id.tolist()} == {"FLIGHT"}
+        assert "FLIGHT" not in {recorded.codec.sender_of[i] for i in epoch.emulator.can_id.tolist()}
 
 
 def test_a_bus_heard_by_candump_gives_the_same_tape(run, tmp_path):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
-    heard = open_tape(Recording(written(tmp_path / "heard.log", concat(as_heard(tape)))), None, None)
-    for ours, theirs in zip(tape.epochs(), heard.epochs(), strict=True):
+    recorded = open_run(Recording(run / "bus.log"), None, None)
+    heard = open_run(Recording(written(tmp_path / "heard.log", concat(as_heard(recorded)))), None, None)
+    for ours, theirs in zip(recorded.epochs(), heard.epochs(), strict=True):
         assert ours.number == theirs.number
         for side in ("emulator", "flight"):
             assert (getattr(ours, side).data == getattr(theirs, side).data).all()
@@ -86,33 +86,33 @@ def test_a_bus_heard_by_candump_gives_the_same_tape(run, tmp_path):
 
 @pytest.mark.parametrize("ended", [True, False])
 def test_a_second_run_in_a_recording_is_left_out(run, tmp_path, ended):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
-    first = concat(as_heard(tape)[: None if ended else -1])
-    again = first if ended else with_session(tape.codec, first, tape.session % 0xFFFF + 1)
-    both = open_tape(Recording(written(tmp_path / "two.log", concat([first, again]))), None, None)
+    recorded = open_run(Recording(run / "bus.log"), None, None)
+    first = concat(as_heard(recorded)[: None if ended else -1])
+    again = first if ended else with_session(recorded.codec, first, recorded.session % 0xFFFF + 1)
+    both = open_run(Recording(written(tmp_path / "two.log", concat([first, again]))), None, None)
     assert [epoch.number for epoch in both.epochs()] == list(range(EPOCHS))
-    assert sum(len(e.emulator) for e in both.epochs()) == sum(len(e.emulator) for e in tape.epochs())
+    assert sum(len(e.emulator) for e in both.epochs()) == sum(len(e.emulator) for e in recorded.epochs())
 
 
 def test_another_session_is_an_intact_one(run):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
+    recorded = open_run(Recording(run / "bus.log"), None, None)
     frames = frames_of(run / "bus.log")
-    other = with_session(tape.codec, frames, 0xABCD)
-    marks = marks_in(tape.codec, other)
+    other = with_session(recorded.codec, frames, 0xABCD)
+    marks = marks_in(recorded.codec, other)
     assert set(marks.session.tolist()) == {0xABCD}
     assert marks.epoch.tolist() == list(range(EPOCHS))
     rest = np.ones(len(frames), bool)
     rest[marks.rows] = False
     assert (other.data[rest] == frames.data[rest]).all()
     assert (other.data[:, 0] == e2e.crc(other.can_id, other.data)).all()
-    assert (with_session(tape.codec, other, tape.session).data == frames.data).all()
+    assert (with_session(recorded.codec, other, recorded.session).data == frames.data).all()
 
 
 def test_damaged_marks_stay_damaged(run):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
+    recorded = open_run(Recording(run / "bus.log"), None, None)
     frames = frames_of(run / "bus.log")[:3]
     frames.data[0, 4] ^= 1
-    assert (with_session(tape.codec, frames, 5).data == frames.data).all()
+    assert (with_session(recorded.codec, frames, 5).data == frames.data).all()
 
 
 def test_the_contract_is_the_one_that_the_heartbeats_name(tmp_path):
@@ -131,13 +131,13 @@ def test_the_contract_is_the_one_that_the_heartbeats_name(tmp_path):
         "--no-report",
     ]
     assert main([*words, "--out", str(folder), "--quiet"]) == 0
-    assert open_tape(Recording(folder / "bus.log"), None, None).codec.receivers == 2
+    assert open_run(Recording(folder / "bus.log"), None, None).codec.receivers == 2
 
 
 def test_what_cannot_be_replayed_is_told(run, tmp_path):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
+    recorded = open_run(Recording(run / "bus.log"), None, None)
     frames = frames_of(run / "bus.log")
-    contract = tape.codec
+    contract = recorded.codec
     beat = contract.kind_of[frames.can_id] == contract.kinds["HEARTBEAT"].number
 
     foreign = frames.data.copy()
@@ -150,19 +150,19 @@ def test_what_cannot_be_replayed_is_told(run, tmp_path):
         ("no-mark", frames[beat], "no intact time mark"),
     ):
         with pytest.raises(Mistake, match=told):
-            open_tape(Recording(written(tmp_path / f"{name}.log", batch)), None, None)
-    assert open_tape(Recording(tmp_path / "strange.log"), None, codec(4)).session == tape.session
+            open_run(Recording(written(tmp_path / f"{name}.log", batch)), None, None)
+    assert open_run(Recording(tmp_path / "strange.log"), None, codec(4)).session == recorded.session
     with pytest.raises(Mistake, match="holds no bus can7; it has can0"):
-        open_tape(Recording(run / "bus.log"), "can7", None)
+        open_run(Recording(run / "bus.log"), "can7", None)
     (tmp_path / "empty.log").write_text("")
     with pytest.raises(Mistake, match="holds no frames"):
-        open_tape(Recording(tmp_path / "empty.log"), None, None)
+        open_run(Recording(tmp_path / "empty.log"), None, None)
 
 
 def test_a_comparison_names_the_first_difference(run):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
-    comparison = Comparison(tape.codec, exact=True)
-    epochs = list(tape.epochs())
+    recorded = open_run(Recording(run / "bus.log"), None, None)
+    comparison = Comparison(recorded.codec, exact=True)
+    epochs = list(recorded.epochs())
     for epoch in epochs[:5]:
         comparison.add(epoch.number, epoch.flight, epoch.flight)
     assert comparison.told == "as recorded in all of 5 epochs"
@@ -175,9 +175,9 @@ def test_a_comparison_names_the_first_difference(run):
 
 
 def test_heartbeats_do_not_count_where_they_may_come_at_any_time(run):
-    tape = open_tape(Recording(run / "bus.log"), None, None)
-    epoch = next(tape.epochs())
-    free, strict = (Comparison(tape.codec, exact) for exact in (False, True))
+    recorded = open_run(Recording(run / "bus.log"), None, None)
+    epoch = next(recorded.epochs())
+    free, strict = (Comparison(recorded.codec, exact) for exact in (False, True))
     for comparison in (free, strict):
         comparison.add(0, epoch.flight, concat([epoch.flight[-1:], epoch.flight]))
     assert (free.different, strict.different) == (0, 1)
