@@ -69,7 +69,7 @@ def test_a_difference_is_told_and_counts(run, capsys):
 
 def test_a_replay_can_be_reported_like_a_run(run, tmp_path, capsys):
     folder = tmp_path / "report"
-    words = ["--only", "emulator", "--flight", f"{sys.executable} -m tests.system.replayed", "--quiet"]
+    words = ["--only", "emulator", "--flight", f"{sys.executable} -m tests.support.replayed", "--quiet"]
     assert main(["replay", str(run), *words, "--report", str(folder)]) == 0
     before, after = summary_of(run), summary_of(folder)
     assert after["craft"] == before["craft"]
