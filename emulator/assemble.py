@@ -2,38 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import I64 as Numbers
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
-from gnss_hil.dbc.contract import codec, e2e
+from gnss_hil.dbc.contract import codec
+from gnss_hil.emulator.clocks import bounded_wander
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.constellation.almanac import orbits
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
-from gnss_hil.emulator.constellation.sky import build_sky
+from gnss_hil.emulator.constellation.sky import Misreport, Sky, build_sky
+from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.earth.sun_table import Sun
-from gnss_hil.emulator.error_models import craft_models
-from gnss_hil.emulator.error_models.observable_effects import Setting, build_effects, sky_effects
+from gnss_hil.emulator.environment import models as joined
+from gnss_hil.emulator.environment.block import Environment, SkyCache
+from gnss_hil.emulator.environment.link import PlainReceiver, build_link
+from gnss_hil.emulator.environment.models import Clocks, Models
+from gnss_hil.emulator.error_models.base import Context, ErrorModel, ReportInput, Stage
+from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.orbits.motion import build_motion, build_turning
 from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.base import Craft
 from gnss_hil.emulator.receivers.emulated import search
-from gnss_hil.emulator.receivers.emulated.channels import Numbers, Pace, fresh_channels, fresh_knowledge
-from gnss_hil.emulator.receivers.recorded.receiver import ObservedCraft, fresh_unit
-from gnss_hil.emulator.signal import structure_effects
-from gnss_hil.emulator.signal.channel_geometry import Effect
-from gnss_hil.emulator.signal.ionosphere.effect import ionosphere
-from gnss_hil.emulator.signal.ionosphere.prepare import build_field
-from gnss_hil.emulator.signal.link_budget_in_run import build_radio, plain_antennas
-from gnss_hil.emulator.state import CraftWorld, EmulatorState, UnitState, World
+from gnss_hil.emulator.receivers.emulated.channels import Pace
+from gnss_hil.emulator.receivers.emulated.craft import Receivers
+from gnss_hil.emulator.receivers.emulated.receiver import EmulatedCraft
+from gnss_hil.emulator.signal.structure import file
+from gnss_hil.emulator.signal.structure.bodies import Structure, require_outside, structure
+from gnss_hil.emulator.state import EmulatorState, World
+
+FASTEST_CLOCK_MPS = 3000.0
+"""What a receiver's clock may add to the range rate: the signal on the bus ends at 13.4 km/s."""
 
 FASTEST_TURN_RPS = 0.12
 """Largest body rate of a slew: the signal on the bus ends at 0.131 rad/s; the orbit takes 0.001."""
@@ -59,107 +70,211 @@ def build_world(
     if not 0 <= session < 1 << 16:
         raise ScenarioError(f"session: {session} is not a 16-bit number")
     time = given.time
-    sky = build_sky(given.sky, time, resolve_path, given.seed)
-    everywhere = _everywhere(given, resolve_path, sky.index)
-    measured = _orientation(time, resolve_path)
+    sky = build_sky(
+        given.sky, time, resolve_path, lambda index: _misreports(_of_sky(given, resolve_path, index))
+    )
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
-    return World(
-        given.seed,
+    shared = Shared(
+        given,
         session,
-        time.start_ns,
-        time.interval_ns,
-        given.sky.ray_height_km * 1e3,
+        resolve_path,
         sky,
+        SkyCache(sky, keep=2 * len(given.craft)),
         Sun(gpstime.leap_seconds(time.start_ns)),
         _almanac(given, resolve_path, sky.index),
         row_of,
-        int(satellites.system_of(sky.index).max()) + 1,
-        tuple(_craft(given, c, v, everywhere, measured) for c, v in zip(given.craft, vehicles, strict=True)),
+        _of_sky(given, resolve_path, sky.index),
+        _orientation(time, resolve_path),
     )
+    craft = tuple(
+        KINDS["emulated" if one.observations is None else "recorded"](shared, one, v)
+        for one, v in zip(given.craft, vehicles, strict=True)
+    )
+    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft)
 
 
 def initial_state(world: World) -> EmulatorState:
-    """Every unit cold, every channel idle and searching by itself."""
-    satellites_of_sky = len(world.sky.index)
-    return EmulatorState(
-        tuple(
-            fresh_unit() if isinstance(craft, ObservedCraft) else _cold(craft, satellites_of_sky)
-            for craft in world.craft
-        )
-    )
+    """Every unit as it is before the first epoch."""
+    return EmulatorState(tuple(craft.fresh() for craft in world.craft))
 
 
-def _cold(craft: CraftWorld, satellites_of_sky: int) -> UnitState:
-    return UnitState(
-        None,
-        None,
-        fresh_channels(craft.vehicle.channels),
-        fresh_knowledge(satellites_of_sky, craft.holders),
-        e2e.fresh_counters(),
-        e2e.fresh_counters(),
-        np.zeros(len(e2e.Verdict), np.int64),
-    )
+@dataclass(frozen=True, slots=True, eq=False)
+class Shared:
+    """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
+    orientation, None without a file of it."""
+
+    given: scenario.Scenario
+    session: int
+    open_path: Callable[[str], Path]
+    sky: Sky
+    cache: SkyCache
+    sun: Sun
+    almanac: HeldAlmanac | None
+    row_of: Numbers
+    models: Models
+    measured: finals.Orientation | None
 
 
-def _craft(
-    given: scenario.Scenario,
-    craft: scenario.Craft,
-    vehicle: Vehicle,
-    everywhere: tuple[Effect, ...],
-    measured: finals.Orientation | None,
-) -> CraftWorld | ObservedCraft:
-    if craft.observations is not None:
-        # Reading observations is for those who play them.
-        from gnss_hil.emulator.receivers.recorded.assemble import build_observed
+def _recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
+    # Reading observations is for runs that play them.
+    from gnss_hil.emulator.receivers.recorded.assemble import build_observed
 
-        return build_observed(given, craft, vehicle, measured)
-    return _emulated(given, craft, vehicle, everywhere, measured)
+    return build_observed(
+        shared.given, craft, vehicle, shared.measured, shared.session, shared.sky, shared.almanac,
+        shared.row_of,
+    )  # fmt: skip
 
 
-def _emulated(
-    given: scenario.Scenario,
-    craft: scenario.Craft,
-    vehicle: Vehicle,
-    everywhere: tuple[Effect, ...],
-    measured: finals.Orientation | None,
-) -> CraftWorld:
-    time, settings = given.time, craft.receivers
-    orbit = build_motion(craft, time, measured)
+def _emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
+    given, settings = shared.given, craft.receivers
+    time, rows = given.time, craft.factors.on()
+    orbit = build_motion(craft.name, craft.orbit, craft.trajectory, time, shared.measured)
     _check_turns(craft)
+    shape = _structure(craft, rows, vehicle)
     key = keyed_draws.key_of(craft.name)
+    context = _context(given, key, shared.sky.index, shared.open_path)
+    context = replace(context, vehicle=vehicle, loops=settings.loops, structure=shape)
+    try:
+        own = _models(rows, context)
+        models = _merged(own, shared.models)
+        link = build_link(
+            PlainReceiver(settings.gain_dbi, settings.gain_at_90deg_dbi, settings.noise_temperature_k),
+            vehicle.antennas,
+            joined.link(models),
+        )
+        tracking = joined.tracking(models, None)
+        oscillator = joined.only(models, Stage.OSCILLATOR)
+    except (ValueError, FileError) as error:
+        raise ScenarioError(f"craft.{craft.name}.factors: {error}") from None
+    mark_domain = _mark_domain(craft, vehicle)
     contract = codec.codec(vehicle.antennas)
-    factors = craft.factors.on()
-    collection = factors.get("data_collection")
-    radio = build_radio(factors, vehicle, settings, time.start_ns, craft.name)
-    antennas = radio.budget.antennas if radio is not None else plain_antennas(settings, vehicle)
-    return CraftWorld(
-        name=craft.name,
-        key=key,
+    environment = Environment(
+        start_ns=time.start_ns,
+        interval_ns=time.interval_ns,
+        epochs=time.epochs,
+        ray_height_m=given.sky.ray_height_km * 1e3,
+        sky=shared.cache,
+        sun=shared.sun,
         vehicle=vehicle,
         orbit=orbit,
-        attitude=build_turning(craft, time, orbit, measured),
-        settings=settings,
+        attitude=build_turning(craft.name, craft.attitude, time, orbit, shared.measured),
+        clocks=_wandering(craft, context, vehicle) if oscillator is None else oscillator.clocks,
+        mark_domain=mark_domain,
+        models=models,
+        link=link,
+        lock_threshold_dbhz=settings.lock_threshold_dbhz,
+        structure=shape,
+    )
+    receivers = Receivers(
+        session=shared.session,
+        vehicle=vehicle,
+        row_of=shared.row_of,
+        almanac=shared.almanac,
         pace=_pace(settings),
         rule=search.RULES[settings.autonomous],
-        radio=radio,
-        hull=structure_effects.build_hull(craft, factors, vehicle, antennas),
-        effects=(
-            *build_effects(factors, Setting(given.seed, key, vehicle.antennas, settings.loops)),
-            *everywhere,
-        ),
-        draws=craft_models.draws_words(factors),
-        clocks=craft_models.clocks(craft, factors, given, key, vehicle),
-        carrier=craft_models.carrier(craft, factors, vehicle, time),
-        lock=factors.get("loss_of_lock"),
-        by_frames=collection is not None,
-        holders=1 if collection is None or collection.shared else vehicle.antennas,
-        sensors=craft_models.sensors(factors, time.interval_ns),
-        instant=craft_models.instant(craft, factors, given, key, vehicle),
+        collection_ns=tracking.collection_ns,
+        holders=1 if tracking.shared else vehicle.antennas,
+        mark_source=mark_domain + 1,
         epochs_per_pass=max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
         stationery=frames.stationery(contract, vehicle.antennas),
     )
+    return EmulatedCraft(craft.name, environment, receivers)
+
+
+KINDS: dict[str, Callable[[Shared, scenario.Craft, Vehicle], Craft]] = {
+    "emulated": _emulated, "recorded": _recorded,
+}  # fmt: skip
+"""Kind of receivers -> maker of a craft that has them."""
+
+
+def _context(given: scenario.Scenario, key: int, index: Numbers, open_path: Callable[[str], Path]) -> Context:
+    time = given.time
+    return Context(given.seed, key, time.start_ns, time.interval_ns, time.span_ns, index, open_path)
+
+
+def _models(rows: Mapping[str, Factor], context: Context) -> Models:
+    """Models of rows that are on, by stage."""
+    found: dict[Stage, tuple[ErrorModel, ...]] = {}
+    for name, params in rows.items():
+        row = FACTORS[name]
+        found[row.stage] = (*found.get(row.stage, ()), row.build(params, context))
+    return found
+
+
+def _merged(own: Models, of_sky: Models) -> Models:
+    return {stage: (*own.get(stage, ()), *of_sky.get(stage, ())) for stage in Stage}
+
+
+def _of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], index: Numbers) -> Models:
+    """Models of the sky, the same for all craft."""
+    context = _context(given, keyed_draws.SKY_KEY, index, open_path)
+    found: Models = {}
+    for name, params in given.sky.factors.on().items():
+        try:
+            found = _merged(found, _models({name: params}, context))
+        except FileError as error:
+            raise ScenarioError(f"sky.factors.{name}: {error}") from None
+    return found
+
+
+def _misreports(models: Models) -> list[Misreport]:
+    """What makes satellites report something else than the truth."""
+
+    def misreport(model: ErrorModel) -> Misreport:
+        def errors(middles_ns, nodes_s, pos_m, vel_mps):
+            term = model.report(ReportInput(middles_ns, nodes_s, pos_m, vel_mps))
+            return term.off_ecef_m, term.off_clock_m
+
+        return errors
+
+    return [misreport(model) for model in models.get(Stage.BROADCAST, ())]
+
+
+def _structure(craft: scenario.Craft, rows: Mapping[str, Factor], vehicle: Vehicle) -> Structure | None:
+    """The craft's structure, None if no model needs it; ScenarioError if it cannot be had."""
+    wanted = [name for name in rows if "structure" in FACTORS[name].needs]
+    if not wanted:
+        return None
+    if craft.structure is None:
+        raise ScenarioError(
+            f"craft.{craft.name}.factors.{wanted[0]}: needs the craft's structure; name it: structure = "
+            f'"FILE", shipped are {", ".join(file.shipped())}'
+        )
+    try:
+        shape = structure(file.load(file.find(craft.structure)))
+        require_outside(shape, dict(zip(vehicle.names, vehicle.lever_arm_body_m, strict=True)))
+    except file.StructureError as error:
+        raise ScenarioError(f"craft.{craft.name}.structure: {error}") from None
+    return shape
+
+
+def _wandering(craft: scenario.Craft, context: Context, vehicle: Vehicle) -> Clocks:
+    """The craft's oscillators where no model says otherwise: each clock domain's wanders within bounds, in a
+    phase of its own."""
+    raw = context.stream("bounded_wander").words(0, bounded_wander.DOMAINS)
+    phase = 2 * np.pi * keyed_draws.uniform(raw)[:, 0]
+    wander = bounded_wander.Wander(1e-3 * craft.clock.amplitude_ms, 2 * np.pi / craft.clock.period_s, phase)
+    fastest_mps = LIGHT_MPS * bounded_wander.fastest(wander)
+    if fastest_mps > FASTEST_CLOCK_MPS:
+        raise ScenarioError(
+            f"craft.{craft.name}.clock: amplitude_ms = {craft.clock.amplitude_ms:g} with period_s = "
+            f"{craft.clock.period_s:g} drifts by up to {fastest_mps:.0f} m/s; allowed {FASTEST_CLOCK_MPS:.0f}"
+        )
+    interval_ns = context.interval_ns
+    return lambda epochs: bounded_wander.over(wander, epochs.number * interval_ns / NS_PER_S)
+
+
+def _mark_domain(craft: scenario.Craft, vehicle: Vehicle) -> int:
+    """The clock domain that time marks are read from, -1: the on-board computer's clock."""
+    domain = craft.clock.mark_domain
+    if domain is None:
+        return -1
+    if domain not in vehicle.clock_domain:
+        used = ", ".join(map(str, sorted(set(vehicle.clock_domain.tolist()))))
+        raise ScenarioError(f"craft.{craft.name}.clock.mark_domain is {domain}; the vehicle has {used}")
+    return domain
 
 
 def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> finals.Orientation | None:
@@ -172,22 +287,6 @@ def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> fi
     except FileError as error:
         raise ScenarioError(f"time.orientation: {error}") from None
     return found
-
-
-def _everywhere(
-    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: Numbers
-) -> tuple[Effect, ...]:
-    """Effects of the sky's factors, the same for all craft."""
-    factors = given.sky.factors.on()
-    found = sky_effects(factors, given.seed, index)
-    if "ionosphere" not in factors:
-        return found
-    factor = factors["ionosphere"]
-    try:
-        field = build_field(factor, [resolve_path(name) for name in factor.files], given.time.span_ns)
-    except FileError as error:
-        raise ScenarioError(f"sky.factors.ionosphere: {error}") from None
-    return (*found, ionosphere(field))
 
 
 def _almanac(

@@ -162,6 +162,29 @@ def _sealed(codec, frames, counters, epoch) -> tuple[FrameBatch, NDArray[np.int8
     return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
 
 
+def protect_words(
+    can_id: NDArray,
+    words: NDArray[np.uint64],
+    stream: NDArray,
+    rank: NDArray | None,
+    counters: NDArray[np.int8],
+    epoch: int,
+) -> tuple[NDArray[np.uint8], NDArray[np.int8]]:
+    """As `protect`, where streams are known beforehand: payloads (n, 8) and the sender's next counters.
+
+    words    (n,) little-endian payloads with blank headers
+    stream   (n,) of each;  rank (n,) how many frames of its stream come before it, None: each stream is once
+    """
+    counter = counters.take(stream).astype(np.int64) + (1 if rank is None else 1 + rank)
+    counter %= COUNTERS
+    counters = counters.copy()
+    counters[stream] = counter
+    header = (counter.view(np.uint64) | np.uint64(epoch % 16 << 4)) << np.uint64(8)
+    data = (words | header).astype("<u8", copy=False).view(np.uint8).reshape(-1, 8)
+    data[:, 0] = crc(can_id, data)
+    return data, counters
+
+
 @dataclass(frozen=True, slots=True)
 class Screened:
     """A batch after the checks.

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import I64
-from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.earth.constants import ROTATION_RPS
 from gnss_hil.emulator.numerics.rotations import dcm_321, quaternion_of_dcm, rate_321
 from gnss_hil.emulator.orbits.dynamics import CraftState

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.gpstime import NS_PER_S
-
 DOMAINS = 8
 
 ClockState = NDArray[np.float64]
@@ -31,15 +29,17 @@ class Wander:
     phase_rad: NDArray[np.float64]
 
 
-def offset_s(wander: Wander, t_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def offset_s(
+    wander: Wander, t_s: float | NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Clock minus GPS time (8,) [s] by domain, t_s after the start, and its rate (8,) [s/s]."""
     angle = wander.rate_radps * t_s + wander.phase_rad
     return wander.amplitude_s * np.sin(angle), wander.amplitude_s * wander.rate_radps * np.cos(angle)
 
 
-def wandering(wander: Wander, interval_ns: int) -> Clocks:
-    """Clocks that need no memory."""
-    return lambda before, epoch: np.array(offset_s(wander, epoch * interval_ns / NS_PER_S))
+def over(wander: Wander, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Offsets [s] and rates [s/s] (k, 2, 8) at times (k,) after the start."""
+    return np.stack(offset_s(wander, t_s[:, None]), axis=1)
 
 
 def fastest(wander: Wander) -> float:

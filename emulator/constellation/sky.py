@@ -22,13 +22,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config.tables import ScenarioError, Time
 from gnss_hil.emulator.constellation.base import Array, Broadcast, Constellation
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.error_models import ephemeris_error, satellite_clock_error
-from gnss_hil.emulator.error_models.base import Factor
-from gnss_hil.emulator.error_models.params_sky import EphemerisError, SatelliteClockError
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Chunks, Grid
 
 GRID = Grid(origin_ns=0, segment_ns=60 * NS_PER_S, margin_ns=2 * NS_PER_S, degree=7, per_chunk=30)
@@ -230,35 +227,31 @@ def _columns(positions: Array, clocks: Array) -> Array:
     return np.concatenate((positions.reshape(*positions.shape[:2], -1), clocks), axis=2)
 
 
-def _orbits(parameters: EphemerisError, seed: int, index: NDArray[np.int64]) -> Misreport:
-    return lambda middles_ns, nodes_s, pos_m, vel_mps: (
-        ephemeris_error.errors(parameters, seed, index, middles_ns, nodes_s, pos_m, vel_mps), 0.0,
-    )  # fmt: skip
+class Sources(Protocol):
+    """Where a sky comes from, as a scenario tells it."""
 
+    @property
+    def orbits(self) -> tuple[str, ...]: ...
+    @property
+    def reports(self) -> str: ...
 
-def _clocks(parameters: SatelliteClockError, seed: int, index: NDArray[np.int64]) -> Misreport:
-    return lambda middles_ns, nodes_s, pos_m, vel_mps: (
-        0.0, satellite_clock_error.errors(parameters, seed, index, middles_ns, nodes_s),
-    )  # fmt: skip
+    def sources(self) -> dict[str, str | list[str]]:
+        """Source of each system's satellites, by its name."""
+        ...
 
-
-MISREPORTS: dict[str, Callable[..., Misreport]] = {
-    "ephemeris_error": _orbits, "satellite_clock_error": _clocks,
-}  # fmt: skip
-"""Factor of a sky -> maker of the error of what its satellites (n,) report: parameters, seed, index."""
-
-
-def misreports(factors: Mapping[str, Factor], seed: int, index: NDArray[np.int64]) -> tuple[Misreport, ...]:
-    """What the factors of a sky that are on make its satellites (n,) report."""
-    return tuple(make(factors[name], seed, index) for name, make in MISREPORTS.items() if name in factors)
+    def offset_ns(self, system: str) -> float: ...
 
 
 def build_sky(
-    sky: scenario.Sky, time: scenario.Time, resolve_path: Callable[[str], Path], seed: int = 0
+    sky: Sources,
+    time: Time,
+    resolve_path: Callable[[str], Path],
+    misreports: Callable[[NDArray[np.int64]], Sequence[Misreport]] = lambda index: (),
 ) -> Sky:
     """The sky a scenario describes; ScenarioError with one line if it cannot be had.
 
     resolve_path  name of a navigation file as the scenario writes it -> the file
+    misreports    satellite index (n,) -> errors of what these satellites report
     """
     parts: dict[str, Constellation] = {}
     for system, source in sky.sources().items():
@@ -273,11 +266,8 @@ def build_sky(
     if not parts:
         names = list(sky.sources())
         every = "both" if len(names) == 2 else "all"
-        raise scenario.ScenarioError(
-            f"sky: {' and '.join(names)} are {every} 'none'; nothing is left to receive"
-        )
+        raise ScenarioError(f"sky: {' and '.join(names)} are {every} 'none'; nothing is left to receive")
     constellations = list(parts.values())
     index = np.concatenate([part.index for part in constellations])
-    errors = misreports(sky.factors.on(), seed, index)
     offsets_m = [sky.offset_ns(system) * 1e-9 * LIGHT_MPS for system in parts]
-    return Sky(constellations, offsets_m, truth, errors, sky.reports == "orbits")
+    return Sky(constellations, offsets_m, truth, misreports(index), sky.reports == "orbits")

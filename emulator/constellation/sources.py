@@ -10,7 +10,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.systems import SYSTEMS
-from gnss_hil.emulator.config.scenario import ScenarioError, Time
+from gnss_hil.emulator.config.tables import ScenarioError, Time
 from gnss_hil.emulator.constellation import precise_sky
 from gnss_hil.emulator.constellation.base import Constellation
 from gnss_hil.emulator.constellation.precise import PreciseOrbits

@@ -28,5 +28,5 @@ class Sun:
         return self._table.at(t_ns)[0]
 
     def over(self, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(q, 3) the same at times (q,), ascending."""
+        """(q, 3) the same at times (q,)."""
         return self._table.over(t_ns)[:, 0]

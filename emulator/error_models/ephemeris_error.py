@@ -13,12 +13,22 @@ errors of orbits: Colombo, J. Geophys. Res. 94 (1989) 9167
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, by_number, uploads
 from gnss_hil.emulator.earth.constants import MU_M3PS2
+from gnss_hil.emulator.error_models.base import (
+    Context,
+    ErrorModel,
+    ReportInput,
+    ReportTerm,
+    Row,
+    Stage,
+)
 from gnss_hil.emulator.error_models.params_sky import EphemerisError
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.signal.geometry import spin
@@ -90,3 +100,32 @@ def orbital_axes(pos_ecef_m: Array, vel_ecef_mps: Array) -> tuple[Array, Array, 
     normal = np.cross(pos_ecef_m, vel_ecef_mps + spin(pos_ecef_m))
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     return up, np.cross(normal, up), normal
+
+
+@dataclass(frozen=True, slots=True)
+class Model(ErrorModel):
+    params: EphemerisError
+    seed: int
+    index: NDArray[np.int64]
+
+    def report(self, at: ReportInput) -> ReportTerm:
+        off_m = errors(
+            self.params, self.seed, self.index, at.middles_ns, at.nodes_s, at.pos_ecef_m, at.vel_ecef_mps
+        )
+        return ReportTerm(off_ecef_m=off_m)
+
+
+def build(params: EphemerisError, context: Context) -> ErrorModel:
+    return Model(params, context.seed, context.satellites)
+
+
+ROW = Row(
+    "ephemeris_error",
+    EphemerisError,
+    Stage.BROADCAST,
+    "Montenbruck, Steigenberger & Hauschild, GPS Solutions 19 (2015) 321; Hill's equations",
+    build,
+    "sky",
+    acts_on="report",
+    shows="SV_X",
+)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from gnss_hil.emulator.error_models.base import Factor
+from gnss_hil.emulator.error_models.params import Factor
 
 Four = tuple[float, float, float, float]
 Share = Annotated[float, Field(ge=0, lt=1)]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common.vehicle import Strict, Vector
-from gnss_hil.emulator.error_models.base import Factor
+from gnss_hil.emulator.error_models.params import Factor
 
 GpsBlock = Literal["gps-iia", "gps-iir", "gps-iir-improved", "gps-iif", "gps-iii"]
 Block = GpsBlock | Literal["glonass-m"]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import Factor
+from gnss_hil.emulator.error_models.params import Factor
 
 
 class AttitudeError(Factor):

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import Factor
+from gnss_hil.emulator.error_models.params import Factor
 
 
 class ClockInstability(Factor):

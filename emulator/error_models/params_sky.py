@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from gnss_hil.emulator.error_models.base import Factor
+from gnss_hil.emulator.error_models.params import Factor
 
 Sigma = Annotated[float, Field(ge=0, le=1000)]
 Triple = tuple[Sigma, Sigma, Sigma]

@@ -19,6 +19,14 @@ from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, Uploads, by_number, uploads
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.error_models.base import (
+    Context,
+    ErrorModel,
+    ReportInput,
+    ReportTerm,
+    Row,
+    Stage,
+)
 from gnss_hil.emulator.error_models.params_sky import SatelliteClockError
 from gnss_hil.emulator.numerics import keyed_draws
 
@@ -109,3 +117,30 @@ def _sums(seed: int, index: Numbers, first: int, last: int) -> Array:
     start = first - hours[0] * _PER_HOUR
     steps = steps[start : start + last - first] * np.sqrt(_MINUTE_S)
     return np.concatenate((np.zeros((1, len(index))), np.cumsum(steps, axis=0)))
+
+
+@dataclass(frozen=True, slots=True)
+class Model(ErrorModel):
+    params: SatelliteClockError
+    seed: int
+    index: NDArray[np.int64]
+
+    def report(self, at: ReportInput) -> ReportTerm:
+        off_m = errors(self.params, self.seed, self.index, at.middles_ns, at.nodes_s)
+        return ReportTerm(off_clock_m=off_m)
+
+
+def build(params: SatelliteClockError, context: Context) -> ErrorModel:
+    return Model(params, context.seed, context.satellites)
+
+
+ROW = Row(
+    "satellite_clock_error",
+    SatelliteClockError,
+    Stage.BROADCAST,
+    "the same; Allan deviations by kind of clock",
+    build,
+    "sky",
+    acts_on="report",
+    shows="SV_CLOCK",
+)

@@ -134,18 +134,23 @@ class Grid:
     def evaluate_many(
         self, coefficients: Callable[[int], NDArray[np.float64]], t_ns: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Values and derivatives (q, 3, w) at times (q,), ascending; coefficients of a segment by its
-        number. The same numbers as `evaluate`, one product for each segment."""
+        """Values and derivatives (q, 3, w) at times (q,); coefficients of a segment by its number. The same
+        numbers as `evaluate`, one product for each segment."""
         segments = self.segment(t_ns)
-        out = []
+        out = np.empty((len(t_ns), 3, 0))
         for segment in np.unique(segments).tolist():
             middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
-            x = (t_ns[segments == segment] - middle_ns) / NS_PER_S / self.half_s
+            here = segments == segment
+            x = (t_ns[here] - middle_ns) / NS_PER_S / self.half_s
             powers = x[:, None] ** np.arange(self.degree + 1)
             basis = powers @ _basis_matrix(self.degree, self.half_s).reshape(self.degree + 1, -1)
-            values = basis.reshape(3 * len(x), -1) @ coefficients(segment)
-            out.append(values.reshape(len(x), 3, -1))
-        return np.concatenate(out)
+            values = (basis.reshape(3 * len(x), -1) @ coefficients(segment)).reshape(len(x), 3, -1)
+            if len(x) == len(t_ns):
+                return values
+            if not out.shape[2]:
+                out = np.empty((len(t_ns), *values.shape[1:]))
+            out[here] = values
+        return out
 
 
 class Table:
@@ -165,7 +170,7 @@ class Table:
         return self.grid.evaluate(self._chunks[chunk][row], segment, t_ns)
 
     def over(self, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(q, 3, w) the same at times (q,), ascending."""
+        """(q, 3, w) the same at times (q,)."""
 
         def coefficients(segment: int) -> NDArray[np.float64]:
             chunk, row = divmod(segment, self.grid.per_chunk)

@@ -16,7 +16,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.earth.constants import (
     EQUATORIAL_RADIUS_M,
     MU_M3PS2,
@@ -88,7 +88,7 @@ class Orbit:
         return CraftState(*self._table.at(t_ns))
 
     def over(self, t_ns: NDArray[np.int64]) -> CraftState:
-        """States (q, 3) at GPS times (q,), ascending."""
+        """States (q, 3) at GPS times (q,)."""
         return CraftState(*self._table.over(t_ns).swapaxes(0, 1))
 
     def _sample(self, chunk: int) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.earth.atmosphere import density_kgpm3
 from gnss_hil.emulator.earth.constants import MU_M3PS2, ROTATION_RPS, eci_to_ecef, rotation_angle_rad
 from gnss_hil.emulator.earth.gravity import REFERENCE_RADIUS_M, field

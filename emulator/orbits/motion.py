@@ -9,8 +9,8 @@ from typing import Protocol
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.attitude.profile import Attitude, build_attitude
 from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
-from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config import tables as scenario
+from gnss_hil.emulator.config.tables import ScenarioError
 from gnss_hil.emulator.files import csv_table, oem, tle
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
@@ -23,7 +23,7 @@ _AXES = tuple(f"position_{axis}" for axis in "xyz")
 
 
 class Motion(Protocol):
-    """Where a craft is: at a GPS time, and over several (q,), ascending."""
+    """Where a craft is: at a GPS time, and over several (q,)."""
 
     def at(self, t_ns: int) -> CraftState: ...
 
@@ -71,23 +71,32 @@ def read_trajectory(
     return found
 
 
-def build_motion(craft: scenario.Craft, time: scenario.Time, measured: Orientation | None) -> Motion:
-    """The motion of a craft that is emulated; ScenarioError with one line if there is none."""
-    if craft.trajectory is None:
-        return build_orbit(craft.orbit, time.start_ns)
-    return read_trajectory(craft.trajectory, time.span_ns, measured, f"craft.{craft.name}.trajectory")
+def build_motion(
+    name: str,
+    orbit: scenario.Orbit | None,
+    file: scenario.TrajectoryFile | None,
+    time: scenario.Time,
+    measured: Orientation | None,
+) -> Motion:
+    """The motion of a craft by its orbit or by a file; ScenarioError with one line if there is none."""
+    if file is None:
+        return build_orbit(orbit, time.start_ns)
+    return read_trajectory(file, time.span_ns, measured, f"craft.{name}.trajectory")
 
 
 def build_turning(
-    craft: scenario.Craft, time: scenario.Time, motion: Motion, measured: Orientation | None
+    name: str,
+    attitude: scenario.Attitude,
+    time: scenario.Time,
+    motion: Motion,
+    measured: Orientation | None,
 ) -> Attitude | TabulatedAttitude:
     """The attitude of a craft; ScenarioError with one line if its table does not serve."""
-    attitude = craft.attitude
     if attitude.mode != "table":
         return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
     try:
         table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)
         table.check(*time.span_ns, attitude.file)
     except (FileError, AttitudeTableError) as error:
-        raise ScenarioError(f"craft.{craft.name}.attitude: {error}") from None
+        raise ScenarioError(f"craft.{name}.attitude: {error}") from None
     return table

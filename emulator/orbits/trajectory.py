@@ -79,7 +79,7 @@ class Trajectory:
         return CraftState(*self._table.at(t_ns))
 
     def over(self, t_ns: Times) -> CraftState:
-        """States (q, 3) at GPS times (q,), ascending."""
+        """States (q, 3) at GPS times (q,)."""
         return CraftState(*self._table.over(t_ns).swapaxes(0, 1))
 
     def _sample(self, chunk: int) -> Array:

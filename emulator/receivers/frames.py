@@ -18,12 +18,12 @@ from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
-from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, MEASUREMENT_KINDS, TIME_NODE, VALUES
+from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, CHANNELS, MEASUREMENT_KINDS, TIME_NODE, VALUES
 from gnss_hil.emulator.constellation.almanac.orbits import Predictions
 from gnss_hil.emulator.constellation.sky import SkyState
 from gnss_hil.emulator.receivers.emulated.channels import FULL, Numbers
 from gnss_hil.emulator.receivers.emulated.commands import Commands
-from gnss_hil.emulator.receivers.emulated.observables import Observations
+from gnss_hil.emulator.receivers.observations import Observations
 
 RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
 _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")
@@ -51,6 +51,37 @@ class Part:
     data: Payloads
 
 
+@dataclass(frozen=True, slots=True)
+class PhaseBits:
+    """Where the measurement frames carry what depends on a channel's past.
+
+    frame   which of a channel's frames;  factor  of the carrier phase [cycles];  mask, shift of it
+    slips, half_cycle   shifts of the two
+    """
+
+    frame: int
+    factor: float
+    mask: np.uint64
+    shift: np.uint64
+    slips: np.uint64
+    half_cycle: np.uint64
+
+    def word(self, cycles: NDArray, slips: Numbers, half_cycle: NDArray[np.bool_]) -> NDArray[np.uint64]:
+        """(p,) bits of the frame, of phases within their range."""
+        raw = np.rint(cycles / self.factor).astype(np.int64).view(np.uint64)
+        flags = (slips.astype(np.uint64) << self.slips) | (half_cycle.astype(np.uint64) << self.half_cycle)
+        return ((raw & self.mask) << self.shift) | flags
+
+
+def _phase_bits(codec: Codec) -> PhaseBits:
+    layout = codec.kinds["PHASE"]
+    phase, slips, half = (layout.signals.index(name) for name in ("phase_cyc", "slips", "half_cycle"))
+    return PhaseBits(
+        MEASUREMENT_KINDS.index("PHASE"), float(layout.factor[phase]), layout.mask[phase],
+        layout.shift[phase], layout.shift[slips], layout.shift[half],
+    )  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Stationery:
     """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the head's (1, k)."""
@@ -66,6 +97,15 @@ class Stationery:
     almanac_id: NDArray[np.uint32]
     answer_id: NDArray[np.uint32]
     heartbeats: Part
+    phase: PhaseBits
+
+    @property
+    def beat_words(self) -> NDArray[np.uint64]:
+        return self.heartbeats.data.view("<u8")[:, 0]
+
+    @property
+    def beat_stream(self) -> Numbers:
+        return self.heartbeats.can_id.astype(np.int64) * CHANNELS
 
 
 def stationery(codec: Codec, receivers: int) -> Stationery:
@@ -87,6 +127,7 @@ def stationery(codec: Codec, receivers: int) -> Stationery:
         almanac_id=by_receiver(_ALMANAC),
         answer_id=by_receiver(("ACK",)),
         heartbeats=_heartbeats(codec, receivers),
+        phase=_phase_bits(codec),
     )
 
 
@@ -121,19 +162,36 @@ def head_parts(
 
     t_ns, mark_clock   what the mark says, and the clock that showed it (table "MarkClock")
     """
-    week, second, nanosecond = gpstime.week_second_ns(t_ns)
-    q, w = quaternion.tolist(), rate_body_rps.tolist()
-    values = {
-        "session": session, "epoch": epoch,
-        "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s, "mark_clock": mark_clock,
-        "q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3],
-        "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2],
-    }  # fmt: skip
+    mark = gpstime.week_second_ns(t_ns)
+    values = head_values(session, epoch, mark, leap_s, quaternion, rate_body_rps, mark_clock)
     whole = _part(paper.head, paper.head_id, values)
     return (
         Part(whole.can_id[:_MARK_FRAMES], whole.data[:_MARK_FRAMES]),
         Part(whole.can_id[_MARK_FRAMES:], whole.data[_MARK_FRAMES:]),
     )
+
+
+def head_values(session, epoch, mark, leap_s, quaternion, rate_body_rps, mark_clock) -> dict:
+    """Signals of time mark and attitude by name, of one epoch or of k: mark is week, second, nanosecond;
+    quaternion (..., 4), rate (..., 3)."""
+    week, second, nanosecond = mark
+    q, w = np.moveaxis(quaternion, -1, 0), np.moveaxis(rate_body_rps, -1, 0)
+    return {
+        "session": session, "epoch": epoch,
+        "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s, "mark_clock": mark_clock,
+        "q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3],
+        "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2],
+    }  # fmt: skip
+
+
+def receiver_state(commanded: NDArray[np.bool_], counts: Numbers, warm: bool) -> Numbers:
+    """(m,) START while the unit is cold, COMMANDED once a command has set any channel of a receiver.
+
+    commanded (m, k) channels;  counts (m,) of channels that a receiver has
+    """
+    exists = np.arange(commanded.shape[1]) < counts[:, None]
+    obeys = (commanded & exists).any(axis=1)
+    return np.where(obeys, RECEIVER_STATE["COMMANDED"], RECEIVER_STATE["AUTONOMOUS" if warm else "START"])
 
 
 def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part:
@@ -170,7 +228,7 @@ def receivers_part(
     A channel with a value that the bus cannot carry (a range rate of 14 km/s) is left out whole, and not
     counted in STATUS.
     """
-    channels, fits = paper.channel.fill(len(seen.row), _channel_values(seen, sky))
+    channels, fits = paper.channel.fill(len(seen.row), channel_values(seen, sky, seen.row))
     whole = fits.all(axis=1)
     receiver = seen.receiver
     if not whole.all():
@@ -195,9 +253,8 @@ def receivers_part(
     return Part(can_id[order], data[order])
 
 
-def _channel_values(seen: Observations, sky: SkyState) -> dict:
-    system = satellites.system_of(seen.sat)
-    row = seen.row
+def channel_values(seen: Observations, sky: SkyState, satellite) -> dict:
+    """Signals of the measurement frames by name; `satellite` picks (p,) from the arrays of the sky."""
     pos, vel = seen.pos_ecef_m.T, seen.vel_ecef_mps.T
     return {
         "channel": seen.channel,
@@ -210,22 +267,27 @@ def _channel_values(seen: Observations, sky: SkyState) -> dict:
         "slips": seen.slips,
         "half_cycle": seen.half_cycle,
         "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
-        "frequency": sky.frequency[row],
-        "health": ~sky.healthy[row],
+        "frequency": sky.frequency[satellite],
+        "health": ~sky.healthy[satellite],
         "vx_mps": vel[0], "vy_mps": vel[1], "vz_mps": vel[2],
         "clock_drift_mps": seen.clock_drift_mps,
-        "iod": sky.iod[row],
-        "sat_system": system,
+        "iod": sky.iod[satellite],
+        "sat_system": satellites.system_of(seen.sat),
         "sat_number": satellites.number_of(seen.sat),
         "clock_m": seen.clock_m,
-        "ura": sky.ura[row],
+        "ura": sky.ura[satellite],
     }  # fmt: skip
 
 
 def almanac_part(paper: Stationery, sat: Numbers, receiver: Numbers, told: Predictions) -> Part:
     """Predictions of satellites (p,), three frames each, from receivers (p,) (0-based)."""
+    return _part(paper.almanac, paper.almanac_id[receiver], almanac_values(sat, told))
+
+
+def almanac_values(sat: Numbers, told: Predictions) -> dict:
+    """Signals of the almanac's frames by name, (p,) each."""
     pos, vel = told.pos_ecef_m.T, told.vel_ecef_mps.T
-    values = {
+    return {
         "sat_system": satellites.system_of(sat),
         "sat_number": satellites.number_of(sat),
         "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
@@ -233,7 +295,6 @@ def almanac_part(paper: Stationery, sat: Numbers, receiver: Numbers, told: Predi
         "health": ~told.healthy,
         "age_h": np.minimum(np.floor(told.age_h), AGE_TOP_H),
     }  # fmt: skip
-    return _part(paper.almanac, paper.almanac_id[receiver], values)
 
 
 def block(parts: Sequence[Part], t_ns: int) -> FrameBatch:

@@ -141,8 +141,9 @@ def known(parts: Sensors, before: Knowledge | None, seed: int, craft_key: int, e
 
 
 def believed(quaternion: Array, angle_rad: Array) -> Array:
-    """Quaternion (4,) of body from ECEF as believed: the true one, its body axes turned by angle_rad (3,)."""
-    angle = float(np.sqrt(angle_rad @ angle_rad))
+    """Quaternions (..., 4) of body from ECEF as believed: the true ones, their body axes turned by angle_rad
+    (..., 3)."""
+    angle = np.sqrt(np.einsum("...k,...k->...", angle_rad, angle_rad))[..., None]
     part = 0.5 * np.sinc(angle / (2 * np.pi))  # sin(angle / 2) / angle
-    turned = product(quaternion, np.append(np.cos(angle / 2), part * angle_rad))
-    return -turned if turned[0] < 0 else turned
+    turned = product(quaternion, np.concatenate((np.cos(angle / 2), part * angle_rad), axis=-1))
+    return np.where(turned[..., :1] < 0, -turned, turned)

@@ -138,7 +138,7 @@ def at_transmission(state: EcefMotion, rows: NDArray[np.int64], flight_s: Array)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Antennas:
-    """Antennas of one craft at the instant of reception; (m, 3) each, axes of ECEF.
+    """Antennas of one craft at the instants of reception; (..., m, 3) each, axes of ECEF.
 
     pos_m           phase centre [m]
     vel_mps         its inertial velocity [m/s]
@@ -157,18 +157,26 @@ def antennas(
     lever_body_m: Array,
     boresight_body: Array,
 ) -> Antennas:
-    """Where the antennas of a craft are and look.
+    """Where the antennas of a craft are and look, at one instant or several (...).
 
-    craft               centre of mass, (3,) each
-    dcm_body_from_ecef  (3, 3)
-    rate_body_rps       (3,) relative to inertial space [rad/s]
+    craft               centre of mass, (..., 3) each
+    dcm_body_from_ecef  (..., 3, 3)
+    rate_body_rps       (..., 3) relative to inertial space [rad/s]
     lever_body_m, boresight_body   (m, 3)
     """
-    wx, wy, wz = rate_body_rps.tolist()
-    cross = np.array(((0.0, -wz, wy), (wz, 0.0, -wx), (-wy, wx, 0.0)))
     centre_mps = craft.vel_ecef_mps + spin(craft.pos_ecef_m)
+    turning = np.swapaxes(cross_matrix(rate_body_rps), -1, -2) @ dcm_body_from_ecef
     return Antennas(
-        craft.pos_ecef_m + lever_body_m @ dcm_body_from_ecef,
-        centre_mps + lever_body_m @ (cross.T @ dcm_body_from_ecef),
+        craft.pos_ecef_m[..., None, :] + lever_body_m @ dcm_body_from_ecef,
+        centre_mps[..., None, :] + lever_body_m @ turning,
         boresight_body @ dcm_body_from_ecef,
     )
+
+
+def cross_matrix(vectors: Array) -> Array:
+    """Matrices (..., 3, 3) that multiply by vectors (..., 3) crosswise from the left."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    out = np.zeros((*x.shape, 3, 3))
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -z, y, -x
+    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = z, -y, x
+    return out

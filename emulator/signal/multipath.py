@@ -98,15 +98,17 @@ def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Corr
     """Upward zeros (p,) [chips] of the discriminators of channels with rays, the strongest of each.
 
     A grid over all delays at which a replica meets a ray gives brackets, the Illinois form of false position
-    the zero, to TOLERANCE_CHIPS. Source: Dowell & Jarratt, BIT 11 (1971) 168
+    the zero, to TOLERANCE_CHIPS. A channel's answer does not depend on the others.
+    Source: Dowell & Jarratt, BIT 11 (1971) 168
     """
     apart = int(np.ceil(spacing_chips / 2 / _GRID_CHIPS))
     step = spacing_chips / 2 / apart
-    grid = np.arange(-1 - 2 * apart * step, total.delay_chips.max() + 1 + 2 * (apart + 1) * step, step)
+    ends = np.ceil(total.delay_chips.max(axis=1)) + 1 + 2 * (apart + 1) * step
+    grid = np.arange(-1 - 2 * apart * step, ends.max(), step)
     seen = total.at(correlate, np.broadcast_to(grid, (len(total.delay_chips), len(grid))))
     prompt = seen[:, apart:-apart]
     value = discriminator(kind, seen[:, : -2 * apart], prompt, seen[:, 2 * apart :])
-    rises = (value[:, :-1] <= 0) & (value[:, 1:] > 0)
+    rises = (value[:, :-1] <= 0) & (value[:, 1:] > 0) & (grid[2 * apart + 1 :] < ends[:, None])
     strength = np.maximum(np.abs(prompt[:, :-1]), np.abs(prompt[:, 1:]))
     best = np.where(rises, strength, -1.0).argmax(axis=1)
     channel = np.arange(len(best))
@@ -115,12 +117,32 @@ def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Corr
     lost = ~rises.any(axis=1)
     below = np.where(lost, -1.0, value[channel, best])
     above = np.where(lost, 1.0, value[channel, best + 1])
+    return _false_position(kind, total, spacing_chips, correlate, (low, high, below, above))
+
+
+def _false_position(
+    kind: Discriminator,
+    total: Sum,
+    spacing_chips: float,
+    correlate: Correlation,
+    bracket: tuple[Array, Array, Array, Array],
+) -> Array:
+    """Zeros (p,) [chips] between low and high, where discriminators are below and above zero."""
+    low, high, below, above = bracket
     shift = spacing_chips / 2 * np.array((-1.0, 0.0, 1.0))
-    middle, stale = np.full(len(best), np.inf), np.zeros(len(best))
+    found = np.empty(len(low))
+    moving, middle, stale = np.arange(len(low)), np.full(len(low), np.inf), np.zeros(len(low))
     for _ in range(_STEPS):
         last, middle = middle, (low * above - high * below) / (above - below)
-        if (np.abs(middle - last) < TOLERANCE_CHIPS).all():
-            break
+        found[moving] = middle
+        still = np.abs(middle - last) >= TOLERANCE_CHIPS
+        if not still.all():
+            low, high, below, above, stale, middle, moving = (
+                column[still] for column in (low, high, below, above, stale, middle, moving)
+            )
+            total = total[still]
+            if not len(moving):
+                break
         value = discriminator(kind, *total.at(correlate, middle[:, None] + shift).T)
         up = value > 0
         # An end that stays twice counts half, lest only the other move.
@@ -128,7 +150,7 @@ def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Corr
         above = np.where(up, value, np.where(stale < 0, above / 2, above))
         low, high = np.where(up, low, middle), np.where(up, middle, high)
         stale = np.where(up, 1.0, -1.0)
-    return middle
+    return found
 
 
 def lock(

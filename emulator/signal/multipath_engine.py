@@ -7,11 +7,11 @@ Nothing is drawn at random: a still structure gives a constant error, a turning 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.error_models.params_structure import Multipath
 from gnss_hil.emulator.signal import multipath
 from gnss_hil.emulator.signal.correlation import Correlation, band_limited, triangle
 from gnss_hil.emulator.signal.multipath import Complex
@@ -32,6 +32,23 @@ that is tracked alone changes by 6 m/s, a sixteenth of a cycle."""
 
 _NOMINAL_WAVE_M = 0.19
 """For roughness, which a per cent of wavelength does not change."""
+
+
+class Settings(Protocol):
+    """What the engine must be told; as the parameters of the error model `multipath`."""
+
+    @property
+    def discriminator(self) -> multipath.Discriminator: ...
+    @property
+    def bandwidth_mhz(self) -> float | None: ...
+    @property
+    def reflections(self) -> int: ...
+    @property
+    def least_amplitude(self) -> float: ...
+    @property
+    def cross_polar_db(self) -> float: ...
+    @property
+    def nearest_m(self) -> float: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,13 +73,14 @@ class Reception:
 
 
 def los_rate_body(los_body: Array, towards_mps: Array, distance_m: Array, rate_body_rps: Array) -> Array:
-    """Rates (n, 3) [1/s] of unit vectors los_body (n, 3) as the turning craft sees them.
+    """Rates (..., n, 3) [1/s] of unit vectors los_body (..., n, 3) as the turning craft sees them.
 
-    towards_mps     (n, 3) inertial velocities of the targets relative to the craft, body axes [m/s]
-    distance_m      (n,);  rate_body_rps (3,) of the craft relative to inertial space [rad/s]
+    towards_mps     (..., n, 3) inertial velocities of the targets relative to the craft, body axes [m/s]
+    distance_m      (..., n);  rate_body_rps (3,) or (..., 1, 3) of the craft relative to inertial space
+                    [rad/s]
     """
-    along = (towards_mps * los_body).sum(axis=1, keepdims=True)
-    return (towards_mps - along * los_body) / distance_m[:, None] - np.cross(rate_body_rps, los_body)
+    along = (towards_mps * los_body).sum(axis=-1, keepdims=True)
+    return (towards_mps - along * los_body) / distance_m[..., None] - np.cross(rate_body_rps, los_body)
 
 
 def pose(
@@ -81,7 +99,7 @@ def pose(
     )
 
 
-def correlation_of(settings: Multipath, chip_m: float) -> Correlation:
+def correlation_of(settings: Settings, chip_m: float) -> Correlation:
     """The correlation function of a receiver's channel for a code of this chip length [m]."""
     if settings.bandwidth_mhz is None:
         return triangle
@@ -90,7 +108,7 @@ def correlation_of(settings: Multipath, chip_m: float) -> Correlation:
 
 def _rays(
     craft: Structure,
-    settings: Multipath,
+    settings: Settings,
     at: Pose,
     antenna_body_m: Array,
     antenna: Numbers,
@@ -118,7 +136,7 @@ def _rays(
 
 
 def _locks(
-    settings: Multipath,
+    settings: Settings,
     spacing_chips: float,
     delay_m: Array,
     direct: Array,
@@ -143,7 +161,7 @@ def _locks(
 
 def receive(
     craft: Structure,
-    settings: Multipath,
+    settings: Settings,
     spacing_chips: float,
     at: Pose,
     antenna_body_m: Array,

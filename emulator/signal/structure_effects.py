@@ -1,148 +1,129 @@
-"""A craft's structure in a scene: what it hides, and what its reflections do to the channels."""
+"""Structure effects: what a craft's own structure hides, and what its reflections do to signals, in the
+epochs of a block.
+
+A structure without joints stands still in body axes: its epochs are worked out together. One with joints,
+that turn or follow the Sun, is another structure in each epoch.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
-from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.config.scenario import ScenarioError
-from gnss_hil.emulator.error_models.base import Factor
-from gnss_hil.emulator.error_models.params_structure import Multipath
 from gnss_hil.emulator.orbits.dynamics import CraftState
 from gnss_hil.emulator.signal import antenna_patterns, multipath_engine
-from gnss_hil.emulator.signal.bands import BY_SYSTEM
-from gnss_hil.emulator.signal.geometry import Array, Motion, angle_rad, spin
-from gnss_hil.emulator.signal.multipath_engine import Pose, Reception
-from gnss_hil.emulator.signal.structure import file
-from gnss_hil.emulator.signal.structure.bodies import Structure, require_outside, structure
+from gnss_hil.emulator.signal.geometry import Motion, angle_rad, spin
+from gnss_hil.emulator.signal.multipath_engine import Pose, Reception, Settings
+from gnss_hil.emulator.signal.structure.bodies import Structure
 from gnss_hil.emulator.signal.structure.shadowing import blocked
 from gnss_hil.emulator.signal.visibility import View
 
-NAMES = ("shadowing", "multipath")
-"""The factors that need a structure."""
-
-Numbers = NDArray[np.int64]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hull:
-    """What does not change of a craft's surroundings.
+class StructurePoses:
+    """A structure in k epochs, seen in body axes.
 
-    shadows         whether anything is hidden
-    multipath       None: nothing is reflected
-    spacing_chips   of the correlators, early to late
-    antennas        their right-handed gain
+    los            (k, n, 3) unit vectors to the satellites;  los_rate (k, n, 3) [1/s]
+    sun            (k, 3) unit vectors to the Sun;  rate_rps (k, 3) of the craft
+    t_s            (k,) since the start of the run [s]
     """
 
     shape: Structure
-    shadows: bool
-    multipath: Multipath | None
-    spacing_chips: float
     vehicle: Vehicle
-    antennas: antenna_patterns.Receive
+    los: F64
+    los_rate: F64
+    sun: F64
+    rate_rps: F64
+    t_s: F64
+
+    def hidden(self, candidate: Bool) -> Bool:
+        """(k, m, n) which candidates (k, m, n) the structure hides from an antenna."""
+        out = np.zeros_like(candidate)
+        for epochs in self._groups():
+            epoch, row = np.nonzero(candidate[epochs].any(axis=1))
+            los = self.los[epochs][epoch, row]
+            bodies = self._pose(epochs).bodies
+            shadow = np.zeros_like(candidate[epochs])
+            shadow[epoch, :, row] = blocked(bodies, self.vehicle.lever_arm_body_m, los).T
+            out[epochs] = shadow & candidate[epochs]
+        return out
+
+    def receive(
+        self,
+        settings: Settings,
+        spacing_chips: float,
+        antennas: antenna_patterns.Receive,
+        at: I64,
+        signals: tuple[I64, I64, F64, F64, F64],
+    ) -> Reception:
+        """What signals (p,) become by reflections.
+
+        at        (p,) epoch of each
+        signals   (p,) each: antenna, satellite, amplitude of the direct ray (1 free, 0 hidden), lengths of
+                  carrier wave and code chip [m]
+        """
+        out = np.zeros((4, len(at)))
+        for epochs in self._groups():
+            mine = np.flatnonzero((at >= epochs.start) & (at < epochs.stop))
+            if not len(mine):
+                continue
+            antenna, satellite, direct, wave_m, chip_m = (column[mine] for column in signals)
+            # Satellites of all epochs in one row, which is that of `_pose`.
+            flat = (at[mine] - epochs.start) * self.los.shape[1] + satellite
+            found = multipath_engine.receive(
+                self.shape, settings, spacing_chips, self._pose(epochs), self.vehicle.lever_arm_body_m,
+                antenna, flat, direct, wave_m, chip_m, self._gain_dbi(antennas),
+            )  # fmt: skip
+            out[:, mine] = found.range_m, found.phase_m, found.rate_mps, found.level_db
+        return Reception(*out)
+
+    def _groups(self) -> Iterator[slice]:
+        """Epochs in which the structure is the same."""
+        still = not (self.shape.joint >= 0).any()
+        length = len(self.t_s) if still else 1
+        return (slice(k, k + length) for k in range(0, len(self.t_s), length))
+
+    def _pose(self, epochs: slice) -> Pose:
+        return multipath_engine.pose(
+            self.shape, self.los[epochs].reshape(-1, 3), self.los_rate[epochs].reshape(-1, 3),
+            self.sun[epochs.start], self.rate_rps[epochs.start], float(self.t_s[epochs.start]),
+        )  # fmt: skip
+
+    def _gain_dbi(self, antennas: antenna_patterns.Receive):
+        boresight = self.vehicle.boresight_body
+
+        def gain_dbi(rows: I64, towards: F64) -> F64:
+            angle = angle_rad(boresight[rows], towards)
+            return antenna_patterns.look_up(antennas.right_dbi, antennas.row[rows], angle)
+
+        return gain_dbi
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Around:
-    """A hull at one instant: pose, and (m, n) satellites hidden from antennas."""
-
-    hull: Hull
-    pose: Pose
-    hidden: NDArray[np.bool_]
-
-
-def build_hull(
-    craft: scenario.Craft, factors: Mapping[str, Factor], vehicle: Vehicle, antennas: antenna_patterns.Receive
-) -> Hull | None:
-    """The surroundings of a craft, None if no factor asks for them; ScenarioError if they cannot be had."""
-    wanted = [factor for factor in NAMES if factor in factors]
-    if not wanted:
-        return None
-    if craft.structure is None:
-        raise ScenarioError(
-            f"craft.{craft.name}.factors.{wanted[0]}: needs the craft's structure; name it: structure = "
-            f'"FILE", shipped are {", ".join(file.shipped())}'
-        )
-    try:
-        shape = structure(file.load(file.find(craft.structure)))
-        require_outside(shape, dict(zip(vehicle.names, vehicle.lever_arm_body_m, strict=True)))
-    except file.StructureError as error:
-        raise ScenarioError(f"craft.{craft.name}.structure: {error}") from None
-    spacing_chips = craft.receivers.loops.correlator_spacing_chips
-    return Hull(shape, "shadowing" in factors, factors.get("multipath"), spacing_chips, vehicle, antennas)
-
-
-def around(
-    hull: Hull,
+def poses(
+    shape: Structure,
+    vehicle: Vehicle,
     view: View,
     motion: Motion,
     state: CraftState,
-    dcm: Array,
-    rate_rps: Array,
-    sun_m: Array,
-    t_s: float,
-) -> Around:
-    """A hull in a scene.
+    dcm: F64,
+    rate_rps: F64,
+    sun_m: F64,
+    t_s: F64,
+) -> StructurePoses:
+    """A structure in k epochs.
 
-    motion   of the satellites, inertial;  dcm (3, 3) body from ECEF;  rate_rps (3,) of the craft
-    sun_m    (3,) place of the Sun in ECEF;  t_s since the start of the run
+    motion   of the satellites (k, n, 3), inertial;  dcm (k, 3, 3) body from ECEF;  rate_rps (k, 3)
+    sun_m    (k, 3) place of the Sun in ECEF;  t_s (k,) since the start of the run
     """
-    los_body = view.los_ecef @ dcm.T
+    turn = dcm.swapaxes(-1, -2)
+    los = view.los_ecef @ turn
     craft_mps = state.vel_ecef_mps + spin(state.pos_ecef_m)
-    turn = multipath_engine.los_rate_body(
-        los_body, (motion.vel_mps - craft_mps) @ dcm.T, view.distance_m, rate_rps
-    )
-    sun = dcm @ (sun_m - state.pos_ecef_m)
-    pose = multipath_engine.pose(hull.shape, los_body, turn, sun / np.sqrt(sun @ sun), rate_rps, t_s)
-    shape = (len(hull.vehicle.names), len(los_body))
-    hidden = (
-        blocked(pose.bodies, hull.vehicle.lever_arm_body_m, los_body)
-        if hull.shadows
-        else np.zeros(shape, bool)
-    )
-    return Around(hull, pose, hidden)
-
-
-def receive(
-    at: Around, antenna: Numbers, satellite: Numbers, system: Numbers, wave_m: Array
-) -> Reception | None:
-    """What channels (p,) receive; None if nothing is reflected."""
-    hull = at.hull
-    if hull.multipath is None:
-        return None
-    boresight = hull.vehicle.boresight_body
-
-    def gain_dbi(rows: Numbers, towards: Array) -> Array:
-        angle = angle_rad(boresight[rows], towards)
-        return antenna_patterns.look_up(hull.antennas.right_dbi, hull.antennas.row[rows], angle)
-
-    chip_m = BY_SYSTEM.chip_m[system]
-    direct = (~at.hidden[antenna, satellite]).astype(float)
-    return multipath_engine.receive(
-        hull.shape, hull.multipath, hull.spacing_chips, at.pose, hull.vehicle.lever_arm_body_m, antenna,
-        satellite, direct, wave_m, chip_m, gain_dbi,
-    )  # fmt: skip
-
-
-def heard(at: Around, cn0_dbhz: Array, candidate: NDArray[np.bool_], system: Numbers, wave_m: Array) -> Array:
-    """C/N0 (m, n) with the hull in the way.
-
-    candidate   (m, n) would be heard without it;  system, wave_m (n,) of the satellites
-    A hidden satellite may be heard by its reflection, if receivers hold such a lock; else not at all. What
-    reflections take from or give to a direct ray changes the C/N0 told, but not who is held (modelled).
-    """
-    hidden = candidate & at.hidden
-    if not hidden.any():
-        return cn0_dbhz
-    cn0 = np.where(hidden, -np.inf, cn0_dbhz)
-    multipath = at.hull.multipath
-    if multipath is not None and multipath.hold_reflections:
-        antenna, satellite = np.nonzero(hidden)
-        reception = receive(at, antenna, satellite, system[satellite], wave_m[satellite])
-        cn0[antenna, satellite] = cn0_dbhz[antenna, satellite] + reception.level_db
-    return cn0
+    towards_mps = (motion.vel_mps - craft_mps[:, None]) @ turn
+    los_rate = multipath_engine.los_rate_body(los, towards_mps, view.distance_m, rate_rps[:, None])
+    sun = (dcm @ (sun_m - state.pos_ecef_m)[..., None])[..., 0]
+    sun /= np.sqrt(np.einsum("kc,kc->k", sun, sun))[:, None]
+    return StructurePoses(shape, vehicle, los, los_rate, sun, rate_rps, t_s)

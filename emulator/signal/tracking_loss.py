@@ -14,10 +14,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.emulator.error_models.params_loops import Loops
 from gnss_hil.emulator.error_models.params_receiver import CycleSlips, LossOfLock
-from gnss_hil.emulator.error_models.thermal_noise import carrier_sigma_rad, code_sigma_chips
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.signal.loops import Loops, carrier_sigma_rad, code_sigma_chips
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

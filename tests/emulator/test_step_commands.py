@@ -23,7 +23,7 @@ def soyuz(**receivers):
 
 def free_satellites(the_world, epoch, receiver):
     """Names of satellites with a signal at a receiver that it does not track by itself, best C/N0 first."""
-    scene = emulated.scene_at(the_world, epoch)
+    scene = emulated.epoch_at(the_world, epoch)
     sky = scene.sky
     taken = emulated.tracked(emulated.run(the_world, 1)[1][0], receiver).values()
     order = np.argsort(-scene.cn0_dbhz[receiver - 1])
@@ -32,7 +32,7 @@ def free_satellites(the_world, epoch, receiver):
 
 
 def hidden_satellite(the_world):
-    scene = emulated.scene_at(the_world, 0)
+    scene = emulated.epoch_at(the_world, 0)
     return satellites.name(scene.sky.index[np.argmin(scene.view.ray_height_m)])
 
 
@@ -104,11 +104,11 @@ def test_unhealthy_satellites_are_refused_and_left_alone():
         index = the_world.sky.index
 
         @staticmethod
-        def at(t_ns):
-            state = the_world.sky.at(t_ns)
+        def over(t_ns):
+            state = the_world.sky.over(t_ns)
             return replace(state, healthy=state.healthy & (state.index != satellites.parse(sick)))
 
-    changed = replace(the_world, sky=Sky)
+    changed = emulated.under(the_world, sky=Sky)
     _, blocks, _ = emulated.run(changed, 2, {1: sealed(command(1, 0, TRACK, sick))})
     assert [a[2] for a in emulated.answers(blocks[1])] == [RESULT["UNHEALTHY"]]
     assert all(sick not in emulated.tracked(blocks[1], r).values() for r in (1, 2, 3, 4))
@@ -249,7 +249,7 @@ def test_a_satellite_that_cannot_be_seen_is_waited_for_and_a_return_is_a_slip():
 def blinded(the_world):
     """The same world with antennas that see nothing."""
     vehicle = replace(the_world.craft[0].vehicle, mask_rad=np.full(4, 1e-6))
-    return replace(the_world, craft=(replace(the_world.craft[0], vehicle=vehicle),))
+    return emulated.under(the_world, vehicle=vehicle)
 
 
 def test_acquisition_takes_the_time_of_the_state_of_knowledge():

@@ -50,15 +50,13 @@ class Changing:
         self.index = sky.index
         self._sky, self._row, self._t_ns, self._jump_m = sky, row, t_ns, jump_m
 
-    def at(self, t_ns):
-        state = self._sky.at(t_ns)
-        if t_ns < self._t_ns:
-            return state
-        here = np.arange(len(self.index)) == self._row
+    def over(self, t_ns):
+        state = self._sky.over(t_ns)
+        changed = (t_ns >= self._t_ns)[:, None] & (np.arange(len(self.index)) == self._row)
         return replace(
             state,
-            clock_truth_m=state.clock_truth_m - here * self._jump_m,
-            ephemeris=state.ephemeris + here,
+            clock_truth_m=state.clock_truth_m - changed * self._jump_m,
+            ephemeris=state.ephemeris + changed,
         )
 
 
@@ -68,7 +66,9 @@ def test_a_new_ephemeris_is_one_slip_of_its_satellite_and_of_no_other(jump_m):
     name = emulated.tracked(emulated.run(the_world, 1)[1][0], 1)[0]
     row = int(the_world.row_of[satellites.parse(name)])
     change_ns = the_world.start_ns + 3 * the_world.interval_ns
-    _, blocks, _ = emulated.run(replace(the_world, sky=Changing(the_world.sky, row, change_ns, jump_m)), 7)
+    _, blocks, _ = emulated.run(
+        emulated.under(the_world, sky=Changing(the_world.sky, row, change_ns, jump_m)), 7
+    )
     found = steps(blocks)
     assert len(found) >= 20
     for (_, _, sat), (range_m, phase_m, slips) in found.items():

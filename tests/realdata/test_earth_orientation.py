@@ -92,7 +92,7 @@ def test_the_station_of_2021_is_turned_with_its_attitude(station):
         t_ns = station[0].start_ns + t_s * gpstime.NS_PER_S
         plain, turned = (world.craft[0].orbit.at(t_ns) for world in station)
         seen = [
-            dcm_of_quaternion(world.craft[0].attitude.at(t_ns, None)[0]) @ state.pos_ecef_m
+            dcm_of_quaternion(world.craft[0].environment.attitude.at(t_ns, None)[0]) @ state.pos_ecef_m
             for world, state in zip(station, (plain, turned), strict=True)
         ]
         off_m.append(np.linalg.norm(turned.pos_ecef_m - plain.pos_ecef_m))

@@ -1,5 +1,8 @@
 """A soyuz on the nominal sky, stepped by hand."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 
 from gnss_hil.dbc.common import satellites, vehicle
@@ -7,8 +10,7 @@ from gnss_hil.dbc.contract import e2e, frames
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.epoch_geometry import scene_of
-from gnss_hil.emulator.signal import geometry
+from gnss_hil.emulator.environment.block import SkyCache
 from gnss_hil.emulator.step import emulate_step
 
 CODEC = codec(4)
@@ -55,11 +57,33 @@ def run(the_world, epochs, orders=None, state=None, first=0):
     return states, blocks, truths
 
 
-def scene_at(the_world, epoch):
-    """The scene of the first craft in an epoch."""
-    t_ns = the_world.start_ns + epoch * the_world.interval_ns
-    sky, craft = the_world.sky.at(t_ns), the_world.craft[0]
-    return scene_of(the_world, craft, craft.clocks(None, epoch), sky, geometry.inertial(sky), t_ns)
+def epoch_at(the_world, epoch):
+    """What is true for the first craft in an epoch, whatever its receivers do: satellites `sky`, `view` of
+    them, `cn0_dbhz`, `signal`, `held`, `hidden` (m, n), `in_sight` (n,)."""
+    prepared, k = the_world.craft[0].prepared(epoch)
+    block, at = prepared.block, prepared.block.geometry
+
+    def only(arrays):
+        found = {name: getattr(arrays, name) for name in arrays.__slots__}
+        return SimpleNamespace(**{n: v if n == "index" or v is None else v[k] for n, v in found.items()})
+
+    return SimpleNamespace(
+        sky=only(at.sky),
+        view=only(at.view),
+        cn0_dbhz=block.cn0_dbhz[k],
+        in_sight=block.in_sight[k],
+        signal=block.signal[k],
+        held=None if block.held is None else block.held[k],
+        hidden=block.hidden[k],
+    )
+
+
+def under(the_world, **changes):
+    """The same world with another environment of its first craft, `sky` a sky; see `Environment`."""
+    craft = the_world.craft[0]
+    if "sky" in changes:
+        changes["sky"] = SkyCache(changes["sky"])
+    return replace(the_world, craft=(replace(craft, environment=replace(craft.environment, **changes)),))
 
 
 def command(receiver, channel, action, sat=None, signal=None, transaction=0):

@@ -59,8 +59,9 @@ class HeldAlmanac:
     column: NDArray[np.int64]
     parts: dict[int, Almanac]
 
-    def at(self, rows: NDArray[np.int64], t_ns: int) -> Predictions:
-        """Predictions for known rows (p,) of the sky at GPS time t_ns."""
+    def at(self, rows: NDArray[np.int64], t_ns: NDArray[np.int64] | int) -> Predictions:
+        """Predictions for known rows (p,) of the sky at GPS times t_ns, (p,) or one."""
+        t_ns = np.broadcast_to(t_ns, rows.shape)
         told = Predictions(
             np.empty((len(rows), 3)), np.empty((len(rows), 3)), np.empty(len(rows), bool), np.empty(len(rows))
         )
@@ -69,7 +70,7 @@ class HeldAlmanac:
             if not len(mine):
                 continue
             columns = self.column[rows[mine]]
-            since_s = (t_ns - part.reference_ns[columns]) / gpstime.NS_PER_S
+            since_s = (t_ns[mine] - part.reference_ns[columns]) / gpstime.NS_PER_S
             elements = {name: values[columns] for name, values in part.elements.items()}
             told.pos_ecef_m[mine], told.vel_ecef_mps[mine] = _ORBIT[system](
                 elements, part.reference_ns[columns], since_s

@@ -21,11 +21,18 @@ def contents(held: HeldAlmanac | None, sky: SkyState) -> Flags:
     return sky.available if held is None else held.known
 
 
-def predictions(held: HeldAlmanac | None, sky: SkyState, rows: Numbers, mark_ns: int) -> Predictions:
-    """What the unit says of satellites `rows` (p,) of its almanac for the time mark; sky at the latch."""
+def predictions(
+    held: HeldAlmanac | None, sky: SkyState, satellite, rows: Numbers, mark_ns: Numbers | int
+) -> Predictions:
+    """What the unit says of satellites `rows` (p,) of its almanac for time marks, (p,) or one.
+
+    sky, satellite   at the latch, and what picks the satellites (p,) from its arrays
+    """
     if held is not None:
         return held.at(rows, mark_ns)
-    return Predictions(sky.pos_ecef_m[rows], sky.vel_ecef_mps[rows], sky.healthy[rows], np.zeros(len(rows)))
+    return Predictions(
+        sky.pos_ecef_m[satellite], sky.vel_ecef_mps[satellite], sky.healthy[satellite], np.zeros(len(rows))
+    )
 
 
 def portion(known: Flags, epoch: int, epochs_per_pass: int, receivers: int) -> tuple[Numbers, Numbers]:

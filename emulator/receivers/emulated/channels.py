@@ -6,8 +6,7 @@ Without a signal it goes back to search and waits there for as long as it is set
 
 The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
 unless each keeps its own. Modelled: times of acquisition are what the scenario says (an ephemeris may take as
-long as the frames of its message do, `emulator.receivers.emulated.data_collection`), a signal strong enough
-is found and
+long as the frames of its message do, `emulator.signal.data_frames`), a signal strong enough is found and
 never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
 run to its end.
 
@@ -16,13 +15,13 @@ Step 2 and block 1 of RU 2706636 C1: an antenna's channels track satellites insi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.messages import VALUES
-from gnss_hil.emulator.receivers.emulated.data_collection import collection_ns
 
 LOCK = {label: raw for raw, label in VALUES["Lock"].items()}
 IDLE, SEARCH, BIT_SYNC, FULL = (LOCK[label] for label in ("IDLE", "SEARCH", "BIT_SYNC", "FULL"))
@@ -32,6 +31,9 @@ NOTHING = -1
 
 Flags = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
+Collection = Callable[[Numbers, Numbers], Numbers]
+"""Rows of the sky and times since when they are heard, (m, k) [ns] -> how long their ephemerides take
+[ns]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,8 +47,8 @@ class Channels:
     since_ns   GPS time since when the channel searches with a signal, or holds it
     slips      times the carrier phase was started, modulo 16
     ambiguity  whole cycles taken off the carrier phase
-    way        along which the carrier phase has been counted from its start, `observe.ways`
-    wound_cyc  by how much antennas have wound the carrier phase up [cycles], nan where nothing is counted
+    arc        number of the phase arc that is being counted, `emulator.environment.signals`
+    turns_cyc  turns of antennas counted on in the carrier phase [cycles], nan where none are
     """
 
     commanded: Flags
@@ -55,8 +57,8 @@ class Channels:
     since_ns: Numbers
     slips: Numbers
     ambiguity: NDArray[np.float64]
-    way: Numbers
-    wound_cyc: NDArray[np.float64]
+    arc: Numbers
+    turns_cyc: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,12 +138,12 @@ def advance(
     signal: Flags,
     pace: Pace,
     t_ns: int,
-    system: Numbers | None = None,
+    collection_ns: Collection | None = None,
 ) -> tuple[Channels, Knowledge, Flags]:
     """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
 
     signal   (m, n) whether a satellite's signal is strong enough at an antenna
-    system   (n,) of the satellites, if an ephemeris takes as long as the frames of its message
+    collection_ns   how long an ephemeris takes to be collected, None: as `pace` says
     returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
     """
     target, lock, since_ns = channels.target, channels.lock, channels.since_ns
@@ -159,7 +161,7 @@ def advance(
     since_ns = np.where(found, t_ns, since_ns)
     held_ns = t_ns - since_ns
     lock = np.where(found, BIT_SYNC, lock)
-    to_collect_ns = pace.ephemeris_ns if system is None else collection_ns(system[target], since_ns)
+    to_collect_ns = pace.ephemeris_ns if collection_ns is None else collection_ns(target, since_ns)
     begins = receives & (lock == BIT_SYNC) & (known | (held_ns >= to_collect_ns))
     lock = np.where(begins, FULL, lock).astype(np.int8)
     slips = (channels.slips + begins) % SLIPS

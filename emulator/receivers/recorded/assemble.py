@@ -13,6 +13,8 @@ from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
+from gnss_hil.emulator.constellation.sky import Sky
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import rinex_obs
 from gnss_hil.emulator.files.finals import Orientation
@@ -20,7 +22,7 @@ from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.emulated.channels import Numbers
-from gnss_hil.emulator.receivers.recorded.receiver import ObservedCraft, Trajectory
+from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 from gnss_hil.emulator.receivers.recorded.tracks import tracks
 
@@ -55,8 +57,15 @@ def span_of(path: str, craft: str) -> dict[str, object]:
 
 
 def build_observed(
-    given: scenario.Scenario, craft: scenario.Craft, vehicle: Vehicle, measured: Orientation | None
-) -> ObservedCraft:
+    given: scenario.Scenario,
+    craft: scenario.Craft,
+    vehicle: Vehicle,
+    measured: Orientation | None,
+    session: int,
+    sky: Sky,
+    held: HeldAlmanac | None,
+    row_of: Numbers,
+) -> RecordedCraft:
     """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
 
     measured  the Earth's orientation for its reference, None without a file of it
@@ -68,7 +77,7 @@ def build_observed(
     marks_ns = _marks_ns(file, time, epoch_of)
     played = tracks(file, [SIGNALS[name] for name in settings.signals], epoch_of, int(vehicle.channels[0]))
     contract = codec.codec(vehicle.antennas)
-    return ObservedCraft(
+    return RecordedCraft(
         name=craft.name,
         vehicle=vehicle,
         orbit=_reference(settings, marks_ns, measured, f"{key}.reference"),
@@ -79,11 +88,11 @@ def build_observed(
         epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
         stationery=frames.stationery(contract, vehicle.antennas),
+        sky=sky,
+        almanac=held,
+        row_of=row_of,
+        session=session,
     )
-
-
-ON_SIGNALS = ("ionosphere", "code_bias")
-"""Factors of a sky that act on what emulated receivers measure; others act on what satellites report."""
 
 
 def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
@@ -92,7 +101,7 @@ def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
         raise ScenarioError(
             f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
         )
-    keys = [f"sky.factors.{name}" for name in ON_SIGNALS if name in sky.factors.on()]
+    keys = [f"sky.factors.{name}" for name in sky.factors.on() if FACTORS[name].acts_on == "receiver"]
     own = [f"factors.{name}" for name in craft.factors.on() if not FACTORS[name].default]
     own += ["structure"] if craft.structure else []
     keys += [f"craft.{craft.name}.{key}" for key in own]

@@ -21,13 +21,14 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
-from gnss_hil.emulator.constellation.sky import SkyState
+from gnss_hil.emulator.constellation.sky import Sky, SkyState
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
+from gnss_hil.emulator.environment.signals import reported_at_transmission
 from gnss_hil.emulator.orbits.dynamics import CraftState
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.emulated import almanac
 from gnss_hil.emulator.receivers.emulated.channels import Numbers
-from gnss_hil.emulator.receivers.emulated.observables import Observations, reported_at_transmission
+from gnss_hil.emulator.receivers.observations import Observations
 from gnss_hil.emulator.receivers.recorded.tracks import Tracks
 from gnss_hil.emulator.truth import TRUTH, in_view_bits
 
@@ -53,13 +54,14 @@ class Trajectory(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObservedCraft:
+class RecordedCraft:
     """What does not change of a craft that is played.
 
     tracks   rows of all epochs;  bounds (epochs + 1,) where each epoch's begin
     marks_ns (epochs,) tags, those that the file would have where it has none
     orbit    the reference, None without one
     frequency   (SATELLITES,) GLONASS frequency numbers by the file, 0 elsewhere
+    sky, row_of, almanac   satellites, their rows by satellite index, and the almanac instead of the sky
     """
 
     name: str
@@ -72,21 +74,31 @@ class ObservedCraft:
     epochs_per_pass: int
     codec: Codec
     stationery: frames.Stationery
+    sky: Sky
+    almanac: HeldAlmanac | None
+    row_of: Numbers
+    session: int
+
+    def fresh(self) -> RecordedUnit:
+        return RecordedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
+
+    def step(
+        self, unit: RecordedUnit, heard: FrameBatch, epoch: int
+    ) -> tuple[RecordedUnit, FrameBatch, NDArray]:
+        """One epoch. The receiver is real, and obeys no command."""
+        unit, block = play(self, unit, self.sky.at(int(self.marks_ns[epoch])), epoch)
+        return unit, block, truth(self, epoch)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObservedUnit:
+class RecordedUnit:
     """A played craft between epochs: counters of its streams; commands it has refused, none ever."""
 
     sent: NDArray[np.int8]
     refused: Numbers
 
 
-def fresh_unit() -> ObservedUnit:
-    return ObservedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
-
-
-def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -> Observations:
+def observed(craft: RecordedCraft, sky: SkyState, row_of: Numbers, epoch: int) -> Observations:
     """What the receiver saw in an epoch, as far as the sky knows the satellites; sky at the epoch's mark."""
     seen = craft.tracks[craft.bounds[epoch] : craft.bounds[epoch + 1]]
     row = row_of[seen.sat]
@@ -119,25 +131,20 @@ def observed(craft: ObservedCraft, sky: SkyState, row_of: Numbers, epoch: int) -
 
 
 def play(
-    craft: ObservedCraft,
-    unit: ObservedUnit,
-    sky: SkyState,
-    held: HeldAlmanac | None,
-    row_of: Numbers,
-    session: int,
-    epoch: int,
-) -> tuple[ObservedUnit, FrameBatch]:
-    """The block of an epoch; sky at the epoch's mark, `held` the almanac instead of it."""
+    craft: RecordedCraft, unit: RecordedUnit, sky: SkyState, epoch: int
+) -> tuple[RecordedUnit, FrameBatch]:
+    """The block of an epoch; sky at the epoch's mark."""
+    held = craft.almanac
     paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
     # Precise orbits tell no frequencies; what the receiver tuned to counts.
     tuned = craft.frequency[sky.index]
     sky = replace(sky, frequency=np.where(tuned != 0, tuned, sky.frequency))
-    seen = observed(craft, sky, row_of, epoch)
+    seen = observed(craft, sky, craft.row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
-    told = almanac.predictions(held, sky, rows, mark_ns)
+    told = almanac.predictions(held, sky, rows, rows, mark_ns)
     mark, attitude = frames.head_parts(
-        paper, session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
+        paper, craft.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
         MARK_OF_DOMAIN_0,
     )  # fmt: skip
     state = np.full(craft.vehicle.antennas, frames.RECEIVER_STATE["AUTONOMOUS"])
@@ -152,10 +159,10 @@ def play(
         paper.heartbeats,
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
-    return ObservedUnit(sent, unit.refused), block
+    return RecordedUnit(sent, unit.refused), block
 
 
-def truth(craft: ObservedCraft, epoch: int) -> NDArray:
+def truth(craft: RecordedCraft, epoch: int) -> NDArray:
     """One row of truth: the reference orbit at the mark, nan without one; what clocks showed nobody knows.
     In view are the satellites that were observed."""
     row = np.zeros((), TRUTH)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config.tables import ScenarioError
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.receivers.recorded.signals import Codes, Signal
 

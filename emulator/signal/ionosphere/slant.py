@@ -88,16 +88,18 @@ def slant_tec_and_rate(
     vel_ecef_mps: Array,
     pos_sv_ecef_m: Array,
     vel_sv_ecef_mps: Array,
+    later_s: Array | float = 0.0,
 ) -> tuple[Array, Array]:
     """Electron content (p,) [TECU] and its derivative by time (p,) [TECU/s], along with both ends' motion.
 
-    (p, 3) each; velocities relative to the turning Earth. From two instants a quarter of a second before and
+    (p, 3) each; velocities relative to the turning Earth; later_s (p,) or a number: each ray's instant is
+    t_ns + later_s. From two instants a quarter of a second before and
     after: their mean and their difference, which leaves out 2e-5 of the content of rays that graze the peak.
     The nodes move with the ray: rates have 0.1 % of error from that, 1 % for rays that pass below the peak.
     """
     step = np.array((-0.5, 0.5))[:, None, None] * APART_S
     receivers = (pos_ecef_m + step * vel_ecef_mps).reshape(-1, 3)
     satellites = (pos_sv_ecef_m + step * vel_sv_ecef_mps).reshape(-1, 3)
-    later_s = np.repeat(step[:, 0, 0], len(pos_sv_ecef_m))
+    later_s = (np.broadcast_to(later_s, len(pos_sv_ecef_m)) + step[:, :, 0]).reshape(-1)
     before, after = slant_tec_tecu(field, t_ns, receivers, satellites, later_s).reshape(2, -1)
     return 0.5 * (before + after), (after - before) / APART_S

@@ -1,11 +1,14 @@
 """Loop noise against simulated correlators and numbers worked by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from gnss_hil.emulator.error_models import thermal_noise
-from gnss_hil.emulator.error_models.params_loops import Loops
-from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.error_models import carrier_noise, code_noise, doppler_noise
+from gnss_hil.emulator.error_models.base import Context
+from gnss_hil.emulator.signal import loops
+from gnss_hil.emulator.signal.loops import Loops
 
 RNG = np.random.Generator(np.random.PCG64(20121031))
 
@@ -29,7 +32,7 @@ def test_code_noise_is_that_of_the_power_discriminator(cn0_dbhz, spacing):
     output = np.abs(peak + early) ** 2 - np.abs(peak + late) ** 2
     slope = 4 * amplitude * peak  # |E|^2 falls by 2 A peak a chip, |L|^2 rises by as much
     simulated = output.std() / slope * np.sqrt(2 * loop.code_bandwidth_hz * loop.integration_s)
-    assert thermal_noise.code_sigma_chips(cn0_hz, loop) == pytest.approx(simulated, rel=0.01)
+    assert loops.code_sigma_chips(cn0_hz, loop) == pytest.approx(simulated, rel=0.01)
 
 
 @pytest.mark.parametrize("cn0_dbhz", [45, 35, 28])
@@ -40,50 +43,60 @@ def test_carrier_noise_is_that_of_the_costas_discriminator(cn0_dbhz):
     amplitude, prompt, _ = correlators(cn0_hz, loop.integration_s, 400_000, 0.0)
     output = (amplitude + prompt.real) * prompt.imag
     simulated = output.std() / amplitude**2 * np.sqrt(2 * loop.carrier_bandwidth_hz * loop.integration_s)
-    assert thermal_noise.carrier_sigma_rad(cn0_hz, loop) == pytest.approx(simulated, rel=0.01)
+    assert loops.carrier_sigma_rad(cn0_hz, loop) == pytest.approx(simulated, rel=0.01)
 
 
 def test_numbers_by_hand():
     """C/N0 = 40 dBHz, T = 20 ms: code B = 0.5, D = 0.5: sqrt(1.25e-5 (1 + 2/300)) chips; carrier B = 15:
     sqrt(1.5e-3 (1 + 1/400)) rad; frequency B = 2: sqrt(8e-4 (1 + 1/200)) / (0.04 pi) Hz."""
     cn0_hz = 1e4
-    assert thermal_noise.code_sigma_chips(cn0_hz, Loops()) == pytest.approx(3.5473e-3, rel=1e-4)
-    assert np.rad2deg(thermal_noise.carrier_sigma_rad(cn0_hz, Loops())) == pytest.approx(2.2218, rel=1e-4)
-    assert thermal_noise.doppler_sigma_hz(cn0_hz, Loops()) == pytest.approx(0.22564, rel=1e-4)
+    assert loops.code_sigma_chips(cn0_hz, Loops()) == pytest.approx(3.5473e-3, rel=1e-4)
+    assert np.rad2deg(loops.carrier_sigma_rad(cn0_hz, Loops())) == pytest.approx(2.2218, rel=1e-4)
+    assert loops.doppler_sigma_hz(cn0_hz, Loops()) == pytest.approx(0.22564, rel=1e-4)
 
 
-def test_every_factor_of_the_loops_disturbs_an_observable_of_its_own():
-    raw = keyed_draws.grid(3, 4, 5, 1)[0, 0, :20]
-    cn0, chip, wave = np.full(20, 42.0), np.full(20, 293.05), np.full(20, 0.19)
-    disturbed = {}
-    for name in thermal_noise.THERMAL:
-        found = thermal_noise.errors([name], Loops(), raw, cn0, chip, wave)
-        disturbed[name] = [
-            field for field in ("range_m", "phase_m", "rate_mps") if getattr(found, field).any()
-        ]
-    assert disturbed == {
-        "code_noise": ["range_m"],
-        "carrier_noise": ["phase_m"],
-        "doppler_noise": ["rate_mps"],
-    }
+ROWS = {row.ROW.name: row for row in (code_noise, carrier_noise, doppler_noise)}
+SHAPE = 40, 8, 60  # epochs, receivers, satellites
+CONTEXT = Context(3, 4, 0, 10**9, (0, 10**9), np.arange(64), lambda name: name, loops=Loops())
 
 
-def test_a_factor_does_not_change_what_others_draw():
-    raw = keyed_draws.grid(3, 4, 5, 1)[0, 0, :20]
-    cn0, chip, wave = np.full(20, 42.0), np.full(20, 293.05), np.full(20, 0.19)
-    together = thermal_noise.errors(thermal_noise.THERMAL, Loops(), raw, cn0, chip, wave)
-    alone = thermal_noise.errors(["doppler_noise"], Loops(), raw, cn0, chip, wave)
-    assert (alone.rate_mps == together.rate_mps).all()
-    assert not alone.range_m.any()
-    assert not alone.phase_m.any()
+def disturbed(name):
+    """What a row adds to signals of 40 dBHz of all receivers and satellites in some epochs."""
+    epoch, receiver, sat = (column.reshape(-1) for column in np.indices(SHAPE))
+    n = len(sat)
+    signals = SimpleNamespace(
+        epoch=epoch, receiver=receiver, sat=sat, cn0_dbhz=np.full(n, 40.0), chip_m=np.full(n, 293.05),
+        wave_m=np.full(n, 0.1903),
+    )  # fmt: skip
+    row = ROWS[name].ROW
+    return row.build(row.params(), CONTEXT).path(signals)
 
 
-def test_errors_have_the_sigma_of_their_loop():
-    raw = np.concatenate([keyed_draws.grid(3, 4, epoch, 1)[0].reshape(-1, 4) for epoch in range(40)])
-    n = len(raw)
-    cn0, chip, wave = np.full(n, 40.0), np.full(n, 293.05), np.full(n, 0.1903)
-    found = thermal_noise.errors(thermal_noise.THERMAL, Loops(), raw, cn0, chip, wave)
-    sigma = (293.05 * 3.5473e-3, 0.1903 / 2 / np.pi * 0.038778, 0.1903 * 0.22564)
-    for errors, expected in zip((found.range_m, found.phase_m, found.rate_mps), sigma, strict=True):
-        assert errors.std() == pytest.approx(expected, rel=4 / np.sqrt(2 * n))
-        assert abs(errors.mean()) < 4 * expected / np.sqrt(n)
+@pytest.mark.parametrize(
+    ("name", "observable", "sigma"),
+    [
+        ("code_noise", "range_m", 293.05 * 3.5473e-3),
+        ("carrier_noise", "phase_m", 0.1903 / 2 / np.pi * 0.038778),
+        ("doppler_noise", "rate_mps", 0.1903 * 0.22564),
+    ],
+)
+def test_each_disturbs_one_observable_with_the_sigma_of_its_loop(name, observable, sigma):
+    found = disturbed(name)
+    others = {"range_m", "phase_m", "rate_mps"} - {observable}
+    assert not any(np.any(getattr(found, other)) for other in others)
+    errors = getattr(found, observable)
+    assert errors.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * len(errors)))
+    assert abs(errors.mean()) < 4 * sigma / np.sqrt(len(errors))
+
+
+def test_rows_do_not_draw_the_same():
+    standard = [
+        getattr(disturbed(name), observable)
+        for name, observable in (
+            ("code_noise", "range_m"),
+            ("carrier_noise", "phase_m"),
+            ("doppler_noise", "rate_mps"),
+        )
+    ]
+    apart = np.corrcoef(standard)[np.triu_indices(3, 1)]
+    assert np.abs(apart).max() < 4 / np.sqrt(len(standard[0]))

@@ -7,7 +7,7 @@ import pytest
 
 from gnss_hil.dbc.contract.frames import WIDTH
 from gnss_hil.emulator.receivers import frames
-from gnss_hil.emulator.receivers.emulated.observables import Observations
+from gnss_hil.emulator.receivers.observations import Observations
 from tests.support import emulated
 
 
@@ -26,7 +26,7 @@ def observations(n_channels):
 
 def part(seen):
     the_world = emulated.world()
-    paper, sky = the_world.craft[0].stationery, the_world.sky.at(the_world.start_ns)
+    paper, sky = the_world.craft[0].receivers.stationery, the_world.sky.at(the_world.start_ns)
     return frames.receivers_part(paper, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int), 48)
 
 

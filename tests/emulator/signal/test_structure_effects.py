@@ -18,17 +18,17 @@ def soyuz(factors, structure="soyuz-ms"):
 
 
 def seen(factors, epochs=3):
-    return emulated.scene_at(emulated.world(soyuz(factors)), epochs)
+    return emulated.epoch_at(emulated.world(soyuz(factors)), epochs)
 
 
 def test_the_structure_hides_satellites_and_adds_none():
     free, shaded = seen({}), seen({"shadowing": True})
     assert (shaded.signal <= free.signal).all()
     assert shaded.signal.sum() < free.signal.sum()
-    hidden = shaded.around.hidden
+    hidden = shaded.hidden
     assert np.array_equal(shaded.signal, free.signal & ~hidden)
     lossy = seen({"shadowing": True, "loss_of_lock": True})
-    assert not lossy.held[lossy.around.hidden].any()
+    assert not lossy.held[lossy.hidden].any()
 
 
 def station(factors, **tables):
@@ -45,13 +45,13 @@ def test_a_reflection_of_a_hidden_satellite_may_be_heard():
 
     def cn0(**factors):
         given = station({"link_budget": True, **factors}, interval_s=10.0)
-        scenes = [emulated.scene_at(given, epoch) for epoch in epochs]
+        scenes = [emulated.epoch_at(given, epoch) for epoch in epochs]
         return scenes, np.array([scene.cn0_dbhz for scene in scenes])
 
     scenes, free = cn0()
     shaded, held = cn0(shadowing=True, multipath=True)
     dropped = cn0(shadowing=True, multipath={"hold_reflections": False})[1]
-    hidden = [bare.signal & scene.around.hidden for bare, scene in zip(scenes, shaded, strict=True)]
+    hidden = [bare.signal & scene.hidden for bare, scene in zip(scenes, shaded, strict=True)]
     hidden = np.array(hidden)
     heard = hidden & np.isfinite(held)
     assert heard.any()
@@ -67,7 +67,7 @@ def test_a_loop_that_goes_over_to_a_reflection_tells_a_slip():
     for epoch in range(1, len(units)):
         before, after = units[epoch - 1].channels, units[epoch].channels
         hidden = [
-            emulated.scene_at(given, e).around.hidden[np.arange(4)[:, None], after.target]
+            emulated.epoch_at(given, e).hidden[np.arange(4)[:, None], after.target]
             for e in (epoch - 1, epoch)
         ]
         stays = (before.lock == FULL) & (after.lock == FULL) & (before.target == after.target)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from gnss_hil.emulator.error_models.params_loops import Loops
 from gnss_hil.emulator.error_models.params_receiver import CycleSlips, LossOfLock
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.signal.loops import Loops
 from gnss_hil.emulator.signal.tracking_loss import holds, slip_rate_hz, slips
 
 

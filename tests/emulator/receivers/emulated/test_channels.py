@@ -5,6 +5,7 @@ import pytest
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.receivers.emulated import channels as c
+from gnss_hil.emulator.signal.data_frames import collection_ns
 
 S = 1_000_000_000
 PACE = c.Pace(1 * S, 3 * S, 12 * S, 24 * S, 7200 * S)
@@ -16,11 +17,11 @@ def tuned(targets):
     return c.retarget(fresh, fresh.commanded, np.array(targets), 0)
 
 
-def play(channels, knowledge, signals, start_s=0, system=None):
+def play(channels, knowledge, signals, start_s=0, collection_ns=None):
     """Advance a second at a time; signals: one (m, n) a step. Lock states by step."""
     locks = []
     for second, signal in enumerate(signals, start_s):
-        channels, knowledge, begins = c.advance(channels, knowledge, signal, PACE, second * S, system)
+        channels, knowledge, begins = c.advance(channels, knowledge, signal, PACE, second * S, collection_ns)
         locks.append((channels.lock.copy(), begins))
     return channels, knowledge, locks
 
@@ -83,8 +84,12 @@ def test_an_ephemeris_takes_as_long_as_its_frames():
     again and ends at 34 s."""
     knowledge = c.Knowledge(True, np.full((1, 4), c.NEVER_NS))
     system = np.array((satellites.GPS, satellites.GPS, satellites.GLONASS, satellites.GLONASS))
+
+    def by_frames(row, since_ns):
+        return collection_ns(system[row], since_ns)
+
     on = np.ones((2, 4), bool)
-    _, _, locks = play(tuned([[1, 2, -1], [-1, -1, -1]]), knowledge, [on] * 60, system=system)
+    _, _, locks = play(tuned([[1, 2, -1], [-1, -1, -1]]), knowledge, [on] * 60, collection_ns=by_frames)
     assert first_full(locks, (0, 0)) == 36
     assert first_full(locks, (0, 1)) == 34
 

@@ -7,7 +7,7 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.systems import SYSTEMS
-from gnss_hil.emulator.receivers.emulated.data_collection import collection_ns
+from gnss_hil.emulator.signal.data_frames import collection_ns
 
 S = gpstime.NS_PER_S
 WEEK_NS = 1712 * gpstime.NS_PER_WEEK  # 2012-10-28

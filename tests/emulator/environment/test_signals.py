@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from gnss_hil.emulator.environment.signals import signals
 from gnss_hil.emulator.receivers.emulated.channels import FULL, fresh_channels
-from gnss_hil.emulator.receivers.emulated.observables import observe
 from tests.support import emulated
 
 INTERVAL_S = 0.25
@@ -14,11 +14,13 @@ def observations(clock):
     soyuz = emulated.craft(receivers=emulated.QUICK, factors=emulated.QUIET, clock=clock)
     the_world = emulated.world(soyuz, interval_s=INTERVAL_S)
     chosen = emulated.run(the_world, 1)[0][0].units[0].channels
+    receiver, channel = np.nonzero(chosen.lock == FULL)
+    row, craft = chosen.target[receiver, channel], the_world.craft[0]
     out = []
     for epoch in range(5):
-        scene = emulated.scene_at(the_world, epoch)
-        seen, _ = observe(chosen, np.zeros(chosen.lock.shape, bool), scene, (), None)
-        out.append(seen)
+        prepared, k = craft.prepared(epoch)
+        at = np.full(len(row), k)
+        out.append(signals(craft.environment, prepared.block, at, receiver, row))
     return out
 
 

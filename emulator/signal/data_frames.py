@@ -47,17 +47,24 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
         unknown = int(np.asarray(system)[unit_ns == 0].flat[0])
         row = systems.by_value(unknown)
         raise ValueError(f"no frame structure of system {row.name if row else unknown}")
-    leap_ns = gpstime.leap_seconds(int(np.max(begins_ns))) * NS_PER_S
     # GPS frames begin with GPS weeks; GLONASS frames with days of UTC + 3 h, hence with half minutes of UTC.
-    of_frame_ns = (begins_ns - np.where(np.equal(system, satellites.GLONASS), leap_ns, 0)) % (units * unit_ns)
+    of_frame_ns = (begins_ns - np.where(np.equal(system, satellites.GLONASS), _leap_ns(begins_ns), 0)) % (
+        units * unit_ns
+    )
     # Units that have begun: all that are over, and the one that is cut.
     under_way = -(-of_frame_ns // unit_ns)
     ends = np.where(under_way == 0, needed, units + np.minimum(under_way, needed))
     return ends * unit_ns - of_frame_ns
 
 
-def units_begun(system: Numbers, t_ns: int) -> Numbers:
-    """How many units (subframes, strings) satellites of these systems (...,) have begun until t_ns, GPS time,
-    counted from anywhere."""
-    leap_ns = np.where(np.equal(system, satellites.GLONASS), gpstime.leap_seconds(t_ns) * NS_PER_S, 0)
-    return (t_ns - leap_ns) // _UNIT_NS[system]
+def units_begun(system: Numbers, t_ns: Numbers) -> Numbers:
+    """How many units (subframes, strings) satellites of these systems (...,) have begun until t_ns (...,),
+    GPS time, counted from anywhere."""
+    return (t_ns - np.where(np.equal(system, satellites.GLONASS), _leap_ns(t_ns), 0)) // _UNIT_NS[system]
+
+
+def _leap_ns(t_ns: Numbers) -> Numbers:
+    """GPS - UTC (...,) [ns] at GPS times (...,)."""
+    different, place = np.unique(t_ns, return_inverse=True)
+    leap_s = np.array([gpstime.leap_seconds(t) for t in different.tolist()])
+    return leap_s[place].reshape(np.shape(t_ns)) * NS_PER_S

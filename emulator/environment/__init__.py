@@ -1,0 +1,1 @@
+"""What no command changes: geometry, link, visibility and signals of a craft, in blocks of epochs."""

@@ -1,0 +1,36 @@
+"""Thermal noise of the delay lock loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.params_loops import CodeNoise
+from gnss_hil.emulator.numerics.keyed_draws import Stream, normal
+from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
+from gnss_hil.emulator.signal.loops import Loops, code_sigma_chips
+
+
+@dataclass(frozen=True, slots=True)
+class Model(ErrorModel):
+    loops: Loops
+    stream: Stream
+
+    def path(self, at: ChannelGeometry) -> PathTerm:
+        standard = normal(self.stream.of_signals(at.epoch, at.receiver, at.sat))
+        sigma_m = at.chip_m * code_sigma_chips(10 ** (at.cn0_dbhz / 10), self.loops)
+        return PathTerm(range_m=standard * sigma_m)
+
+
+def build(params: CodeNoise, context: Context) -> ErrorModel:
+    return Model(context.loops, context.stream(ROW.name))
+
+
+ROW = Row(
+    "code_noise",
+    CodeNoise,
+    Stage.PATH,
+    "Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9: DLL thermal noise",
+    build,
+    default=True,
+)

@@ -1,0 +1,27 @@
+"""Boxes and panels of the craft's structure hide satellites."""
+
+from __future__ import annotations
+
+from gnss_hil.emulator.error_models.base import Context, ErrorModel, Row, Stage, VisibilityTerm
+from gnss_hil.emulator.error_models.params_structure import Shadowing
+from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
+
+
+class Model(ErrorModel):
+    def visibility(self, at: EpochGeometry) -> VisibilityTerm:
+        return VisibilityTerm(hides=at.structure.hidden)
+
+
+def build(params: Shadowing, context: Context) -> ErrorModel:
+    return Model()
+
+
+ROW = Row(
+    "shadowing",
+    Shadowing,
+    Stage.VISIBILITY,
+    "Kay & Kajiya, Computer Graphics 20 (1986) 269",
+    build,
+    needs=frozenset({"structure"}),
+    shows="STATUS",
+)

@@ -1,0 +1,43 @@
+"""What the emulator steps: a craft and its receivers, of whatever kind.
+
+A kind is a class that has these members, and a row in `emulator.assemble.KINDS` that builds it from a
+scenario; the step, the loop and the tools know no kind by name.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+
+
+class Unit(Protocol):
+    """A craft between epochs, as far as everybody may know it: (verdicts,) command frames refused so far, by
+    `dbc.contract.e2e.Verdict`."""
+
+    @property
+    def refused(self) -> I64: ...
+
+
+class Craft(Protocol):
+    """What does not change of a craft in a run."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def vehicle(self) -> Vehicle: ...
+    @property
+    def codec(self) -> Codec: ...
+
+    def fresh(self) -> Any:
+        """The unit before the first epoch."""
+
+    def step(self, unit: Any, heard: FrameBatch, epoch: int) -> tuple[Any, FrameBatch, NDArray]:
+        """One epoch: the unit after it, its frames, and truth, a row of `emulator.truth.TRUTH` but for the
+        craft's number. A pure function of its arguments."""
+        ...

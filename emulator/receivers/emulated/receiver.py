@@ -1,0 +1,243 @@
+"""Emulated receivers of one craft, an epoch at a time: hear, choose, track, measure, send.
+
+Commands sent in epoch k arrive here with epoch k + 1, act at once and are answered in this block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch
+from gnss_hil.emulator.environment.block import Environment, build_block
+from gnss_hil.emulator.error_models.base import Measured, Stage
+from gnss_hil.emulator.numerics.chebyshev import Chunks
+from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.emulated import commands, phase, search
+from gnss_hil.emulator.receivers.emulated.channels import Channels, advance, receivable, retarget
+from gnss_hil.emulator.receivers.emulated.craft import Receivers, Unit, cold
+from gnss_hil.emulator.receivers.emulated.prepared import Layout, Prepared
+from gnss_hil.emulator.signal.visibility import View
+
+_EIGHTS = np.full(1 << 14, WIDTH, np.uint8)
+_MARK_FRAMES = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EmulatedCraft:
+    """A craft whose receivers are emulated; see `gnss_hil.emulator.receivers.base`."""
+
+    name: str
+    environment: Environment
+    receivers: Receivers
+    blocks: Chunks[Prepared] = field(init=False)
+
+    def __post_init__(self):
+        keeps = bool(self.environment.models.get(Stage.OBSERVABLE))
+        object.__setattr__(
+            self,
+            "blocks",
+            Chunks(
+                lambda first: Prepared(
+                    self.environment, self.receivers, build_block(self.environment, first), keeps
+                )
+            ),
+        )
+
+    @property
+    def vehicle(self) -> Vehicle:
+        return self.receivers.vehicle
+
+    @property
+    def codec(self) -> Codec:
+        return self.receivers.codec
+
+    def prepared(self, epoch: int) -> tuple[Prepared, int]:
+        """The block of an epoch, and which of its epochs that is."""
+        first = self.environment.span(epoch)[0]
+        return self.blocks[first], epoch - first
+
+    def fresh(self) -> Unit:
+        models = self.environment.models
+        stepped = sum(len(models.get(stage, ())) for stage in (Stage.OBSERVABLE, Stage.FRAMES))
+        return cold(self.receivers, self.environment, stepped)
+
+    def step(self, unit: Unit, heard: FrameBatch, epoch: int) -> tuple[Unit, FrameBatch, NDArray]:
+        """One epoch: the next unit, its block of frames, and truth, a row of `emulator.truth.TRUTH`."""
+        prepared, k = self.prepared(epoch)
+        block, receivers = prepared.block, self.receivers
+        t_ns = int(block.geometry.t_ns[k])
+        channels, counters, refused, answers = self._hear(prepared, k, unit, heard, epoch)
+        if not channels.commanded.all():
+            channels = self._choose(prepared, k, channels)
+        held = None if block.held is None else block.held[k]
+        signal = receivable(channels, block.signal[k], held)
+        channels, knowledge, begins = advance(
+            channels, unit.knowledge, signal, receivers.pace, t_ns, self._collection()
+        )
+        layout, cycles, ambiguity, channels = self._track(prepared, k, channels, begins, knowledge.warm)
+        words, states = self._measured(prepared, k, layout, cycles, ambiguity, channels, unit, epoch)
+        frames_out, sent = self._sent(prepared, k, layout, words, answers, unit, epoch)
+        frames_out, states = self._disturbed(frames_out, states, epoch)
+        unit = Unit(channels, knowledge, sent, counters, refused, states)
+        return unit, frames_out, prepared.truth[k]
+
+    def _choose(self, prepared: Prepared, k: int, channels: Channels) -> Channels:
+        block, at = prepared.block, prepared.block.geometry
+        view = View(*(getattr(at.view, name)[k] for name in View.__slots__))
+        mark_ns = int(at.mark_ns[k])
+        target = search.choose(
+            self.receivers.rule, channels, block.signal[k] & at.sky.healthy[k], view, at.sky.index,
+            search.renews(mark_ns, self.environment.interval_ns),
+        )  # fmt: skip
+        return retarget(channels, channels.commanded, target, int(at.t_ns[k]))
+
+    def _collection(self):
+        """How long ephemerides of rows of the sky take to be collected."""
+        time = self.receivers.collection_ns
+        if time is None:
+            return None
+        system = satellites.system_of(self.environment.sky.sky.index)
+        return lambda row, since_ns: time(system[row], since_ns)
+
+    def _track(self, prepared: Prepared, k: int, channels: Channels, begins: Bool, warm: bool):
+        """Phases of the measuring channels, those left out whose values do not fit on the bus."""
+        layout = prepared.layout(channels, warm)
+        columns, rows = prepared.columns(), layout.base + k
+        place = layout.receiver, layout.channel
+        cycles, ambiguity, channels = phase.track(channels, begins, place, prepared.met(rows))
+        whole = columns.whole[rows]
+        if not whole.all():
+            layout = prepared.layout(channels, warm, ~whole)
+            cycles, ambiguity = cycles[whole], ambiguity[whole]
+        return layout, cycles, ambiguity, channels
+
+    def _measured(
+        self, prepared, k, layout: Layout, cycles, ambiguity, channels: Channels, unit: Unit, epoch: int
+    ):
+        """(p, 10) words of the measurement frames, and states of the models that disturb observables."""
+        columns, rows = prepared.columns(), layout.base + k
+        slips = channels.slips[layout.receiver, layout.channel]
+        templates = self.receivers.stationery
+        models = self.environment.models.get(Stage.OBSERVABLE, ())
+        words = columns.words[rows]
+        states = list(unit.models)
+        if models:
+            values = dict(zip(templates.channel.names, columns.values[:, rows], strict=True))
+            at = prepared.block.geometry
+            seen = Measured(
+                int(at.t_ns[k]),
+                layout.receiver,
+                layout.channel,
+                at.sky.index[layout.row],
+                columns.cn0_dbhz[rows],
+            )
+            for number, model in enumerate(models):
+                states[number], term = model.observable(states[number], seen, epoch)
+                values["pseudorange_m"] = values["pseudorange_m"] + term.range_m
+                values["range_rate_mps"] = values["range_rate_mps"] + term.rate_mps
+                wave = self._wave_m(prepared, k, layout)
+                cycles = cycles + term.phase_m / wave
+            data, _ = templates.channel.fill(len(rows), values)
+            words = np.ascontiguousarray(data).view("<u8")[..., 0]
+        words = words | layout.channel_bits
+        words[:, templates.phase.frame] |= templates.phase.word(cycles, slips, ambiguity % 1 != 0)
+        return words, tuple(states)
+
+    def _wave_m(self, prepared: Prepared, k: int, layout: Layout):
+        from gnss_hil.emulator.signal.bands import wavelength_m
+
+        sky = prepared.block.geometry.sky
+        return wavelength_m(satellites.system_of(sky.index[layout.row]), sky.frequency[k, layout.row])
+
+    def _sent(
+        self,
+        prepared: Prepared,
+        k: int,
+        layout: Layout,
+        words,
+        answers: Sequence[frames.Part],
+        unit: Unit,
+        epoch: int,
+    ) -> tuple[FrameBatch, NDArray[np.int8]]:
+        """The epoch's frames, protected, and the counters of their streams."""
+        templates, codec = self.receivers.stationery, self.receivers.codec
+        mark_ns = int(prepared.block.geometry.mark_ns[k])
+        head, head_fits = prepared.head(k)
+        almanac, almanac_id, almanac_stream, almanac_rank, almanac_fits = prepared.almanac(k)
+        closing = prepared.closing[k] | layout.closing
+        body = np.concatenate((head, words.reshape(-1), closing.reshape(-1))).take(layout.order)
+        every = np.concatenate((body, almanac, templates.beat_words))
+        can_id = np.concatenate((layout.can_id, almanac_id, templates.heartbeats.can_id))
+        stream = np.concatenate((layout.stream, almanac_stream, templates.beat_stream))
+        rank = None
+        if prepared.almanac_repeats:
+            rank = np.zeros(len(every), np.int64)
+            rank[len(body) : len(body) + len(almanac)] = almanac_rank
+        if not (head_fits.all() and almanac_fits.all()):
+            fits = np.ones(len(every), bool)
+            fits[: len(head)] = head_fits
+            fits[len(body) : len(body) + len(almanac)] = almanac_fits
+            every, can_id, stream = every[fits], can_id[fits], stream[fits]
+            rank = None if rank is None else rank[fits]
+        if not answers:
+            data, sent = e2e.protect_words(can_id, every, stream, rank, unit.sent, epoch)
+            return FrameBatch(np.full(len(data), mark_ns), can_id, _EIGHTS[: len(data)], data), sent
+        data = every.view(np.uint8).reshape(-1, WIDTH)
+        parts = (
+            frames.Part(can_id[:_MARK_FRAMES], data[:_MARK_FRAMES]),
+            *answers,
+            frames.Part(can_id[_MARK_FRAMES:], data[_MARK_FRAMES:]),
+        )
+        return e2e.protect(codec, frames.block(parts, mark_ns), unit.sent, epoch)
+
+    def _disturbed(self, block: FrameBatch, states: tuple, epoch: int) -> tuple[FrameBatch, tuple]:
+        """The frames as models of the bus leave them."""
+        models = self.environment.models.get(Stage.FRAMES, ())
+        if not models:
+            return block, states
+        kept = list(states)
+        for number, model in enumerate(models, len(kept) - len(models)):
+            kept[number], block = model.frames(kept[number], block, epoch)
+        return block, tuple(kept)
+
+    def _hear(
+        self, prepared: Prepared, k: int, unit: Unit, heard: FrameBatch, epoch: int
+    ) -> tuple[Channels, NDArray[np.int8], I64, tuple[frames.Part, ...]]:
+        """Obey the commands among the frames heard.
+
+        returns  channels, counters of the streams heard, command frames rejected so far, answers to send
+        A command that fails the checks of the bus is counted, not answered: what it asked for is not known.
+        So is one that does not answer an epoch just past (MIXED_EPOCH): its sender has long decided
+        otherwise.
+        """
+        receivers = self.receivers
+        codec = receivers.codec
+        kind = codec.kind_of[heard.can_id & SFF_MASK]
+        mine = heard[kind == codec.kinds["COMMAND"].number]
+        if not len(mine):
+            return unit.channels, unit.heard, unit.refused, ()
+        checked = e2e.screen(codec, mine, unit.heard)
+        refused = unit.refused + np.bincount(checked.verdict, minlength=len(e2e.Verdict))
+        refused[[e2e.Verdict.OK, e2e.Verdict.LOST]] = 0
+        timely = commands.timely(checked.frames, epoch)
+        refused[e2e.Verdict.MIXED_EPOCH] += np.count_nonzero(~timely)
+        orders = commands.read(codec, checked.frames[timely])
+        # A unit that knows neither time nor place cannot tell what the Earth hides: it accepts, and
+        # searches in vain.
+        in_sight = prepared.block.in_sight[k] | (not unit.knowledge.warm)
+        at = prepared.block.geometry
+        prospects = commands.Prospects(receivers.row_of, at.sky.available[k], at.sky.healthy[k], in_sight)
+        channels, result = commands.obey(
+            unit.channels, orders, receivers.vehicle.channels, prospects, int(at.t_ns[k])
+        )
+        answers = (frames.answers_part(receivers.stationery, orders, result),) if len(orders) else ()
+        return channels, checked.counters, refused, answers
