@@ -1,5 +1,6 @@
 # make run    the bench, played: Soyuz, four antennas, two processes on a bus of their own
-# make test   style, architecture, tests
+# make test   style, architecture, tests; on all processors
+# make quick  the tests of single modules: the inner loop
 # make bench  speeds
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
 # make results  every published figure, measured: docs/results.md; QUICK=1 for those of minutes
@@ -13,8 +14,9 @@ BIN    := $(VENV)/bin
 RUNTIME     := $(VENV)/.runtime
 DEVELOPMENT := $(VENV)/.development
 INSTALL     := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PYTEST      := $(BIN)/python -m pytest -q -n auto --dist loadgroup --no-loadscope-reorder
 
-.PHONY: venv run test bench mutants docs results clean
+.PHONY: venv run test quick bench mutants docs results clean
 
 run: $(RUNTIME)
 	$(BIN)/gnss-hil run soyuz
@@ -24,7 +26,10 @@ test: $(DEVELOPMENT)
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/basedpyright --level error
-	$(BIN)/python -m pytest -q
+	$(PYTEST)
+
+quick: $(DEVELOPMENT)
+	$(PYTEST) -m 'not slow and not realdata' tests/dbc tests/emulator tests/flightsw tests/tools
 
 bench: $(DEVELOPMENT)
 	@for file in tests/benchmarks/[a-z]*.py; do \

@@ -3,12 +3,63 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import pytest
 from hypothesis import settings
 
 # Machines are noisy: no test fails on a time. Derandomised, so that a red run is red again.
 settings.register_profile("bench", deadline=None, derandomize=True)
 settings.load_profile("bench")
+
+SHARING = {"system", "realdata", "peers"}
+"""Folders whose modules share a costly run among their tests: each module is played by one process."""
+
+_own = pytest.StashKey[str]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """A temporary folder for this process, inherited by all that it starts: buses of other benches that run
+    on the machine are not seen, and none of ours is left behind. Its name is short, as sockets' paths are."""
+    usual = os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
+    config.stash[_own] = tempfile.mkdtemp(prefix="gh-", dir=usual)
+    os.environ["TMPDIR"] = tempfile.tempdir = config.stash[_own]
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    shutil.rmtree(config.stash[_own], ignore_errors=True)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """For several processes: long tests first, so that none is the last alone; one user-mode kernel at a
+    time, which takes two gigabytes."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+    for item in items:
+        if "uml" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.xdist_group("user-mode kernel"))
+        elif item.path.parent.name in SHARING:
+            item.add_marker(pytest.mark.xdist_group(item.path.name))
+
+
+@pytest.fixture(autouse=True)
+def _own_temporary_folder(monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config) -> Iterator[None]:
+    """A temporary folder for each test: it sees no bus and no leftover of another."""
+    folder = tempfile.mkdtemp(prefix="", dir=pytestconfig.stash[_own])
+    with monkeypatch.context() as patched:
+        patched.setenv("TMPDIR", folder)
+        patched.setattr(tempfile, "tempdir", folder)
+        yield
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

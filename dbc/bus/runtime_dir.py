@@ -32,8 +32,7 @@ class PrivateFolder:
     """
 
     def __enter__(self) -> Path:
-        parent = tempfile.gettempdir()
-        parent = Path(parent if _fits(parent) else "/tmp")
+        parent = parent_folder()
         _remove_abandoned(parent)
         while not self._make(parent):
             pass
@@ -55,6 +54,12 @@ class PrivateFolder:
     def __exit__(self, *_) -> None:
         shutil.rmtree(self._path, ignore_errors=True)
         os.close(self._lock)
+
+
+def parent_folder() -> Path:
+    """Where private folders are: the temporary folder, or /tmp if that leaves no room for a socket."""
+    parent = tempfile.gettempdir()
+    return Path(parent if _fits(parent) else "/tmp")
 
 
 def _fits(parent: str) -> bool:

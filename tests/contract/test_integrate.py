@@ -14,9 +14,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.waiting import HANG_S
+
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "integrate.md"
-LIMIT_S = 300
 LACKING = [name for name in ("cc", "make", "sha256sum", "bash") if shutil.which(name) is None]
 
 SEEN = {
@@ -51,7 +52,7 @@ def run(script: str, folder: Path) -> subprocess.CompletedProcess:
     return subprocess.run(
         ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", script],
         cwd=folder, env={"PATH": path, "HOME": str(folder), "LANG": "C.UTF-8"},
-        capture_output=True, text=True, timeout=LIMIT_S,
+        capture_output=True, text=True, timeout=HANG_S,
     )  # fmt: skip
 
 

@@ -9,8 +9,8 @@ import pytest
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.step import emulate_step
 from tests.emulator.test_step import ROUNDING_M, predicted_range_m
-from tests.realdata import data_file
 from tests.support import emulated
+from tests.support.outside import data_file
 
 EPOCHS = range(0, 1415, 5)  # minutes, from 00:15 to the end of the day
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
-from tests.realdata import data_file
 from tests.support import emulated
+from tests.support.outside import data_file
 
 LIGHT = 299_792_458.0
 JUMP_M = 0.05

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.mutants.table import PACKAGES, ROOT, Mutant
-from tests.realdata import FOLDER
+from tests.support.outside import DATA
 
 NOT_COPIED = (".*", "__pycache__", "build", "dist", "runs", "*.egg-info")
 
@@ -44,11 +44,9 @@ class Workspace:
             "-q",
             "-p",
             "no:cacheprovider",
-            "-p",
-            "no:xdist",
             *tests,
         ]
-        environment = {**os.environ, "GNSS_HIL_DATA": str(FOLDER)}
+        environment = {**os.environ, "GNSS_HIL_DATA": str(DATA)}
         process = subprocess.Popen(
             command, cwd=self.root, env=environment, text=True, start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from gnss_hil.tools.command_line.main import main
+from tests.support.waiting import HANG_S
 
 LINES = 1500
 
@@ -24,7 +25,7 @@ def log(tmp_path_factory) -> list[bytes]:
 
 
 def fed(command: list[str], log: list[bytes]) -> str:
-    done = subprocess.run(command, input=b"".join(log), capture_output=True, timeout=60, check=True)
+    done = subprocess.run(command, input=b"".join(log), capture_output=True, timeout=HANG_S, check=True)
     return done.stdout.decode()
 
 

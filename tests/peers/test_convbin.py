@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import numpy as np
@@ -10,7 +9,8 @@ import pytest
 
 from gnss_hil.emulator.files import rinex_obs
 from gnss_hil.emulator.files.text import read_text
-from tests.realdata import data_file
+from tests.support.outside import data_file, program
+from tests.support.waiting import HANG_S
 
 pytestmark = pytest.mark.realdata
 
@@ -19,14 +19,12 @@ SAME = {"C1W": "P1", "C2W": "P2", "L1W": "L1", "L2W": "L2"}
 
 
 def test_a_day_of_grace_through_convbin(tmp_path):
-    tool = shutil.which("convbin")
-    if tool is None:
-        pytest.skip("RTKLIB MISSING: no convbin (Debian package rtklib)")
+    tool = program("convbin", "rtklib", "RTKLIB")
     path = data_file("grace_b_2010-07-27/GRCB2080.10D.gz")
     plain, converted = tmp_path / "grcb2080.10o", tmp_path / "converted.rnx"
     plain.write_text(read_text(path))
     command = [tool, "-r", "rinex", "-v", "3.04", "-o", str(converted), str(plain)]
-    subprocess.run(command, capture_output=True, timeout=120, check=True)
+    subprocess.run(command, capture_output=True, timeout=HANG_S, check=True)
     ours, theirs = rinex_obs.read(path), rinex_obs.read(converted)
     assert np.array_equal(ours.t_ns, theirs.t_ns)
     assert np.array_equal(ours.epoch, theirs.epoch)

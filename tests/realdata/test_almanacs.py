@@ -14,8 +14,8 @@ from gnss_hil.emulator.constellation.almanac import orbits
 from gnss_hil.emulator.constellation.nominal import nominal_glonass
 from gnss_hil.emulator.files import almanacs
 from gnss_hil.tools.command_line import main
-from tests.realdata import data_file
 from tests.support import buslog
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

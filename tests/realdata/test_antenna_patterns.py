@@ -5,7 +5,7 @@ import pytest
 
 from gnss_hil.emulator.files import antenna_table
 from gnss_hil.emulator.signal import link_budget
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

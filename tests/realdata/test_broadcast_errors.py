@@ -12,8 +12,8 @@ from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.error_models import ephemeris_error
 from gnss_hil.emulator.error_models.params_sky import EphemerisError
-from tests.realdata import data_file
 from tests.support import sp3
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

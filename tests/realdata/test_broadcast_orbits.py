@@ -14,8 +14,8 @@ from gnss_hil.emulator.constellation.sky import build_sky
 from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files import rinex_nav
-from tests.realdata import data_file
 from tests.support import sp3
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

@@ -15,7 +15,7 @@ from gnss_hil.emulator.config.named_files import anchor
 from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

@@ -26,7 +26,7 @@ from gnss_hil.flightsw.io.epoch import Measurements
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
 from gnss_hil.flightsw.measurement.noise import Noise
 from gnss_hil.flightsw.measurement.observables import Ranges, of_one_signal
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 FOLDER = "grace_b_2010-07-27"

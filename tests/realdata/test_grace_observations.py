@@ -16,7 +16,7 @@ import pytest
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.constellation import phase_centre, precise
 from gnss_hil.emulator.files import rinex_obs, sp3
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

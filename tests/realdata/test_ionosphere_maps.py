@@ -16,8 +16,8 @@ from gnss_hil.emulator.signal.ionosphere.delay import delay_m
 from gnss_hil.emulator.signal.ionosphere.prepare import build_field
 from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
 from gnss_hil.emulator.signal.ionosphere.slant import slant_tec_tecu
-from tests.realdata import data_file
 from tests.support.ionosphere_sky import craft_m, satellites_m, seen
+from tests.support.outside import data_file
 from tests.support.rtklib_ionosphere import doubles
 
 pytestmark = pytest.mark.realdata

@@ -18,7 +18,7 @@ from gnss_hil.emulator.earth.constants import ROTATION_RPS, eci_to_ecef, rotatio
 from gnss_hil.emulator.numerics.rotations import dcm_321, dcm_of_quaternion
 from gnss_hil.emulator.orbits import forces
 from gnss_hil.emulator.orbits.dynamics import CraftState, Orbit
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

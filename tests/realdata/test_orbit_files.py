@@ -14,7 +14,7 @@ from gnss_hil.emulator.earth.constants import ROTATION_RPS
 from gnss_hil.emulator.files import csv_table, oem, tle
 from gnss_hil.emulator.orbits import trajectory
 from gnss_hil.emulator.orbits.trajectory import Trajectory
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

@@ -15,7 +15,7 @@ from gnss_hil.emulator.earth.constants import ROTATION_RPS, eci_to_ecef, rotatio
 from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.orbits import forces
 from gnss_hil.emulator.orbits.dynamics import Orbit
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]
 

@@ -16,7 +16,7 @@ import polars
 import pytest
 
 from gnss_hil.tools.command_line import main
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = [pytest.mark.realdata, pytest.mark.slow]
 

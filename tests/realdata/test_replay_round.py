@@ -13,7 +13,7 @@ import pytest
 
 from gnss_hil.emulator.config.scenario import shipped
 from gnss_hil.tools.command_line.main import main
-from tests.realdata import data_file
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 

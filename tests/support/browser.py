@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -14,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
+
+from tests.support.outside import missing
+from tests.support.waiting import HANG_S
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 LIGHT, DARK = 1, 0
@@ -56,10 +57,7 @@ class Seen:
 def require() -> None:
     """Skips without a browser; fails where one is part of the verdict."""
     if CHROMIUM is None:
-        message = "no chromium here: report.html is not looked at in a real browser"
-        if os.environ.get("GNSS_HIL_REQUIRE_CHROMIUM"):
-            pytest.fail(message)
-        pytest.skip(message)
+        missing("CHROMIUM", "NO CHROMIUM: pages are not looked at in a real browser")
 
 
 def _chromium(page: Path, profile: Path, width: int, height: int, scheme: int, *more: str):
@@ -70,7 +68,7 @@ def _chromium(page: Path, profile: Path, width: int, height: int, scheme: int, *
         "--run-all-compositor-stages-before-draw", f"--window-size={width},{height}",
         f"--blink-settings=preferredColorScheme={scheme}", *more, page.absolute().as_uri(),
     ]  # fmt: skip
-    return subprocess.run(command, capture_output=True, text=True, timeout=150)
+    return subprocess.run(command, capture_output=True, text=True, timeout=HANG_S)
 
 
 def look(page: Path, folder: Path, width: int = 1200, scheme: int = LIGHT) -> Seen:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import re
-import shutil
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from gnss_hil.tools.command_line.main import main
-
-PROGRAM = shutil.which("gnss-hil", path=str(Path(sys.executable).parent))
 
 
 @dataclass(frozen=True)

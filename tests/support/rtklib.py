@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import subprocess
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from gnss_hil.dbc.common import gpstime
+from tests.support.outside import program
+from tests.support.waiting import HANG_S
 
 SETTINGS = Path(__file__).parents[2] / "examples" / "rtklib.conf"
 
@@ -38,10 +37,7 @@ class Solutions:
 
 def solve(folder: Path, observations: str, **changes: str) -> Solutions:
     """Single-point positions of one observation file in an export folder; changes of settings by name."""
-    if shutil.which("rnx2rtkp") is None:
-        if os.environ.get("GNSS_HIL_REQUIRE_RTKLIB"):
-            pytest.fail("rnx2rtkp is missing: install rtklib")
-        pytest.skip("RTKLIB MISSING: install rtklib to have the exported files judged")
+    program("rnx2rtkp", "rtklib", "RTKLIB")
     text = SETTINGS.read_text()
     for key, value in changes.items():
         text, found = re.subn(rf"(?m)^({key} *=).*$", rf"\g<1>{value}", text)
@@ -51,7 +47,7 @@ def solve(folder: Path, observations: str, **changes: str) -> Solutions:
     files = [observations, "broadcast.nav", "satellites.sp3"]
     done = subprocess.run(
         ["rnx2rtkp", "-k", settings.name, "-x", "2", "-o", out.name, *files],
-        cwd=folder, capture_output=True, text=True, timeout=120, check=True,
+        cwd=folder, capture_output=True, text=True, timeout=HANG_S, check=True,
     )  # fmt: skip
     said = [line for line in re.split(r"[\r\n]+", done.stderr) if line.strip()]
     complaints = [line for line in said if not line.startswith(("processing", "reading"))]

@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import subprocess
-import sys
-import time
 from pathlib import Path
+
+from tests.support.programs import GNSS_HIL
+from tests.support.waiting import until
 
 DURATION = "70"
 FILES = {
@@ -26,9 +27,7 @@ def summary_of(folder: Path) -> dict:
 
 def started(folder: Path, *more: str) -> subprocess.Popen:
     command = [
-        sys.executable,
-        "-m",
-        "gnss_hil.tools.command_line.main",
+        *GNSS_HIL,
         "run",
         "--duration",
         "1d",
@@ -40,11 +39,20 @@ def started(folder: Path, *more: str) -> subprocess.Popen:
 
 
 def wait_for_frames(folder: Path, process: subprocess.Popen) -> None:
-    log, deadline = folder / "bus.log", time.monotonic() + 30
-    while not (log.exists() and log.stat().st_size > 300_000):
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < deadline, "no frames within 30 s"
-        time.sleep(0.05)
+    recorded(folder / "bus.log", 300_000, process)
+
+
+def recorded(log: Path, size: int, process: subprocess.Popen) -> None:
+    """Waits until a log has so many bytes."""
+    until(lambda: log.exists() and log.stat().st_size >= size, process)
+
+
+def alive(pid: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
 
 
 def children_of(pid: int) -> dict[str, int]:

@@ -15,6 +15,8 @@ from collections.abc import Callable
 
 import pyte
 
+from tests.support.waiting import HANG_S, exit_status
+
 
 class Seen(pyte.Screen):
     """pyte's screen with the alternate one: it has none, so leaving that brings back what was before."""
@@ -70,9 +72,9 @@ class Session:
     def type(self, keys: bytes) -> None:
         os.write(self._master, keys)
 
-    def watch(self, until: Callable[[], bool] = lambda: False, seconds: float = 60.0) -> None:
+    def watch(self, until: Callable[[], bool] = lambda: False) -> None:
         """Take in what is written until something is seen, or the program has ended."""
-        end = time.monotonic() + seconds
+        end = time.monotonic() + HANG_S
         while not until():
             assert time.monotonic() < end, self.text
             if select.select([self._master], [], [], 0.05)[0]:
@@ -85,7 +87,7 @@ class Session:
 
     def end(self) -> int:
         self.watch()
-        status = self.process.wait(30)
+        status = exit_status(self.process)
         os.close(self._master)
         return status
 

@@ -9,7 +9,7 @@ import pytest
 from gnss_hil.tools.command_line.main import main
 from tests.support.runs import DURATION
 
-pytest.register_assert_rewrite("tests.system.mistakes")
+pytest.register_assert_rewrite("tests.support.mistakes")
 
 
 @pytest.fixture(scope="session")
@@ -17,10 +17,3 @@ def inline(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "inline"
     assert main(["run", "--bus", "inline", "--duration", DURATION, "--out", str(folder), "--quiet"]) == 0
     return folder
-
-
-@pytest.fixture
-def desk(tmp_path, monkeypatch) -> Path:
-    """An empty working folder."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path

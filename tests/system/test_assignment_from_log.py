@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import subprocess
-import sys
 import tomllib
 from collections import Counter
 from importlib import resources
@@ -17,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.support import buslog
+from tests.support.programs import GNSS_HIL
 
 DBC = Path(str(resources.files("gnss_hil.dbc.contract") / "gnss.dbc"))
 VEHICLE = tomllib.loads((resources.files("gnss_hil.dbc") / "vehicles" / "soyuz-ms.toml").read_text("utf-8"))
@@ -37,9 +37,7 @@ def epochs(request, tmp_path_factory):
 def flown(scenario, tmp_path_factory, *options):
     out = tmp_path_factory.mktemp("run") / "out"
     command = [
-        sys.executable,
-        "-m",
-        "gnss_hil.tools.command_line.main",
+        *GNSS_HIL,
         "run",
         scenario,
         "--duration",

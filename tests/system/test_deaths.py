@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import time
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,8 @@ import pytest
 from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
 from gnss_hil.tools.command_line.main import main
-from tests.support.runs import FILES, children_of, started, summary_of, wait_for_frames
+from tests.support.runs import FILES, alive, children_of, started, summary_of, wait_for_frames
+from tests.support.waiting import ended, until
 
 
 @pytest.mark.parametrize("bus", ["inline", "embedded"])
@@ -24,7 +24,7 @@ def test_interrupted_a_run_still_writes_its_folder(tmp_path, bus, number):
     wait_for_frames(folder, process)
     children = children_of(process.pid)
     process.send_signal(number)
-    out, err = process.communicate(timeout=30)
+    out, err = ended(process)
     assert process.returncode == 130, err
     assert {path.name for path in folder.iterdir()} == FILES
     summary = summary_of(folder)
@@ -43,7 +43,7 @@ def test_who_died_is_told_and_the_record_is_kept(tmp_path, module, name):
     wait_for_frames(folder, process)
     children = children_of(process.pid)
     os.kill(children[module], signal.SIGKILL)
-    _, err = process.communicate(timeout=30)
+    _, err = ended(process)
     assert process.returncode == 1
     assert f"gnss-hil: {name} killed by SIGKILL" in err
     assert {path.name for path in folder.iterdir()} == FILES
@@ -57,11 +57,8 @@ def test_when_the_supervisor_dies_the_record_holds_everything_up_to_then(tmp_pat
     wait_for_frames(folder, process)
     children = children_of(process.pid)
     process.kill()
-    process.communicate(timeout=30)
-    deadline = time.monotonic() + 15
-    while any(Path(f"/proc/{pid}").exists() for pid in children.values()):
-        assert time.monotonic() < deadline, "children outlive their supervisor"
-        time.sleep(0.1)
+    ended(process)
+    until(lambda: not any(map(alive, children.values())))
     assert main(["report", str(folder)]) == 0
     summary = summary_of(folder)
     assert summary["craft"]["soyuz"]["fixes"] > 0
@@ -71,13 +68,10 @@ def test_when_the_supervisor_dies_the_record_holds_everything_up_to_then(tmp_pat
 
 
 def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):
-    process = started(tmp_path / "run")
-    deadline = time.monotonic() + 30
-    while "emulator" not in (children := children_of(process.pid)):
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.005)
+    process = started(tmp_path / "run", "--flight", "sleep 3600")  # no first epoch without it
+    children = until(lambda: children_of(process.pid), process)
     os.kill(children["emulator"], signal.SIGKILL)
-    _, err = process.communicate(timeout=30)
+    _, err = ended(process)
     assert process.returncode == 1
     assert err == "gnss-hil: emulator killed by SIGKILL\n"
     assert not (tmp_path / "run").exists()
@@ -87,13 +81,13 @@ def test_a_bus_that_goes_away_is_told_and_the_record_is_kept(tmp_path):
     with PrivateFolder() as private:
         hub = Hub(private / "bus")
         folder = tmp_path / "run"
-        process = started(folder, "--bus", f"gnss-hil:{private / 'bus'}")
+        process = started(folder, "--bus", f"gnss-hil:{private / 'bus'}", "--quiet")
         wait_for_frames(folder, process)
         hub.close()
-        _, err = process.communicate(timeout=30)
+        _, err = ended(process)
     assert process.returncode == 1
-    (line,) = err.splitlines()
-    assert re.match(r"gnss-hil: (bus gnss-hil:|emulator ended|flight software of soyuz ended)", line), line
+    blamed = "bus gnss-hil:|emulator ended|flight software of soyuz ended"
+    assert re.fullmatch(rf"gnss-hil: ({blamed}).*\n", err), err
     assert {path.name for path in folder.iterdir()} == FILES
 
 

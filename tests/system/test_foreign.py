@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from datetime import datetime
 
 import polars as pl
@@ -27,7 +26,10 @@ from gnss_hil.tools.processes.bus_tap import Ear
 from gnss_hil.tools.processes.children import StatusReader
 from gnss_hil.tools.recording.sequence import Sequencer
 from gnss_hil.tools.run_config.plan import make
+from tests.support import programs
+from tests.support.programs import FLIGHT, GNSS_HIL
 from tests.support.runs import DURATION, sha, summary_of
+from tests.support.waiting import HANG_S, ended, exit_status
 
 OTHER = """\
 import os, sys
@@ -61,9 +63,7 @@ def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path,
 def test_a_flight_software_that_you_start_yourself_joins(inline, tmp_path):
     folder = tmp_path / "run"
     command = [
-        sys.executable,
-        "-m",
-        "gnss_hil.tools.command_line.main",
+        *GNSS_HIL,
         "run",
         "--flight",
         "external",
@@ -75,18 +75,15 @@ def test_a_flight_software_that_you_start_yourself_joins(inline, tmp_path):
     bus = line.split(" on ")[1].split(",")[0]
     assert line.startswith("waiting for the flight software of soyuz on embedded:")
     command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "gnss_hil.flightsw",
+        *FLIGHT,
         "--once",
         "--bus",
         bus,
         "--vehicle",
         str(folder / "vehicle.toml"),
     ]
-    flight = subprocess.run(command, capture_output=True, timeout=60)
-    _, err = bench.communicate(timeout=30)
+    flight = subprocess.run(command, capture_output=True, timeout=HANG_S)
+    _, err = ended(bench)
     assert (bench.returncode, flight.returncode) == (0, 0), err
     assert sha(folder) == sha(inline)
 
@@ -187,17 +184,14 @@ def test_both_sides_may_be_started_by_hand_and_before_the_bench(inline, tmp_path
     with PrivateFolder() as private:
         bus = f"embedded:{private / 'mine'}"
         flight = [
-            sys.executable,
-            "-P",
-            "-m",
-            "gnss_hil.flightsw",
+            *FLIGHT,
             "--bus",
             bus,
             "--vehicle",
             str(inline / "vehicle.toml"),
         ]
         emulator = [
-            sys.executable, "-P", "-m", "gnss_hil.emulator", str(inline / "scenario.toml"), "--bus", bus,
+            *programs.EMULATOR, str(inline / "scenario.toml"), "--bus", bus,
             "--session", str(session_of(1)),
         ]  # fmt: skip
         peers = [
@@ -207,12 +201,12 @@ def test_both_sides_may_be_started_by_hand_and_before_the_bench(inline, tmp_path
             assert peer.stderr.readline().endswith(f"waiting for a bench on {bus}\n")
         arguments = ["--flight", "external", "--emulator", "external", "--bus", bus, "--duration", DURATION]
         assert main(["run", *arguments, "--out", str(tmp_path / "run"), "--quiet"]) == 0
-        assert peers[1].wait(10) == 0, peers[1].communicate()
+        assert exit_status(peers[1]) == 0, peers[1].communicate()
         said = [peers[0].stderr.readline() for _ in range(2)]
         assert said[0] == f"flightsw: on {bus}, waiting for a run\n"
         assert said[1] == "flightsw: the hub closed the bus; waiting for it to come back\n"
         peers[0].send_signal(signal.SIGINT)
-        assert peers[0].wait(10) == 130
+        assert exit_status(peers[0]) == 130
         for peer in peers:
             peer.stderr.close()
     assert sha(tmp_path / "run") == sha(inline)
@@ -245,27 +239,26 @@ _, _, frames = parse_lines(open(sys.argv[1], "rb").read())
 frames = frames[[codec(4).sender_of[i] != "FLIGHT" for i in frames.can_id]]
 marks = [i for i in range(len(frames)) if frames.can_id[i] == 0x10] + [len(frames)]
 link = open_link(os.environ["GNSS_HIL_BUS"])
-time.sleep(1.5)  # let the flight software come
+while 0x710 not in link.receive(1.0).can_id:  # let the flight software come
+    pass
 for begin, end in zip(marks[7:], marks[8:]):
     link.send(frames[begin:end])
     time.sleep(0.05)
-time.sleep(100)
+time.sleep(3600)
 """
 
 
 def test_an_emulator_that_neither_steers_nor_ends_is_recorded_for_the_scenarios_time(inline, tmp_path):
     (tmp_path / "player.py").write_text(PLAYER)
     player = f"{sys.executable} {tmp_path / 'player.py'} {inline / 'bus.log'}"
-    begun_s = time.monotonic()
     folder = tmp_path / "run"
     assert main(["run", "--emulator", player, "--duration", "40", "--out", str(folder), "--quiet"]) == 0
-    assert time.monotonic() - begun_s < 30
     summary = summary_of(folder)
     assert (summary["epochs"], summary["duration_s"]) == (40, 40.0)
     # Nobody waits for anybody here: on a busy machine an answer may come epochs late.
     assert set(summary["frames"]["rejected"]) <= {"MIXED_EPOCH"} and summary["frames"]["lost"] == 0
     assert summary["craft"]["soyuz"]["fixes"] >= 10
-    assert 0 < summary["epoch_latency_ms"]["p50"] < 1000
+    assert summary["epoch_latency_ms"]["p50"] > 0
 
 
 @pytest.mark.parametrize(

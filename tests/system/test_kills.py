@@ -12,25 +12,21 @@ import os
 import random
 import signal
 import subprocess
-import sys
-import time
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.recording.formats.candump import parse_lines
-from tests.support.runs import FILES, children_of
-from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
+from tests.support.programs import GNSS_HIL
+from tests.support.runs import FILES, alive, children_of, recorded
+from tests.support.waiting import exit_status, until
 
 KILLS, SEED, AT_ONCE = 50, 3, 2
-ENDS_WITHIN_S, WRITES_WITHIN_S = 5.0, 30.0
-"""All children; and the supervisor, which then makes tables on a machine that has other things to do."""
-
 NAMES = {"emulator": "emulator", "flightsw": "flight software of soyuz"}
 VICTIMS = ("emulator", "flightsw", "supervisor")
 CODEC = codec(4)
@@ -40,54 +36,34 @@ ROWS = {"channels.parquet": "SV_CLOCK", "assignments.parquet": "COMMAND"}
 
 @dataclass(frozen=True, slots=True)
 class Kill:
-    """Who dies how long after the first frame is on record, and at which pace the run goes."""
+    """Who dies when so many bytes are on record, and at which pace the run goes."""
 
     number: int
     victim: str
-    after_s: float
+    size: int
     pace: str
 
 
 def kills(count: int) -> list[Kill]:
     draw = random.Random(SEED)
     return [
-        Kill(i, VICTIMS[i % 3], draw.uniform(0, 1.2), draw.choice(("lockstep", "lockstep", "x50")))
+        Kill(i, VICTIMS[i % 3], draw.randrange(1, 1_000_000), draw.choice(("lockstep", "lockstep", "x50")))
         for i in range(count)
     ]
-
-
-def alive(pid: int) -> bool:
-    """Whether a process is there and no zombie."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
-
-
-def until(condition, seconds: float) -> bool:
-    end_s = time.monotonic() + seconds
-    while not condition() and time.monotonic() < end_s:
-        time.sleep(0.02)
-    return condition()
 
 
 def killed_run(kill: Kill, folder: Path, bus: str = "embedded") -> str:
     """One run with one death; what is wrong with how it ended, "" if nothing is."""
     words = ["--duration", "1d", "--bus", bus, "--pace", kill.pace, "--no-report", "--quiet"]
-    command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", "run", *words, "--out", str(folder)]
+    command = [*GNSS_HIL, "run", *words, "--out", str(folder)]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     log = folder / "bus.log"
     try:
-        until(lambda: run.poll() is not None or (log.exists() and log.stat().st_size > 0), 60)
-        if run.poll() is not None:
-            return f"ended before anybody was killed: {run.stderr.read()}"
+        recorded(log, kill.size, run)
         children = children_of(run.pid)
-        time.sleep(kill.after_s)
         os.kill({**children, "supervisor": run.pid}[kill.victim], signal.SIGKILL)
-        if not until(lambda: not any(map(alive, children.values())), ENDS_WITHIN_S):
-            return f"alive after {ENDS_WITHIN_S} s: {[name for name, pid in children.items() if alive(pid)]}"
-        if not until(lambda: run.poll() is not None, WRITES_WITHIN_S):
-            return f"the supervisor goes on after {WRITES_WITHIN_S} s"
+        until(lambda: not any(map(alive, children.values())))
+        exit_status(run)
         return _ended_badly(kill, run.returncode, run.stderr.read()) or _incomplete(kill, folder)
     finally:
         run.kill()
@@ -106,7 +82,7 @@ def _ended_badly(kill: Kill, status: int, said: str) -> str:
 def _incomplete(kill: Kill, folder: Path) -> str:
     """What the folder lacks; of a dead supervisor's after a report."""
     if kill.victim == "supervisor":
-        command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", "report", str(folder)]
+        command = [*GNSS_HIL, "report", str(folder)]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode or done.stderr:
             return f"report ended with {done.returncode}: {done.stderr}"
@@ -131,22 +107,12 @@ def whole_lines(log: Path) -> bytes:
 
 
 @pytest.mark.slow
-def test_whoever_is_killed_the_rest_ends_and_the_record_is_kept(tmp_path, monkeypatch):
-    with PrivateFolder() as temporary:  # all sockets of these runs are in here
-        monkeypatch.setenv("TMPDIR", str(temporary))
-        with ThreadPoolExecutor(AT_ONCE) as pool:
-            faults = list(pool.map(lambda kill: killed_run(kill, tmp_path / f"{kill.number}"), kills(KILLS)))
-        told = [f"{kill}: {fault}" for kill, fault in zip(kills(KILLS), faults, strict=True) if fault]
-        assert not told, "\n".join(told)
-        last = [
-            sys.executable,
-            "-m",
-            "gnss_hil.tools.command_line.main",
-            "run",
-            "--duration",
-            "5",
-            "--out",
-            str(tmp_path / "last"),
-        ]
-        subprocess.run(last, check=True, capture_output=True)
-        assert not list(temporary.iterdir()), "sockets of the dead are left"
+def test_one_is_killed_the_rest_ends_and_the_record_is_kept(tmp_path):
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        faults = list(pool.map(lambda kill: killed_run(kill, tmp_path / f"{kill.number}"), kills(KILLS)))
+    told = [f"{kill}: {fault}" for kill, fault in zip(kills(KILLS), faults, strict=True) if fault]
+    assert not told, "\n".join(told)
+    last = [*GNSS_HIL, "run", "--duration", "5", "--out", str(tmp_path / "last")]
+    subprocess.run(last, check=True, capture_output=True)
+    # Each test has a temporary folder of its own: all sockets of these runs were in it.
+    assert not list(Path(tempfile.gettempdir()).iterdir()), "sockets of the dead are left"

@@ -17,6 +17,7 @@ from gnss_hil.dbc.lockstep.master_loop import Bus, Conductor, MissingNodes, pars
 from gnss_hil.dbc.lockstep.slave import Follower
 from gnss_hil.dbc.lockstep.slave_loop import follow
 from tests.support.lockstep_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
+from tests.support.waiting import HANG_S, finished, pause, until
 
 
 class Flight:
@@ -34,7 +35,7 @@ class Flight:
             follow(self.link, Follower(CODEC), heartbeat(), self._play, lambda: self._leave, **more)
 
     def _play(self, heard, fresh):
-        time.sleep(self.delay_s)
+        pause(self.delay_s)
         self.blocks.append(heard)
         self.fresh.append(fresh)
         return navigation(len(self.blocks))
@@ -71,19 +72,19 @@ def play(master, epochs, session=SESSION):
 def test_lockstep_answers_every_epoch(bus):
     with flight(bus) as node:
         master = conductor(bus)
-        master.assemble(timeout_s=5)
+        master.assemble(timeout_s=HANG_S)
         inboxes = play(master, range(50))
     assert inboxes == [navigation(k + 1) for k in range(50)]
     assert node.blocks == [block(k) for k in range(50)]
     assert node.fresh == [True] + [False] * 49
     assert (master.tally.unanswered, master.tally.sent, master.tally.received) == (0, 300, 150)
-    assert 0 < master.tally.latency.percentile_s(50) <= master.tally.latency.percentile_s(99) < 5
+    assert 0 < master.tally.latency.percentile_s(50) <= master.tally.latency.percentile_s(99)
 
 
 def test_a_slow_node_is_asked_again_and_answers_once(bus):
     with flight(bus, delay_s=0.12) as node:
         master = conductor(bus, repeat_s=0.02)
-        master.assemble(timeout_s=5)
+        master.assemble(timeout_s=HANG_S)
         assert play(master, range(4)) == [navigation(k + 1) for k in range(4)]
     assert len(node.blocks) == 4
 
@@ -101,15 +102,13 @@ def test_nobody_answers_and_time_goes_on(bus):
 
 
 def test_a_node_that_started_anew_is_not_waited_for(bus):
-    master, joined = conductor(bus), []
+    master, joined = conductor(bus, limit_s=HANG_S), []
     with flight(bus):
-        master.assemble(timeout_s=5)
+        master.assemble(timeout_s=HANG_S)
         play(master, range(3))
     restart = threading.Timer(0.3, lambda: joined.append(Flight(bus)))
     restart.start()
-    begun_s = time.monotonic()
     assert play(master, [3]) == [EMPTY]
-    assert 0.3 < time.monotonic() - begun_s < 5, "the limit is 10 s"
     assert master.tally.unanswered == 1
     assert play(master, [4, 5]) == [navigation(1), navigation(2)]
     joined[0].leave()
@@ -120,7 +119,7 @@ def test_announcements_that_waited_somewhere_are_no_restart(bus):
     """A bus that stood still delivers all at once what a node said before it heard the block."""
     with flight(bus, delay_s=0.6) as node:
         master, stranger = conductor(bus), bus.connect()
-        master.assemble(timeout_s=5)
+        master.assemble(timeout_s=HANG_S)
         waited = threading.Timer(0.3, lambda: stranger.send(concat([heartbeat()] * 20)))
         waited.start()
         play(master, [0])
@@ -138,23 +137,27 @@ def test_a_stop_ends_waiting_without_blaming_the_node(bus):
 def test_free_running_keeps_wall_time_and_answers(bus):
     with flight(bus) as node:
         master = conductor(bus, pace=100.0)
-        master.assemble(timeout_s=5)
+        master.assemble(timeout_s=HANG_S)
         begun_s = time.monotonic()
         inboxes = play(master, range(50))
         took_s = time.monotonic() - begun_s
-    assert 0.49 < took_s < 2.0
-    assert len(node.blocks) == 50
+        until(lambda: len(node.blocks) == 50)
+        inboxes += play(master, [50])  # by then the last answers have come
+    assert took_s > 0.49
     answers = concat(inboxes)
-    assert sorted(set(answers.data[:, 0].tolist())) == list(range(1, 51))
+    assert set(answers.data[:, 0].tolist()) >= set(range(1, 51))
 
 
 def test_a_node_too_slow_for_the_pace_is_counted_and_still_heard(bus):
-    with flight(bus, delay_s=0.03):
+    with flight(bus, delay_s=0.03) as node:
         master = conductor(bus, pace=100.0)
-        master.assemble(timeout_s=5)
-        inboxes = play(master, range(10))
-    assert master.tally.unanswered >= 5
-    assert len(concat(inboxes)) > 0
+        master.assemble(timeout_s=HANG_S)
+        play(master, range(10))
+        unanswered = master.tally.unanswered
+        until(lambda: node.blocks[-1] == block(9))
+        late = play(master, [10])
+    assert unanswered >= 5
+    assert len(concat(late)) > 0
 
 
 def test_a_node_outlives_its_emulator(bus):
@@ -162,7 +165,7 @@ def test_a_node_outlives_its_emulator(bus):
     with flight(bus, silence_s=0.3) as node:
         for session in (SESSION, SESSION + 1, SESSION + 1):
             master = conductor(bus, session=session)
-            master.assemble(timeout_s=5)
+            master.assemble(timeout_s=HANG_S)
             assert len(play(master, range(3), session)) == 3
     assert node.fresh == [True, False, False] * 3
 
@@ -170,33 +173,33 @@ def test_a_node_outlives_its_emulator(bus):
 def test_once_means_the_first_runs_end(bus):
     node = Flight(bus, once=True)
     master = conductor(bus)
-    master.assemble(timeout_s=5)
+    master.assemble(timeout_s=HANG_S)
     play(master, range(2))
     master.end(2, "COMPLETED")
-    node._thread.join(5)
-    assert not node._thread.is_alive()
+    finished(node._thread)
 
 
 def test_somebody_elses_emulator_needs_no_bench_frames(bus):
     emulator = bus.connect()
     answers = []
 
-    def hear(until):
-        end_s = time.monotonic() + 5
-        while sum(map(len, answers)) < until and time.monotonic() < end_s:
+    def hear(count):
+        def heard():
             answers.append(emulator.receive(0.05))
+            return sum(len(frames[frames.can_id < 0x700]) for frames in answers) >= count
+
+        until(heard)
 
     with flight(bus) as node:
-        time.sleep(0.1)
+        until(lambda: len(emulator.receive(0.1)))  # its heartbeat
         for k in range(3):
             emulator.send(concat((block(k), statuses())))
             hear(3 * k)
         emulator.send(mark(3))
-        hear(9 + 1)
+        hear(9)
     assert node.blocks[:3] == [concat((block(k), statuses())) for k in range(3)]
     heard = concat(answers)
     assert not (heard.can_id >= 0x7E0).any()
-    assert len(heard[heard.can_id < 0x700]) >= 9
 
 
 def test_an_occupied_bus_is_noticed(bus):
@@ -223,7 +226,7 @@ def test_two_craft_have_a_bus_each():
     buses = {name: InlineBus() for name in ("soyuz", "station")}
     nodes = [Flight(bus) for bus in buses.values()]
     master = Conductor({n: Bus(b.connect(), codec(4)) for n, b in buses.items()}, SESSION, None, 1.0)
-    master.assemble(timeout_s=5)
+    master.assemble(timeout_s=HANG_S)
     for k in range(3):
         blocks = {"soyuz": block(k), "station": block(k, 2)}
         assert master.play(k, blocks) == {name: navigation(k + 1) for name in buses}

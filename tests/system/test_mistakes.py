@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from gnss_hil.dbc.common.vehicle import find
-from tests.support.mistakes import PROGRAM, gets_its_line_and_status, label, table
+from tests.support.mistakes import gets_its_line_and_status, label, table
+from tests.support.programs import PROGRAM
+from tests.support.waiting import HANG_S
 
 TABLE = table(r"""
 [2]
@@ -154,7 +156,7 @@ def test_a_mistake_gets_its_line_and_status(mistake, bench, desk, capsys):
     ids=["usage", "environment", "command"],
 )  # fmt: skip
 def test_the_program_itself_says_it_too(argv, status, line, desk):
-    done = subprocess.run([PROGRAM, *argv], capture_output=True, text=True, timeout=30)
+    done = subprocess.run([PROGRAM, *argv], capture_output=True, text=True, timeout=HANG_S)
     assert done.returncode == status
     assert done.stdout == ""
     assert done.stderr.startswith(line) and done.stderr.count("\n") == 1

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from gnss_hil.tools.command_line.main import COMMANDS, main
-from tests.support.mistakes import PROGRAM
+from tests.support.programs import PROGRAM
+from tests.support.waiting import HANG_S
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
@@ -17,7 +18,7 @@ from tests.support.mistakes import PROGRAM
 def test_no_room_for_the_output_is_one_line(command, desk):
     with open("/dev/full", "w") as full:
         done = subprocess.run(
-            [PROGRAM, *command.split()], stdout=full, stderr=subprocess.PIPE, text=True, timeout=30
+            [PROGRAM, *command.split()], stdout=full, stderr=subprocess.PIPE, text=True, timeout=HANG_S
         )
     assert done.returncode == 1
     assert done.stderr == "gnss-hil: standard output: No space left on device\n"
@@ -28,7 +29,7 @@ def test_no_room_for_the_record_names_the_run_folder(desk):
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
 
     command = [PROGRAM, "run", "--bus", "inline", "--quiet", "--out", "run"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, preexec_fn=short_of_room)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, preexec_fn=short_of_room)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "gnss-hil: run: File too large"
 
@@ -36,7 +37,7 @@ def test_no_room_for_the_record_names_the_run_folder(desk):
 def test_a_reader_that_leaves_is_no_fault(desk):
     done = subprocess.run(
         ["sh", "-c", f"{{ {PROGRAM} icd dbc; echo $? >&2; }} | head -c 1"],
-        capture_output=True, text=True, timeout=30,
+        capture_output=True, text=True, timeout=HANG_S,
     )  # fmt: skip
     assert (len(done.stdout), done.stderr) == (1, "0\n")
 
@@ -45,7 +46,7 @@ def test_a_reader_that_leaves_is_no_fault(desk):
 def test_with_stderr_closed_it_works_all_the_same(argv, status, desk):
     more = "--duration 2" if argv.startswith("run") else ""
     done = subprocess.run(
-        ["sh", "-c", f"{PROGRAM} {argv} {more} 2>&-"], capture_output=True, text=True, timeout=60
+        ["sh", "-c", f"{PROGRAM} {argv} {more} 2>&-"], capture_output=True, text=True, timeout=HANG_S
     )
     assert done.returncode == status
     assert bool(done.stdout) == (status == 0)

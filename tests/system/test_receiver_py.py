@@ -14,7 +14,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from contextlib import suppress
 from importlib import util
 from pathlib import Path
@@ -32,7 +31,9 @@ from gnss_hil.dbc.contract.generate import dbc_text
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import DONE, HEARTBEAT, pack
+from tests.support.programs import FLIGHT
 from tests.support.receiver_py import EXAMPLE, PROGRAM, VEHICLE, start
+from tests.support.waiting import ended, until
 
 EPOCHS = 310
 AGREEMENT_M = 0.01
@@ -125,10 +126,9 @@ def litter(path: Path, over: threading.Event) -> None:
 def test_a_bus_that_closes_is_told_in_one_line():
     with PrivateFolder() as private, Hub(private / "bus") as hub:
         receiver = start({"GNSS_HIL_BUS": f"embedded:{hub.path}"})
-        while not hub.peers:
-            time.sleep(0.02)
+        until(lambda: hub.peers, receiver)
         hub.close()
-        _, said = receiver.communicate(timeout=30)
+        _, said = ended(receiver)
     assert receiver.returncode == 1
     assert said == "receiver: the hub closed the bus\n"
 
@@ -139,7 +139,7 @@ def test_another_contract_is_told_and_not_flown():
         spec = f"embedded:{hub.path}"
         receiver = start({"GNSS_HIL_BUS": spec})
         words = ["--vehicle", "soyuz-ms", "--bus", spec, "--once", "--quiet"]
-        flight = subprocess.Popen([sys.executable, "-P", "-m", "gnss_hil.flightsw", *words])
+        flight = subprocess.Popen([*FLIGHT, *words])
         line = receiver.stderr.readline()
         assert receiver.poll() is None
         for process in (receiver, flight):
@@ -161,7 +161,7 @@ def test_another_contract_is_told_and_not_flown():
 )
 def test_mistakes_are_one_line(told, line):
     process = start(told)
-    _, said = process.communicate(timeout=30)
+    _, said = ended(process)
     assert process.returncode == 1
     assert said.startswith(f"receiver: {line}") and said.count("\n") == 1
 

@@ -9,7 +9,6 @@ import csv
 import math
 import socket
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,9 @@ import pytest
 from gnss_hil.dbc.bus.base import open_link
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
+from tests.support.programs import FLIGHT
 from tests.support.receiver_py import VEHICLE, start
+from tests.support.waiting import exit_status
 
 EPOCHS = 60
 AGREEMENT_M = 0.01
@@ -34,13 +35,13 @@ def test_the_python_receiver_flies_on_vcan(tmp_path):
     truth = tmp_path / "truth.csv"
     words = ["--vehicle", str(VEHICLE), "--bus", SPEC, "--once", "--quiet"]
     link = open_link(SPEC)
-    flight = subprocess.Popen([sys.executable, "-P", "-m", "gnss_hil.flightsw", *words])
+    flight = subprocess.Popen([*FLIGHT, *words])
     receiver = start({"GNSS_HIL_BUS": SPEC, "GNSS_HIL_DURATION": str(EPOCHS)}, truth)
     heard = []
     while receiver.poll() is None:
         heard.append(link.receive(0.1))
     assert receiver.returncode == 0, receiver.stderr.read()
-    assert flight.wait(30) == 0
+    assert exit_status(flight) == 0
     assert link.dropped == 0
     link.close()
     worst_m = max(math.dist(*pair) for pair in zip(fixes(concat(heard)), positions(truth), strict=True))

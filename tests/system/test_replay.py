@@ -5,18 +5,20 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.bus.base import LinkError, open_link
 from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
 from gnss_hil.dbc.lockstep.messages import session_of
 from gnss_hil.emulator.config.scenario import shipped
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.recording.formats.candump import parse_lines
-from tests.support.runs import children_of, summary_of
+from tests.support.programs import GNSS_HIL
+from tests.support.runs import children_of, recorded, summary_of
+from tests.support.waiting import ended, exit_status, until
 
 DURATION = "50"
 
@@ -36,7 +38,7 @@ def socket():
 
 
 def started(*words: str) -> subprocess.Popen:
-    command = [sys.executable, "-m", "gnss_hil.tools.command_line.main", *words]
+    command = [*GNSS_HIL, *words]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -90,7 +92,7 @@ def test_a_running_flight_software_starts_afresh_at_each_replay(run, socket, tmp
         assert main([*words, "--out", str(out)]) == 0
     finally:
         flight.send_signal(signal.SIGINT)
-        assert flight.wait(10) == 130, flight.communicate()
+        assert exit_status(flight) == 130, flight.communicate()
         flight.communicate()
     assert fixes(out) >= fixes(run / "bus.log") - 3 > 0
 
@@ -106,7 +108,7 @@ def test_our_emulator_started_by_hand_hears_the_recorded_flight_software(run, so
     emulator = started("emulate", scenario, "--bus", socket, "--session", session, "--quiet", "--wait", "60")
     words = ["replay", str(run), "--only", "flight", "--bus", socket, "--same", "--out", str(out), "--quiet"]
     assert main(words) == 0
-    assert emulator.wait(10) == 0, emulator.communicate()
+    assert exit_status(emulator) == 0, emulator.communicate()
     emulator.communicate()
     assert out.read_bytes() == (run / "bus.log").read_bytes()
 
@@ -117,7 +119,7 @@ def test_an_epoch_that_was_not_recorded_is_told(run, socket, capsys):
     assert main(["replay", str(run), "--only", "flight", "--bus", socket, "--quiet"]) == 1
     said = capsys.readouterr().err
     assert said == f"gnss-hil: epoch {DURATION} is on the bus; the recording has 0 to {int(DURATION) - 1}\n"
-    assert emulator.wait(10) == 1, emulator.communicate()
+    assert exit_status(emulator) == 1, emulator.communicate()
     emulator.communicate()
 
 
@@ -134,7 +136,7 @@ def test_all_of_a_recording_is_heard_by_whoever_listens(run, socket):
         assert type(error).__name__ == "LinkClosed"
     finally:
         link.close()
-    out, said = replay.communicate(timeout=10)
+    out, said = ended(replay)
     recorded = len((run / "bus.log").read_bytes().splitlines())
     assert replay.returncode == 0 and said == ""
     assert out.startswith(f"replayed    {recorded} frames in ")
@@ -142,26 +144,21 @@ def test_all_of_a_recording_is_heard_by_whoever_listens(run, socket):
 
 
 def _joined(spec: str):
-    deadline = time.monotonic() + 30
-    while True:
-        try:
+    def link():
+        with suppress(LinkError):
             return open_link(spec)
-        except Exception:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+
+    return until(link)
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_what_was_heard_and_nobody_behind(run, tmp_path, signum):
     out = tmp_path / "part.log"
     replay = started("replay", str(run), "--only", "emulator", "--pace", "x2", "--out", str(out), "--quiet")
-    deadline = time.monotonic() + 30
-    while not (out.exists() and out.stat().st_size):
-        assert replay.poll() is None and time.monotonic() < deadline, replay.communicate()
-        time.sleep(0.05)
+    recorded(out, 1, replay)
     flight = children_of(replay.pid)["flightsw"]
     replay.send_signal(signum)
-    told, said = replay.communicate(timeout=20)
+    told, said = ended(replay)
     assert (replay.returncode, said) == (130, "")
     assert told.startswith("replayed ")
     assert (run / "bus.log").read_bytes().startswith(out.read_bytes()[:2000])
@@ -171,14 +168,9 @@ def test_an_interrupt_leaves_what_was_heard_and_nobody_behind(run, tmp_path, sig
 def test_whoever_dies_is_named_and_what_was_heard_is_kept(run, tmp_path):
     out = tmp_path / "part.log"
     replay = started("replay", str(run), "--only", "emulator", "--pace", "x2", "--out", str(out), "--quiet")
-    deadline = time.monotonic() + 30
-    while not (out.exists() and out.stat().st_size):
-        assert replay.poll() is None and time.monotonic() < deadline, replay.communicate()
-        time.sleep(0.05)
+    recorded(out, 1, replay)
     subprocess.run(["kill", "-KILL", str(children_of(replay.pid)["flightsw"])], check=True)
-    begun = time.monotonic()
-    _, said = replay.communicate(timeout=20)
-    assert time.monotonic() - begun < 5
+    _, said = ended(replay)
     assert (replay.returncode, said) == (1, "gnss-hil: flight software killed by SIGKILL\n")
     assert out.stat().st_size
 

@@ -9,8 +9,6 @@ import shutil
 import signal
 import socket
 import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -19,9 +17,11 @@ from gnss_hil.dbc.bus.base import open_link
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.dbc.lockstep.messages import END_ID
 from gnss_hil.tools.command_line.main import main
-from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines
+from gnss_hil.tools.recording.formats.candump import format_lines
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.replay.recorded_run import open_run
+from tests.support.programs import FLIGHT
+from tests.support.waiting import HANG_S, exit_status, until
 from tests.system.test_socketcan_inside import Candump
 
 pytestmark = pytest.mark.socketcan
@@ -47,10 +47,7 @@ def log(tmp_path_factory) -> Path:
 def flight():
     """Our flight software on vcan0, ready."""
     words = [
-        sys.executable,
-        "-P",
-        "-m",
-        "gnss_hil.flightsw",
+        *FLIGHT,
         "--vehicle",
         "soyuz-ms",
         "--bus",
@@ -59,13 +56,11 @@ def flight():
     ]
     link = open_link(BUS)
     process = subprocess.Popen(words)
-    end_s = time.monotonic() + 60
-    while HEARTBEAT not in link.receive(0.5).can_id:
-        assert process.poll() is None and time.monotonic() < end_s
+    until(lambda: HEARTBEAT in link.receive(0.5).can_id, process)
     link.close()
     yield process
     process.send_signal(signal.SIGINT)
-    assert process.wait(20) == 130
+    assert exit_status(process) == 130
 
 
 def test_canplayer_plays_a_run_and_the_flight_software_finds_its_fixes(log, flight, tmp_path):
@@ -77,12 +72,12 @@ def test_canplayer_plays_a_run_and_the_flight_software_finds_its_fixes(log, flig
         for epoch in list(recorded.epochs())[PLAYED]:
             stream.write(format_lines(epoch.emulator.t_ns // 1000, epoch.emulator, "can0"))
     candump = Candump(tmp_path / "heard.log")
-    subprocess.run(["canplayer", "-I", str(part), "vcan0=can0"], check=True, timeout=60)
-    time.sleep(1.0)  # the answer to the last epoch
+    subprocess.run(["canplayer", "-I", str(part), "vcan0=can0"], check=True, timeout=HANG_S)
+    heard = tmp_path / "heard.log"
+    until(lambda: heard.read_text().count(f" {NAV_X:03X}#") >= 5)  # canplayer sends none
     candump.close()
-    heard = parse_lines((tmp_path / "heard.log").read_bytes())[2]
-    assert (heard.can_id == NAV_X).sum() >= 5  # canplayer sends none
-    assert len(heard) > len(part.read_bytes().splitlines()) > 500
+    played = len(part.read_bytes().splitlines())
+    assert len(heard.read_bytes().splitlines()) > played > 500
 
 
 def test_we_play_it_in_lockstep_and_candump_has_the_same_run(log, flight, tmp_path):
@@ -90,10 +85,7 @@ def test_we_play_it_in_lockstep_and_candump_has_the_same_run(log, flight, tmp_pa
     candump = Candump(heard)
     words = ["--only", "emulator", "--bus", BUS, "--same", "--out", str(out), "--quiet"]
     assert main(["replay", str(log), *words]) == 0
-    end_s = time.monotonic() + 20
-    while f" {END_ID:03X}#" not in heard.read_text():  # candump may be behind: lockstep is fast
-        assert time.monotonic() < end_s
-        time.sleep(0.05)
+    until(lambda: f" {END_ID:03X}#" in heard.read_text())  # candump may be behind: lockstep is fast
     candump.close()
     assert out.read_bytes() == log.read_bytes()
     ours, theirs = (open_run(Recording(path), None, None) for path in (log, heard))

@@ -6,44 +6,44 @@ Where user-mode Linux is not installed this skips, loudly; with GNSS_HIL_REQUIRE
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
-import time
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from gnss_hil.tools.processes import vcan
+from tests.support.outside import missing
+from tests.support.programs import ROOT
+from tests.support.waiting import HANG_S, exit_status, until
 
-ROOT = Path(__file__).parents[2]
+IMPORTS = "import signal, sys; from gnss_hil.tools.processes import vcan"
 
 
 @pytest.fixture
 def uml():
     """User-mode Linux, or no test."""
     fault = vcan._lacking()
-    if fault and os.environ.get("GNSS_HIL_REQUIRE_SOCKETCAN"):
-        pytest.fail(f"SocketCAN was to be tested and cannot be: user-mode Linux {fault}")
     if fault:
-        pytest.skip(f"REAL SOCKETCAN WAS NOT TESTED: user-mode Linux {fault}")
+        missing("SOCKETCAN", f"REAL SOCKETCAN WAS NOT TESTED: user-mode Linux {fault}")
 
 
-def shell(*command: str, timeout_s: float = 60, **more) -> subprocess.CompletedProcess:
+def shell(*command: str, timeout_s: float = HANG_S, **more) -> subprocess.CompletedProcess:
     """`vcan.shell` in a process of its own, as the command line runs it."""
-    program = f"import sys; from tools import vcan; sys.exit(vcan.shell(sys.argv[1:], {timeout_s}))"
+    program = f"{IMPORTS}; sys.exit(vcan.shell(sys.argv[1:], {timeout_s}))"
     return subprocess.run(
         [sys.executable, "-c", program, *command],
-        capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=timeout_s + 60, **more,
+        capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=timeout_s + HANG_S, **more,
     )  # fmt: skip
 
 
-def left_over() -> set[str]:
-    return {p.name for p in Path(os.environ.get("TMPDIR", "/tmp")).glob("gnss-hil-vcan-*")}
-
-
-def kernels() -> set[str]:
-    done = subprocess.run(["pgrep", "-f", "gnss-hil-vcan-.*/init"], capture_output=True, text=True)
-    return set(done.stdout.split())
+def nothing_left() -> bool:
+    """Whether no folder and no kernel of this test is there: each test has its own temporary folder."""
+    here = re.escape(tempfile.gettempdir())
+    kernels = subprocess.run(["pgrep", "-f", f"{here}/gnss-hil-vcan-.*/init"], capture_output=True)
+    return not kernels.stdout and not list(Path(tempfile.gettempdir()).glob("gnss-hil-vcan-*"))
 
 
 @pytest.mark.slow
@@ -52,7 +52,7 @@ def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
     suites += ["tests/system/test_receiver_py_inside.py", "tests/system/test_replay_inside.py"]
     done = shell(
         sys.executable, "-m", "pytest", "-q", "-rA", "-m", "socketcan", "-p", "no:cacheprovider", *suites,
-        timeout_s=600, cwd=ROOT,
+        timeout_s=10 * HANG_S, cwd=ROOT,
     )  # fmt: skip
     print(done.stdout, done.stderr)
     assert done.returncode == 0
@@ -85,38 +85,33 @@ def test_a_command_finds_its_folder_environment_and_interfaces(uml, tmp_path):
 
 
 def test_output_is_whole_and_nothing_is_left_behind(uml):
-    before = left_over(), kernels()
     done = shell("sh", "-c", "sleep 1000 & seq 1 100000")
     assert done.returncode == 0
     assert done.stdout == "".join(f"{k}\n" for k in range(1, 100_001))
-    assert (left_over(), kernels()) == before
+    until(nothing_left)
 
 
 def test_a_command_that_takes_too_long_is_stopped(uml):
-    before = left_over(), kernels()
     done = shell("sleep", "1000", timeout_s=5)
     assert done.returncode == vcan.TIMED_OUT
     assert done.stderr == "gnss-hil vcan shell: stopped after 5 s\n"
-    time.sleep(0.2)
-    assert (left_over(), kernels()) == before
+    until(nothing_left)
 
 
 def test_an_interrupt_ends_it(uml):
-    before = left_over(), kernels()
     # What runs in the background of a shell ignores interrupts, and so would its children.
     program = (
-        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
-        "from tools import vcan; sys.exit(vcan.shell(['sh', '-c', 'echo here; sleep 1000']))"
+        f"{IMPORTS}; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "sys.exit(vcan.shell(['sh', '-c', 'echo here; sleep 1000']))"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL
     )
     assert process.stdout.readline() == b"here\n"
     process.send_signal(2)
-    assert process.wait(10) == vcan.INTERRUPTED
+    assert exit_status(process) == vcan.INTERRUPTED
     process.stdout.close()
-    time.sleep(0.2)
-    assert (left_over(), kernels()) == before
+    until(nothing_left)
 
 
 def test_missing_packages_are_named(monkeypatch, capsys):

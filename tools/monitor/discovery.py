@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
 
+from gnss_hil.dbc.bus.runtime_dir import parent_folder
 from gnss_hil.tools.common.errors import Missing, Mistake
 
 _PATTERN = "gnss-hil-*/can*"
@@ -14,12 +14,12 @@ _PATTERN = "gnss-hil-*/can*"
 _KERNEL_LIST = Path("/proc/net/unix")
 
 
-def sockets(parent: str) -> list[Path]:
+def sockets(parent: Path) -> list[Path]:
     """Sockets of benches below a temporary folder at which somebody listens; joining none of them.
 
     A bench that was killed leaves its socket behind; where the kernel lists its sockets, that is known.
     """
-    found = [path for path in sorted(Path(parent).glob(_PATTERN)) if path.is_socket()]
+    found = [path for path in sorted(parent.glob(_PATTERN)) if path.is_socket()]
     if not _KERNEL_LIST.exists():
         return found
     listed = {line.split(maxsplit=7)[-1] for line in _KERNEL_LIST.read_text(errors="replace").splitlines()}
@@ -28,7 +28,7 @@ def sockets(parent: str) -> list[Path]:
 
 def running_bus() -> str:
     """The one embedded bus that is there; Missing if there is none, Mistake if there are several."""
-    found = sockets(tempfile.gettempdir()) or sockets("/tmp")  # where PrivateFolder may have to go
+    found = sockets(parent_folder())
     if not found:
         raise Missing("--bus embedded: no bench is running on a bus of its own; start one, or name the bus")
     if len(found) > 1:

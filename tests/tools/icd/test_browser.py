@@ -5,24 +5,20 @@ Where there is no Chromium this skips, loudly; with GNSS_HIL_REQUIRE_CHROMIUM se
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.support.browser import CHROMIUM, require
 from tests.support.icd_pages import page
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+from tests.support.waiting import HANG_S
 
 
 @pytest.fixture(autouse=True)
 def _browser():
-    if not CHROMIUM:
-        reason = "no Chromium: the interface control document is not opened in a browser"
-        (pytest.fail if os.environ.get("GNSS_HIL_REQUIRE_CHROMIUM") else pytest.skip)(reason)
+    require()
 
 
 def opened(folder: Path, html: str, *options: str) -> subprocess.CompletedProcess:
@@ -37,7 +33,7 @@ def opened(folder: Path, html: str, *options: str) -> subprocess.CompletedProces
     )
     profile = f"--user-data-dir={folder / 'profile'}"
     return subprocess.run(
-        [CHROMIUM, *common, profile, *options, file.as_uri()], capture_output=True, text=True, timeout=120
+        [CHROMIUM, *common, profile, *options, file.as_uri()], capture_output=True, text=True, timeout=HANG_S
     )
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import re
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,8 +14,8 @@ from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.emulator.config.scenario import shipped
 from gnss_hil.tools.command_line.main import main
 from tests.support.icd_pages import page
-
-PROGRAM = shutil.which("gnss-hil", path=str(Path(sys.executable).parent))
+from tests.support.programs import PROGRAM
+from tests.support.waiting import HANG_S
 
 
 @pytest.mark.parametrize(
@@ -30,7 +28,9 @@ def test_into_a_pipe_goes_the_page(argv, capsys):
 
 def test_on_a_terminal_the_page_goes_to_a_file(tmp_path):
     ours, theirs = pty.openpty()
-    done = subprocess.run([PROGRAM, "icd", "--html"], cwd=tmp_path, stdout=theirs, stderr=theirs, timeout=120)
+    done = subprocess.run(
+        [PROGRAM, "icd", "--html"], cwd=tmp_path, stdout=theirs, stderr=theirs, timeout=HANG_S
+    )
     os.close(theirs)
     said = os.read(ours, 4096).decode()
     os.close(ours)

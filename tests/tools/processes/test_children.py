@@ -5,13 +5,13 @@ from __future__ import annotations
 import signal
 
 from gnss_hil.tools.processes.children import start
+from tests.support.waiting import until
 
 
 def ended(tmp_path, lose_the_words: bool) -> str:
     words = tmp_path / "words"
     child = start("emulator", ["sh", "-c", "echo last words >&2; sleep 60"], words)
-    while not words.read_text():
-        assert child.running
+    until(words.read_text, child.process)
     if lose_the_words:
         words.unlink()
     child.process.send_signal(signal.SIGKILL)

@@ -23,6 +23,7 @@ from gnss_hil.tools.recording.formats.candump import LogError, format_lines
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.order import HOLD_US, LATE, in_time_order
 from gnss_hil.tools.recording.formats.recording import FORMATS, Channels, Recording
+from tests.support.waiting import HANG_S
 
 OTHERS = [suffix for suffix in FORMATS if suffix != ".log"]
 START_US = 1_351_642_484_000_000
@@ -126,7 +127,7 @@ def test_can_utils_read_our_asc(run_log, tmp_path):
         pytest.skip("CAN-UTILS MISSING: install can-utils to hold ASC against asc2log")
     asc = tmp_path / "bus.asc"
     convert(Recording(run_log), asc)
-    told = subprocess.run(["asc2log", "-I", str(asc)], capture_output=True, check=True, timeout=60).stdout
+    told = subprocess.run(["asc2log", "-I", str(asc)], capture_output=True, check=True, timeout=HANG_S).stdout
     theirs = [line.split() for line in told.decode().splitlines()]
     ours = [line.split() for line in run_log.read_text().splitlines()]
     assert [words[1:3] for words in theirs] == [words[1:3] for words in ours]
@@ -139,7 +140,7 @@ def test_we_read_the_asc_of_can_utils(run_log, tmp_path):
     if shutil.which("log2asc") is None:
         pytest.skip("CAN-UTILS MISSING: install can-utils to read the ASC of log2asc")
     asc, back = tmp_path / "bus.asc", tmp_path / "back.log"
-    subprocess.run(["log2asc", "-I", str(run_log), "-O", str(asc), "can0"], check=True, timeout=60)
+    subprocess.run(["log2asc", "-I", str(run_log), "-O", str(asc), "can0"], check=True, timeout=HANG_S)
     convert(Recording(asc), back)
     assert back.read_bytes() == run_log.read_bytes()
 

@@ -1,0 +1,146 @@
+"""Instructions that an epoch of `soyuz` costs: `python -m tests.benchmarks.instructions`.
+
+Instructions are counted by valgrind on its own model of a processor: they do not depend on what else runs,
+and hardly on the machine. One process builds everything and plays WARM_UP epochs of a run made before; then
+it forks a child for each part, which plays EPOCHS more and ends, and one that does nothing: valgrind counts
+each from the beginning, so the difference is the part's alone.
+
+Exit status 1 if a part costs more than its limit by MARGIN.
+"""
+
+from __future__ import annotations
+
+import gc
+import io
+import math
+import os
+import pickle
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
+from gnss_hil.emulator import assemble
+from gnss_hil.emulator.step import emulate_step
+from gnss_hil.flightsw.app import step as flight
+from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.tools.recording import recorder
+from gnss_hil.tools.run_config.plan import Plan, make
+
+WARM_UP, EPOCHS = 120, 120
+"""Commanded channels are at work; whole blocks of the environment are measured."""
+
+LIMITS = {"emulator": 4.5, "flight": 6.3, "recorder": 0.9}
+"""Million instructions an epoch: what was measured last, to be lowered with every gain."""
+
+MARGIN = 1.15
+"""For other versions of Python and its libraries."""
+
+Tape = Sequence[tuple[FrameBatch, FrameBatch]]
+"""What emulator and flight software sent in each epoch."""
+
+
+def taped(plan: Plan, epochs: int) -> Tape:
+    """The first epochs of a run."""
+    (name,), (config,) = plan.names, plan.flights
+    emulated, flown, answer = assemble.initial_state(plan.world), flight.initial_state(config), EMPTY
+    tape = []
+    for epoch in range(epochs):
+        emulated, sent, _ = emulate_step(plan.world, emulated, {name: answer}, epoch)
+        flown, answer = flight.flight_step(config, flown, sent[name])
+        tape.append((sent[name], answer))
+    return tape
+
+
+def parts(plan: Plan, tape: Tape) -> dict[str, Callable[[range], None]]:
+    """Each part, as what plays its next epochs."""
+    (name,), (config,) = plan.names, plan.flights
+    emulated, flown = assemble.initial_state(plan.world), flight.initial_state(config)
+    log = recorder.Recorder(
+        {"can0": config.codec}, plan.scenario.time.start_ns, plan.scenario.time.interval_ns, io.BytesIO()
+    )
+
+    def emulate(epochs: range) -> None:
+        nonlocal emulated
+        for epoch in epochs:
+            answer = tape[epoch - 1][1] if epoch else EMPTY
+            emulated, _, _ = emulate_step(plan.world, emulated, {name: answer}, epoch)
+
+    def fly(epochs: range) -> None:
+        nonlocal flown
+        for epoch in epochs:
+            flown, _ = flight.flight_step(config, flown, tape[epoch][0])
+
+    def record(epochs: range) -> None:
+        for epoch in epochs:
+            log.add(0, epoch, concat(tape[epoch]))
+        log.flush()
+
+    return {"emulator": emulate, "flight": fly, "recorder": record}
+
+
+def counted(file: Path) -> None:
+    """Inside valgrind: plays what is counted, and prints which process played what."""
+    recorder.FLUSH_S = math.inf  # by number alone: valgrind is slow
+    plays = parts(make(unchanged("soyuz")), pickle.loads(file.read_bytes()))
+    for play in plays.values():
+        play(range(WARM_UP))
+    gc.collect()
+    gc.freeze()
+    for name, play in {"nothing": lambda epochs: None, **plays}.items():
+        if child := os.fork():
+            os.waitpid(child, 0)
+            print(name, child, flush=True)
+        else:
+            play(range(WARM_UP, WARM_UP + EPOCHS))
+            os._exit(0)
+
+
+def measured() -> dict[str, float]:
+    """Million instructions an epoch of each part."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "tape"
+        file.write_bytes(pickle.dumps(taped(make(unchanged("soyuz")), WARM_UP + EPOCHS)))
+        command = [
+            "valgrind", "--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=/dev/null",
+            f"--log-file={folder}/%p.log", sys.executable, "-m", "tests.benchmarks.instructions", str(file),
+        ]  # fmt: skip
+        environment = {
+            **os.environ,
+            "OPENBLAS_NUM_THREADS": "1",
+            "OMP_NUM_THREADS": "1",
+            "PYTHONHASHSEED": "0",
+        }
+        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+        children = dict(line.split() for line in done.stdout.splitlines())
+        counts = {name: _instructions(Path(folder) / f"{child}.log") for name, child in children.items()}
+    start = counts.pop("nothing")
+    return {name: (count - start) / EPOCHS / 1e6 for name, count in counts.items()}
+
+
+def _instructions(log: Path) -> int:
+    return int(re.search(r"I\s+refs:\s+([\d,]+)", log.read_text())[1].replace(",", ""))
+
+
+def main() -> int:
+    if shutil.which("valgrind") is None:
+        print("valgrind is missing (Debian package valgrind): instructions were not counted")
+        return 3
+    found = measured()
+    print("million instructions an epoch of soyuz, inline")
+    for name, count in found.items():
+        word = "" if count <= LIMITS[name] * MARGIN else f"  TOO MANY: the limit is {LIMITS[name]:.2f}"
+        print(f"  {name:10}{count:8.2f}{word}")
+    print(f"  {'together':10}{sum(found.values()):8.2f}")
+    return int(any(count > LIMITS[name] * MARGIN for name, count in found.items()))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        counted(Path(sys.argv[1]))
+    else:
+        sys.exit(main())
