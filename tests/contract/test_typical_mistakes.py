@@ -23,7 +23,6 @@ from gnss_hil.flightsw.estimation import all_in_view, position
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.orbit.earth import LIGHT_MPS, ROTATION_RPS
-from gnss_hil.tools.command_line.arguments import unchanged
 from gnss_hil.tools.run_config.plan import make
 
 GUIDE = Path(__file__).parents[2] / "docs" / "integrate.md"
@@ -96,7 +95,7 @@ class Recording:
 
 @pytest.fixture(scope="module")
 def recording() -> Recording:
-    plan = make(unchanged("soyuz-quiet"))
+    plan = make("soyuz-quiet")
     (name,), (config,) = plan.names, plan.flights
     emulated, flown, answer = assemble.initial_state(plan.world), initial_state(config), EMPTY
     blocks, truth_m = [], []

@@ -13,7 +13,6 @@ from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.step import emulate_step
 from gnss_hil.emulator.truth import TRUTH
 from gnss_hil.flightsw.app import step as flight
-from gnss_hil.tools.command_line.arguments import unchanged
 from gnss_hil.tools.run_config.plan import Plan, make
 
 EPOCHS = 75
@@ -22,7 +21,7 @@ EPOCHS = 75
 
 @cache
 def soyuz() -> Plan:
-    return make(unchanged("soyuz"))
+    return make("soyuz")
 
 
 @cache

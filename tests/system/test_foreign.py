@@ -17,7 +17,6 @@ from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.lockstep.messages import session_of
-from gnss_hil.tools.command_line.arguments import unchanged
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.processes import supervision
@@ -122,7 +121,7 @@ def test_the_traceback_of_another_flight_software_reaches_its_author(tmp_path, c
 )
 def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, statuses, notes):
     reading, writing = os.pipe()
-    plan = make(unchanged("soyuz"))
+    plan = make("soyuz")
     display = Progress(plan, quiet=True)
     line = Line(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
     rounds = supervision.Watch(

@@ -12,7 +12,6 @@ import pytest
 
 from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.emulator.config.scenario import shipped
-from gnss_hil.tools.command_line.arguments import unchanged
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.run_config.plan import make
 from tests.support.outside import data_file
@@ -73,7 +72,7 @@ def test_the_flight_softwares_pdop_is_the_geometrys(inline):
 
 
 def test_no_epoch_exceeds_the_frame_budget(inline):
-    (budget,) = make(unchanged("soyuz")).budgets
+    (budget,) = make("soyuz").budgets
     seconds = [line.split(b".")[0] for line in (inline / "bus.log").read_bytes().splitlines()]
     counts = np.unique(seconds, return_counts=True)[1]
     assert counts.max() <= budget.frames(events=True)

@@ -6,10 +6,9 @@ import argparse
 from pathlib import Path
 
 from gnss_hil.dbc.process.command_line import seconds
+from gnss_hil.tools.run_config.config import OptionValue, Overrides
 
 DEFAULT_SCENARIO = "soyuz"
-OURS, EXTERNAL = "ours", "external"
-"""Whose flight software flies: ours, or one that somebody starts; anything else is a command to start."""
 
 
 def pace(text: str) -> str:
@@ -39,7 +38,7 @@ def seed(text: str) -> int:
     return int(text)
 
 
-def option(text: str) -> tuple[str, float | str | bool]:
+def option(text: str) -> tuple[str, OptionValue]:
     """'hysteresis_deg=2', 'overflow=next', 'flag=true'."""
     key, equals, value = text.partition("=")
     if not (key and equals and value):
@@ -70,11 +69,11 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     add("--interval", type=seconds, metavar="S", help="time between epochs")
     add("--seed", type=seed, metavar="N", help="seed of all random draws")
     add(
-        "--nav", action="append", type=Path, metavar="FILE",
+        "--nav", action="append", type=Path, default=[], metavar="FILE",
         help="broadcast navigation file (RINEX 2 or 3, .gz accepted), repeatable; together they are the sky",
     )  # fmt: skip
     add(
-        "--sp3", action="append", type=Path, metavar="FILE",
+        "--sp3", action="append", type=Path, default=[], metavar="FILE",
         help="precise orbits and clocks, repeatable: flown while the satellites report what --nav or the "
         "scenario says; in a replay what they report, with --nav's group delays",
     )  # fmt: skip
@@ -110,9 +109,10 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
 
 
-def unchanged(scenario: str) -> argparse.Namespace:
-    """The arguments of a command that changes nothing of a scenario."""
-    parser = argparse.ArgumentParser()
-    add_scenario(parser)
-    add_changes(parser)
-    return parser.parse_args([scenario])
+def overrides_of(a: argparse.Namespace) -> Overrides:
+    """What arguments of `add_changes` change of a scenario."""
+    return Overrides(
+        duration_s=a.duration, interval_s=a.interval, seed=a.seed, nav=tuple(a.nav), sp3=tuple(a.sp3),
+        obs=a.obs, reference=a.reference, ionosphere_free=a.ionosphere_free, vehicle=a.vehicle,
+        policy=a.policy, options=tuple(a.option), autonomous=a.autonomous, on=tuple(a.on), off=tuple(a.off),
+    )  # fmt: skip

@@ -95,10 +95,9 @@ def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -
 
 
 def _print_budget(name: str) -> None:
-    from gnss_hil.tools.command_line.arguments import unchanged
     from gnss_hil.tools.run_config.plan import make
 
-    plan = make(unchanged(name), refuse_overload=False)
+    plan = make(name, refuse_overload=False)
     for craft, vehicle, budget in zip(plan.names, plan.vehicles, plan.budgets, strict=True):
         print(f"Craft {craft}, vehicle {vehicle.name}:\n")
         print(budget.table())

@@ -7,31 +7,29 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from gnss_hil.tools.command_line.arguments import EXTERNAL, OURS, pace, seconds
+from gnss_hil.tools.command_line.arguments import pace, seconds
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.run_config.config import EXTERNAL, OURS, ReplayConfig
 
 LIMIT_S = 10.0
 
 OTHER_SIDE = {"emulator": "flight", "flight": "emulator"}
 """Who hears the side that is played."""
 
-OWN = "belongs to our own flight software: --only emulator --flight ours"
+_AWAITS = "needs --only: without it nothing is awaited from anybody"
+_OWN = "belongs to our own flight software: --only emulator --flight ours"
 NEEDS = (
-    ("out", lambda a: a.only, "needs --only: without it nothing is awaited from anybody"),
-    ("report", lambda a: a.only, "needs --only: without it nothing is awaited from anybody"),
-    ("same", lambda a: a.only, "needs --only: without it nothing is awaited from anybody"),
-    ("session", lambda a: a.only == "emulator", "needs --only emulator"),
+    ("out", lambda only, sides: only, _AWAITS),
+    ("report", lambda only, sides: only, _AWAITS),
+    ("same", lambda only, sides: only, _AWAITS),
+    ("session", lambda only, sides: only == "emulator", "needs --only emulator"),
+    ("policy", lambda only, sides: sides["flight"] == OURS, _OWN),
+    ("option", lambda only, sides: sides["flight"] == OURS, _OWN),
     (
-        "policy",
-        lambda a: a.flight == OURS,
-        OWN,
+        "pace",
+        lambda only, sides: only != "flight",
+        "with --only flight: the emulator on the bus has the time",
     ),
-    (
-        "option",
-        lambda a: a.flight == OURS,
-        OWN,
-    ),
-    ("pace", lambda a: a.only != "flight", "with --only flight: the emulator on the bus has the time"),
 )
 """Options that others must allow: name, whether they do, what to say if not."""
 
@@ -88,49 +86,68 @@ def _session(text: str) -> int:
 
 
 def run(arguments: Namespace) -> int:
-    settle(arguments)
+    config = config_of(arguments)
     from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
     from gnss_hil.dbc.process.shutdown import Stop
     from gnss_hil.tools.replay import output, peer, session, source
 
-    found = source.find(arguments.run, arguments.craft, arguments.vehicle)
-    output.check(arguments.out, arguments.report, arguments.force, found)
-    say = _silent if arguments.quiet else _say
-    with Stop() as stop, PrivateFolder() as private, peer.bus(arguments.bus, private, say) as spec:
-        played, folder = session.play(arguments, found, spec, private, say, stop)
-    for line in _account(arguments, played):
+    found = source.find(config.recording, config.craft, config.vehicle)
+    output.check(config.out, config.report, config.force, found)
+    say = _silent if config.quiet else _say
+    with Stop() as stop, PrivateFolder() as private, peer.bus(config.bus, private, say) as spec:
+        played, folder = session.play(config, found, spec, private, say, stop)
+    for line in _account(config, played):
         print(line)
     if folder is not None:
         print(flush=True)
-        output.report(folder, found, arguments, played)
+        output.report(folder, found, config, played)
     if stop():
         return INTERRUPTED
-    return 1 if arguments.same and played.comparison.different else 0
+    return 1 if config.same and played.comparison.different else 0
 
 
-def settle(a: Namespace) -> None:
-    """Puts in defaults that depend on other options; Mistake for options that contradict each other."""
+def config_of(a: Namespace) -> ReplayConfig:
+    """Arguments with the defaults that depend on other options; Mistake for options that contradict each
+    other."""
+    sides = _sides(a)
     other = OTHER_SIDE.get(a.only)
-    private = a.bus == "embedded"
-    for side in ("flight", "emulator"):
-        if getattr(a, side) is not None and side != other:
-            raise Mistake(f"--{side} needs --only {OTHER_SIDE[side]}")
-    if other and getattr(a, other) is None:
-        setattr(a, other, OURS if private else EXTERNAL)
-    if private and getattr(a, other or "only") in (EXTERNAL, None):
-        raise Mistake("--bus embedded: nobody else can be there; name a bus (embedded:PATH, socketcan:vcan0)")
     for name, needed, why in NEEDS:
-        if getattr(a, name) and not needed(a):
+        if getattr(a, name) and not needed(a.only, sides):
             raise Mistake(f"--{name} {why}")
-    a.pace = a.pace or ("realtime" if a.only is None else None if a.emulator == EXTERNAL else "lockstep")
-    if a.only is None and a.pace == "lockstep":
+    pace = a.pace or _pace(a.only, sides["emulator"])
+    if a.only is None and pace == "lockstep":
         raise Mistake("--pace lockstep needs --only emulator; without it frames have their recorded times")
-    if a.require == "none" and a.pace == "lockstep":
+    if a.require == "none" and pace == "lockstep":
         raise Mistake("--require none in lockstep: every epoch would wait for an answer; use --pace realtime")
     if other:
-        from gnss_hil.tools.processes import sides
+        from gnss_hil.tools.run_config.sides import check
 
-        sides.check(Namespace(**{**vars(a), "flight": a.flight or OURS, "emulator": a.emulator or OURS}))
+        check(sides["flight"] or OURS, sides["emulator"] or OURS, a.bus, a.policy, a.option)
+    return ReplayConfig(
+        recording=a.run, only=a.only, bus=a.bus, **sides, pace=pace, craft=a.craft, vehicle=a.vehicle,
+        policy=a.policy, options=tuple(a.option), session=a.session, require=a.require, wait_s=a.wait,
+        limit_s=a.limit, out=a.out, force=a.force, report=a.report, same=a.same, quiet=a.quiet,
+    )  # fmt: skip
+
+
+def _sides(a: Namespace) -> dict[str, str | None]:
+    """Whose software is on the side that hears what is played."""
+    other, own_bus = OTHER_SIDE.get(a.only), a.bus == "embedded"
+    sides = {"flight": a.flight, "emulator": a.emulator}
+    for side, whose in sides.items():
+        if whose is not None and side != other:
+            raise Mistake(f"--{side} needs --only {OTHER_SIDE[side]}")
+    if other and sides[other] is None:
+        sides[other] = OURS if own_bus else EXTERNAL
+    if own_bus and (sides[other] == EXTERNAL if other else True):
+        raise Mistake("--bus embedded: nobody else can be there; name a bus (embedded:PATH, socketcan:vcan0)")
+    return sides
+
+
+def _pace(only: str | None, emulator: str | None) -> str | None:
+    if only is None:
+        return "realtime"
+    return None if emulator == EXTERNAL else "lockstep"
 
 
 def _say(text: str) -> None:
@@ -141,13 +158,13 @@ def _silent(text: str) -> None:
     pass
 
 
-def _account(arguments: Namespace, played) -> list[str]:
+def _account(config: ReplayConfig, played) -> list[str]:
     """What a replay showed."""
     wall = f"{played.wall_s:.1f} s"
-    if arguments.only is None:
+    if config.only is None:
         return [f"replayed    {played.sent} frames in {wall}; {played.heard} heard from others"]
     lines = [f"replayed    {played.epochs} epochs in {wall}: {played.sent} frames sent, {played.heard} heard"]
-    if arguments.only == "emulator" and arguments.pace == "lockstep":
+    if config.only == "emulator" and config.pace == "lockstep":
         lines.append(f"unanswered  {played.tally.unanswered} epochs")
-    lines.append(f"{OTHER_SIDE[arguments.only]:<11} {played.comparison.told}")
+    lines.append(f"{OTHER_SIDE[config.only]:<11} {played.comparison.told}")
     return lines

@@ -12,8 +12,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from gnss_hil.tools.command_line.arguments import EXTERNAL, OURS, add_changes, add_scenario, bus, pace
+from gnss_hil.tools.command_line.arguments import add_changes, add_scenario, bus, overrides_of, pace
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,29 +45,39 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--quiet", action="store_true", help="no progress")
 
 
+def config_of(a: Namespace) -> RunConfig:
+    return RunConfig(
+        a.scenario, overrides_of(a), a.pace, a.bus, a.flight, a.emulator, a.out, a.junit,
+        log=not a.no_log, report=not a.no_report, plain=a.plain, quiet=a.quiet,
+    )  # fmt: skip
+
+
 def run(arguments: Namespace) -> int:
-    check_combination(arguments)
-    from gnss_hil.tools.processes import sides
+    config = config_of(arguments)
+    check_combination(config)
     from gnss_hil.tools.recording.run_folder import RunFolder, default_path, naming
     from gnss_hil.tools.run_config import plan as plans
+    from gnss_hil.tools.run_config import sides
 
-    plan = plans.make(arguments)
+    plan = plans.make(config.scenario, config.overrides)
     _tell_dropped(plan)
-    if arguments.bus not in ("inline", "embedded"):
+    if config.bus not in ("inline", "embedded"):
         if len(plan.names) > 1:
             raise Mistake(
-                f"--bus {arguments.bus}: each of {len(plan.names)} craft has its own bus; use embedded"
+                f"--bus {config.bus}: each of {len(plan.names)} craft has its own bus; use embedded"
             )
-        if not arguments.bus.startswith("embedded:"):
+        if not config.bus.startswith("embedded:"):
             from gnss_hil.tools.processes.bus_tap import check_bus
 
-            check_bus(arguments.bus, plan.codecs[0], sides.awaited(plan.codecs[0], arguments))
-    folder = RunFolder(arguments.out or default_path(plan.scenario.name))
+            check_bus(
+                config.bus, plan.codecs[0], sides.awaited(plan.codecs[0], config.flight, config.emulator)
+            )
+    folder = RunFolder(config.out or default_path(plan.scenario.name))
     recording = _Recording()
     try:
         with naming(folder.path):
             folder.describe(plan)
-            outcome, digests = _play(plan, arguments, folder, recording)
+            outcome, digests = _play(plan, config, folder, recording)
     except BaseException:
         if recording.begun:
             print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
@@ -76,7 +87,7 @@ def run(arguments: Namespace) -> int:
     if not outcome.epochs:  # interrupted before it began
         folder.discard()
         return INTERRUPTED
-    return _finish(plan, arguments, folder, outcome, digests)
+    return _finish(plan, config, folder, outcome, digests)
 
 
 def _tell_dropped(plan) -> None:
@@ -91,19 +102,20 @@ def _tell_dropped(plan) -> None:
             )
 
 
-def check_combination(arguments: Namespace) -> None:
+def check_combination(config: RunConfig) -> None:
     """Options that contradict each other."""
-    if arguments.bus == "inline" and arguments.pace != "lockstep":
+    if config.bus == "inline" and config.pace != "lockstep":
         raise Mistake(
-            f"--pace {arguments.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
+            f"--pace {config.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
             "use --bus embedded"
         )
-    if arguments.junit:
-        _check_junit(arguments.junit)
-    if (arguments.flight, arguments.emulator) != (OURS, OURS):
-        from gnss_hil.tools.processes import sides
+    if config.junit:
+        _check_junit(config.junit)
+    if (config.flight, config.emulator) != (OURS, OURS):
+        from gnss_hil.tools.run_config import sides
 
-        sides.check(arguments)
+        changes = config.overrides
+        sides.check(config.flight, config.emulator, config.bus, changes.policy, changes.options)
 
 
 def _check_junit(path: Path) -> None:
@@ -144,7 +156,7 @@ class _Recording:
         return self.recorder is not None and self.recorder.frames > 0
 
 
-def _play(plan, arguments: Namespace, folder, recording: _Recording):
+def _play(plan, config: RunConfig, folder, recording: _Recording):
     """The run itself: outcome, and digests by craft, made of the frames as they are recorded."""
     from gnss_hil.tools.live.display import open_display
     from gnss_hil.tools.recording.recorder import Recorder
@@ -153,14 +165,14 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
 
     time = plan.scenario.time
     # What a program of somebody else's says goes to the same terminal, and must not be drawn over.
-    strangers = {arguments.flight, arguments.emulator} - {OURS, EXTERNAL}
-    plain = arguments.plain or bool(strangers)
-    display = open_display(plan, folder / TRUTH, arguments.quiet, plain)
+    strangers = {config.flight, config.emulator} - {OURS, EXTERNAL}
+    plain = config.plain or bool(strangers)
+    display = open_display(plan, folder / TRUTH, config.quiet, plain)
     with ExitStack() as stack:
         stop = stack.enter_context(interruptible())
         stack.callback(display.close)
-        log = None if arguments.no_log else stack.enter_context((folder / LOG).open("wb"))
-        digest = RunDigest(None if arguments.no_log else folder.path, plan.names, plan.codecs)
+        log = stack.enter_context((folder / LOG).open("wb")) if config.log else None
+        digest = RunDigest(folder.path if config.log else None, plan.names, plan.codecs)
         stack.callback(digest.discard)
         recorder = Recorder(
             dict(zip(bus_names(plan.names), plan.codecs, strict=True)),
@@ -171,13 +183,13 @@ def _play(plan, arguments: Namespace, folder, recording: _Recording):
         )
         recording.recorder = recorder
         stack.callback(recorder.flush)
-        play = _play_inline if arguments.bus == "inline" else _play_processes
-        outcome = play(plan, arguments, folder, recorder, display, stop)
+        play = _play_inline if config.bus == "inline" else _play_processes
+        outcome = play(plan, config, folder, recorder, display, stop)
         recorder.flush()
         return outcome, digest.finish()
 
 
-def _play_inline(plan, arguments, folder, recorder, display, stop):
+def _play_inline(plan, config, folder, recorder, display, stop):
     from gnss_hil.emulator.journal import TruthLog
     from gnss_hil.emulator.truth import TRUTH as ROW
     from gnss_hil.tools.processes import inline
@@ -187,13 +199,13 @@ def _play_inline(plan, arguments, folder, recorder, display, stop):
         return inline.play(plan, recorder, truth, display, stop)
 
 
-def _play_processes(plan, arguments, folder, recorder, display, stop):
+def _play_processes(plan, config, folder, recorder, display, stop):
     from gnss_hil.tools.processes import supervisor
 
-    return supervisor.play(plan, arguments, folder, recorder, display, stop)
+    return supervisor.play(plan, config, folder, recorder, display, stop)
 
 
-def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
+def _finish(plan, config: RunConfig, folder, outcome, digests) -> int:
     """Tables and summary; what it showed on stdout; the exit status."""
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.recording.run_folder import naming
@@ -201,28 +213,28 @@ def _finish(plan, arguments: Namespace, folder, outcome, digests) -> int:
     from gnss_hil.tools.results.text import missed, render
 
     with naming(folder.path):
-        facts = facts_of(plan, arguments, outcome)
+        facts = facts_of(plan, config, outcome)
         summary = assemble.write(folder.path, facts, digests)
     print(render(summary))
     print(f"\nrun folder: {folder.path}", flush=True)
     lines = [outcome.failure] if outcome.failure else []
-    if not arguments.no_report:
+    if config.report:
         lines += report.draw(folder.path, facts, summary, digests)
-    if arguments.junit:
+    if config.junit:
         try:
-            junit.write(arguments.junit, summary, lines)
+            junit.write(config.junit, summary, lines)
         except OSError as error:
-            lines.append(f"--junit {arguments.junit}: {error.strerror}")
+            lines.append(f"--junit {config.junit}: {error.strerror}")
     lines += [] if outcome.interrupted else missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return INTERRUPTED if outcome.interrupted else 1 if lines else 0
 
 
-def facts_of(plan, arguments: Namespace, outcome) -> dict[str, Any]:
+def facts_of(plan, config: RunConfig, outcome) -> dict[str, Any]:
     """What the run alone knows; the first part of summary.json."""
     scenario = plan.scenario
-    interface, _, channel = arguments.bus.partition(":")
+    interface, _, channel = config.bus.partition(":")
     simulated_s = outcome.epochs * scenario.time.epoch_interval_s
     clean = not outcome.unanswered and not outcome.interrupted and not outcome.failure
 
@@ -232,11 +244,11 @@ def facts_of(plan, arguments: Namespace, outcome) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
-        "emulator": arguments.emulator,
-        "policy": scenario.craft[0].flight.policy if arguments.flight == OURS else arguments.flight,
-        "pace": arguments.pace,
+        "emulator": config.emulator,
+        "policy": scenario.craft[0].flight.policy if config.flight == OURS else config.flight,
+        "pace": config.pace,
         "bus": {"interface": interface, "channel": channel},
-        "reproducible": arguments.pace == "lockstep" and clean,
+        "reproducible": config.pace == "lockstep" and clean,
         "interrupted": outcome.interrupted,
         "duration_s": simulated_s,
         "epoch_interval_s": scenario.time.epoch_interval_s,

@@ -8,7 +8,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.tools.command_line.arguments import DEFAULT_SCENARIO, unchanged
+from gnss_hil.tools.command_line.arguments import DEFAULT_SCENARIO
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.icd.chapters import Bus, Subject
 from gnss_hil.tools.icd.contract import load
@@ -19,7 +19,7 @@ from gnss_hil.tools.run_config.plan import Plan, make
 def subject(scenario: str | None, receivers: int | None) -> Subject:
     """The contract has the receivers of the scenario's vehicles. Where none is named, `receivers` may be any
     number: the budget is that of the default scenario with so many of its receivers."""
-    plan = make(unchanged(scenario or DEFAULT_SCENARIO), refuse_overload=False)
+    plan = make(scenario or DEFAULT_SCENARIO, refuse_overload=False)
     counts = {vehicle.antennas for vehicle in plan.vehicles}
     if scenario is None and receivers is not None and receivers not in counts:
         return _resized(plan, receivers)

@@ -7,17 +7,16 @@ import os
 import signal
 import subprocess
 import sys
-from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gnss_hil.tools.command_line.arguments import EXTERNAL
 from gnss_hil.tools.common.errors import Failed, Missing, Mistake
 from gnss_hil.tools.processes import parent_death
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder
+from gnss_hil.tools.run_config.config import EXTERNAL, RunConfig
 from gnss_hil.tools.run_config.plan import Plan
 
 LEAVE_S = 5.0
@@ -123,14 +122,14 @@ def start(
 
 
 def emulator_command(
-    plan: Plan, arguments: Namespace, folder: RunFolder, specs: Mapping[str, str], status: int
+    plan: Plan, config: RunConfig, folder: RunFolder, specs: Mapping[str, str], status: int
 ) -> list[str]:
     buses = [word for name, spec in specs.items() for word in ("--bus", f"{name}={spec}")]
     return [
         sys.executable, "-P", "-m", "gnss_hil.emulator",
-        str(folder / SCENARIO), *buses, "--pace", arguments.pace,
+        str(folder / SCENARIO), *buses, "--pace", config.pace,
         "--session", str(plan.session), "--truth", str(folder / TRUTH), "--status", f"fd:{status}", "--quiet",
-        *(() if arguments.flight == EXTERNAL else ("--wait", f"{BARRIER_S:g}")),
+        *(() if config.flight == EXTERNAL else ("--wait", f"{BARRIER_S:g}")),
     ]  # fmt: skip
 
 

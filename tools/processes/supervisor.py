@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import os
 import shlex
-from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
-from gnss_hil.tools.command_line.arguments import EXTERNAL, OURS
 from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.bus_session import Line
 from gnss_hil.tools.processes.bus_tap import Ear, embedded_bus, foreign_bus
@@ -32,23 +30,24 @@ from gnss_hil.tools.processes.supervision import ReportingMaster, Watch, Watched
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import SCENARIO, RunFolder
 from gnss_hil.tools.recording.sequence import Sequencer
+from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig
 from gnss_hil.tools.run_config.plan import Plan, vehicle_name
 
 
 def play(
     plan: Plan,
-    arguments: Namespace,
+    config: RunConfig,
     folder: RunFolder,
     recorder: Recorder,
     display: Display,
     stop: Callable[[], bool],
 ) -> Outcome:
     """A run of processes; an error if it could not begin."""
-    watched, time = arguments.emulator != OURS, plan.scenario.time
+    watched, time = config.emulator != OURS, plan.scenario.time
     lines = [
         Line(
             number=number, codec=codec, ear=Ear(),
-            sequencer=Sequencer(codec, arguments.pace == "lockstep"),
+            sequencer=Sequencer(codec, config.pace == "lockstep"),
             recorder=recorder, display=display, watched=watched,
             end_ns=time.epochs * time.interval_ns, interval_ns=time.interval_ns,
         )
@@ -57,15 +56,15 @@ def play(
     with ExitStack() as stack:
         private = stack.enter_context(PrivateFolder())
         specs = {
-            name: stack.enter_context(_way(arguments.bus, private / f"can{line.number}", line.ear))
+            name: stack.enter_context(_way(config.bus, private / f"can{line.number}", line.ear))
             for name, line in zip(plan.names, lines, strict=True)
         }
-        crew = _Crew(plan, arguments, folder, private, specs, display, stack)
+        crew = _Crew(plan, config, folder, private, specs, display, stack)
         if watched:
             master = WatchedMaster(crew.other_emulators(), lines, time.epochs)
         else:
             master = ReportingMaster(*crew.our_emulator())
-        watch = Watch(lines, display, master, crew.flights(), arguments.pace == "lockstep")
+        watch = Watch(lines, display, master, crew.flights(), config.pace == "lockstep")
         failure = watch.until_over(stop)
         return watch.outcome(failure, interrupted=stop())
 
@@ -86,21 +85,21 @@ class _Crew:
     def __init__(
         self,
         plan: Plan,
-        arguments: Namespace,
+        config: RunConfig,
         folder: RunFolder,
         private: Path,
         specs: Mapping[str, str],
         display: Display,
         stack: ExitStack,
     ):
-        self._plan, self._arguments, self._folder = plan, arguments, folder
+        self._plan, self._config, self._folder = plan, config, folder
         self._private, self._specs, self._display, self._stack = private, specs, display, stack
 
     def our_emulator(self) -> tuple[Child, StatusReader]:
         """One process for all craft, which reports to us."""
         reading, writing = os.pipe()
         self._stack.callback(os.close, reading)
-        command = emulator_command(self._plan, self._arguments, self._folder, self._specs, writing)
+        command = emulator_command(self._plan, self._config, self._folder, self._specs, writing)
         child = start("emulator", command, self._private / "emulator", pass_fds=(writing,))
         os.close(writing)
         self._stack.callback(child.leave)
@@ -109,13 +108,13 @@ class _Crew:
     def other_emulators(self) -> list[Child]:
         """One process for each craft, unless somebody starts them."""
         scenario = self._folder / SCENARIO
-        told = told_of_run(self._plan, scenario, self._arguments.pace)
-        return self._others("emulator", self._arguments.emulator, told, f"scenario file {scenario}, ")
+        told = told_of_run(self._plan, scenario, self._config.pace)
+        return self._others("emulator", self._config.emulator, told, f"scenario file {scenario}, ")
 
     def flights(self) -> list[Child]:
         """The flight software of each craft, unless somebody starts it."""
-        if self._arguments.flight != OURS:
-            return self._others("flight software", self._arguments.flight, {}, "")
+        if self._config.flight != OURS:
+            return self._others("flight software", self._config.flight, {}, "")
         children = []
         for i, (name, spec) in enumerate(self._specs.items()):
             command = flight_command(self._plan, self._vehicle(i), i, spec)

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
-from gnss_hil.tools.command_line.arguments import OURS
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.recording import Recording, format_of
@@ -19,6 +18,7 @@ from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, TRUTH, RunFolde
 from gnss_hil.tools.replay.players import Keep, Played
 from gnss_hil.tools.replay.recorded_run import RecordedRun
 from gnss_hil.tools.replay.source import Source
+from gnss_hil.tools.run_config.config import OURS, ReplayConfig
 from gnss_hil.tools.run_config.plan import vehicle_name
 
 
@@ -87,18 +87,18 @@ def make_folder(path: Path, source: Source, truth: bool) -> RunFolder:
     return folder
 
 
-def report(folder: RunFolder, source: Source, arguments: Namespace, played: Played) -> int:
+def report(folder: RunFolder, source: Source, config: ReplayConfig, played: Played) -> int:
     """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them; its status."""
     from gnss_hil.tools.commands import report as command
 
-    write_json(folder / FACTS, facts_of(source, arguments, played))
+    write_json(folder / FACTS, facts_of(source, config, played))
     return command.run(Namespace(run=folder.path, other=None, out=None))
 
 
-def facts_of(source: Source, arguments: Namespace, played: Played) -> dict[str, Any]:
+def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, Any]:
     """What the replay alone knows; as `tools.commands.run.facts_of` has it of a run."""
     scenario, latency = source.scenario, played.tally.latency
-    interface, _, channel = arguments.bus.partition(":")
+    interface, _, channel = config.bus.partition(":")
     simulated_s = played.epochs * source.recorded.interval_ns / 1e9
     recorded = f"replay of {source.folder}"
 
@@ -106,16 +106,16 @@ def facts_of(source: Source, arguments: Namespace, played: Played) -> dict[str, 
         value_s = latency.percentile_s(percent)
         return None if value_s is None else float(f"{value_s * 1e3:.4g}")
 
-    ours = arguments.flight == OURS
-    policy = (arguments.policy or scenario.craft[0].flight.policy) if ours else arguments.flight
+    ours = config.flight == OURS
+    policy = (config.policy or scenario.craft[0].flight.policy) if ours else config.flight
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
-        "emulator": recorded if arguments.only == "emulator" else arguments.emulator,
-        "policy": recorded if arguments.only == "flight" else policy,
-        "pace": arguments.pace,
+        "emulator": recorded if config.only == "emulator" else config.emulator,
+        "policy": recorded if config.only == "flight" else policy,
+        "pace": config.pace,
         "bus": {"interface": interface, "channel": channel},
-        "reproducible": arguments.pace == "lockstep" and played.complete and not played.tally.unanswered,
+        "reproducible": config.pace == "lockstep" and played.complete and not played.tally.unanswered,
         "interrupted": not played.complete,
         "duration_s": simulated_s,
         "epoch_interval_s": source.recorded.interval_ns / 1e9,

@@ -1,8 +1,7 @@
-"""What a command line says of a real receiver that is played: its observations, its sky, its orbit."""
+"""What is changed of a recorded receiver: its observations, its sky, its reference orbit."""
 
 from __future__ import annotations
 
-from argparse import Namespace
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.config import Overrides
 
 PAIRS = {"gps": ("L1P", "L2P"), "glonass": ("L1OF", "L2OF")}
 """Signals of two frequencies, by system."""
@@ -19,33 +19,33 @@ SINGLE = {system.name: (signals.of_system(system)[0].name,) for system in system
 """The preferred signal, by system."""
 
 
-def change(document: dict[str, Any], a: Namespace) -> None:
-    """Put what the command line says of observations and precise orbits into a scenario's document."""
+def override(document: dict[str, Any], overrides: Overrides) -> None:
+    """Put observations and precise orbits into the caller's own document of a scenario."""
     played = [
         craft
         for craft in document.get("craft", [])
         if isinstance(craft, dict) and isinstance(craft.get("observations"), dict)
     ]
     if not played:
-        _refuse(a)
-        if a.sp3:
-            document.setdefault("sky", {})["orbits"] = _paths(a.sp3)
+        _refuse(overrides)
+        if overrides.sp3:
+            document.setdefault("sky", {})["orbits"] = _paths(overrides.sp3)
         return
     sky = document.setdefault("sky", {})
-    if a.sp3 and a.nav:
+    if overrides.sp3 and overrides.nav:
         # Messages have what precise orbits lack: group delays, health, GLONASS frequencies.
-        sky |= {"orbits": _paths(a.sp3), "reports": "orbits"}
-    elif a.sp3:
-        sky.update(_reported(a.sp3))
+        sky |= {"orbits": _paths(overrides.sp3), "reports": "orbits"}
+    elif overrides.sp3:
+        sky.update(_reported(overrides.sp3))
     for craft in played:
-        _craft(craft, sky, a)
-    if a.obs:
-        _time(document, played[0], a)
+        _craft(craft, sky, overrides)
+    if overrides.obs:
+        _time(document, played[0], overrides)
 
 
-def _refuse(a: Namespace) -> None:
+def _refuse(overrides: Overrides) -> None:
     for name in ("obs", "reference", "ionosphere_free"):
-        if getattr(a, name):
+        if getattr(overrides, name):
             option = name.replace("_", "-")
             raise Mistake(
                 f"--{option}: no receiver is played in this scenario; use: gnss-hil run replay --obs FILE"
@@ -70,32 +70,32 @@ def _paths(paths: Iterable[Path]) -> list[str]:
     return [str(path.resolve()) for path in paths]
 
 
-def _craft(craft: dict[str, Any], sky: dict[str, Any], a: Namespace) -> None:
+def _craft(craft: dict[str, Any], sky: dict[str, Any], overrides: Overrides) -> None:
     observations = craft["observations"]
-    if a.obs:
-        observations["file"] = str(a.obs.resolve())
-    if not Path(observations.get("file", "")).is_file() and not a.obs:
+    if overrides.obs:
+        observations["file"] = str(overrides.obs.resolve())
+    if not Path(observations.get("file", "")).is_file() and not overrides.obs:
         raise Mistake("replay: which observations? Give --obs FILE, and --sp3 or --nav for the satellites")
-    if a.reference:
-        observations["reference"] = {"oem": str(a.reference.resolve())}
+    if overrides.reference:
+        observations["reference"] = {"oem": str(overrides.reference.resolve())}
     heard = [system.name for system in systems.tracked() if sky.get(system.name, "nominal") != "none"]
     if not heard:
         raise Mistake("replay: where are the satellites? Give --sp3 FILE or --nav FILE")
-    if a.ionosphere_free:
+    if overrides.ionosphere_free:
         craft.setdefault("flight", {}).setdefault("options", {})["ionosphere_free"] = True
     if "signals" not in observations:
-        table = SINGLE | PAIRS if a.ionosphere_free else SINGLE
+        table = SINGLE | PAIRS if overrides.ionosphere_free else SINGLE
         observations["signals"] = [signal for name in heard for signal in table[name]]
 
 
-def _time(document: dict[str, Any], craft: dict[str, Any], a: Namespace) -> None:
+def _time(document: dict[str, Any], craft: dict[str, Any], overrides: Overrides) -> None:
     """Start, length and step of the file, but for what the command line or the scenario says."""
     from gnss_hil.emulator.receivers.recorded.assemble import span_of
 
     found = span_of(craft["observations"]["file"], craft.get("name", ""))
     said = {
-        "duration_s": a.duration,
-        "epoch_interval_s": a.interval,
+        "duration_s": overrides.duration_s,
+        "epoch_interval_s": overrides.interval_s,
         "orientation": document.get("time", {}).get("orientation"),
     }
     document["time"] = found | {name: value for name, value in said.items() if value is not None}

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from argparse import Namespace
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import TextIO
 
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.config import Overrides
+from gnss_hil.tools.run_config.plan import Plan, make
 from gnss_hil.tools.study.factors import ALONE
 from gnss_hil.tools.study.pair import Errors, play
 
@@ -27,31 +28,17 @@ class Job:
     duration_s: float | None
     interval_s: float | None
 
-    def plan(self):
+    def plan(self) -> Plan:
         """The run's plan; Mistake, ScenarioError or VehicleError if there is none."""
-        from gnss_hil.tools.command_line.arguments import unchanged
-        from gnss_hil.tools.run_config import plan
-
-        arguments: Namespace = unchanged(self.scenario)
-        arguments.duration, arguments.interval = self.duration_s, self.interval_s
-        arguments.off = ["all"]
-        made = plan.make(arguments, refuse_overload=False, change=self._change)
+        overrides = Overrides(
+            duration_s=self.duration_s, interval_s=self.interval_s,
+            on=() if self.factor == ALONE else (self.factor,), off=("all",),
+            attitudes={1: {"mode": "offset", "roll_deg": TURN_DEG}} if self.turned else {},
+        )  # fmt: skip
+        made = make(self.scenario, overrides, refuse_overload=False)
         if len(made.names) != 2:
             raise Mistake(f"{self.scenario}: {len(made.names)} craft; a study of factors needs two")
         return made
-
-    def _change(self, document: dict) -> None:
-        """The factor on, with the scenario's parameters where it has some; the second craft turned."""
-        from gnss_hil.emulator.error_models.registry import FACTORS
-
-        if self.factor != ALONE:
-            owners = [document["sky"]] if FACTORS[self.factor].scope == "sky" else document["craft"]
-            for owner in owners:
-                given = owner["factors"].get(self.factor)
-                on = {**given, "enabled": True} if isinstance(given, dict) else True
-                owner["factors"][self.factor] = on
-        if self.turned:
-            document["craft"][1]["attitude"] = {"mode": "offset", "roll_deg": TURN_DEG}
 
     def about(self) -> str:
         """What all runs of the study have in common."""

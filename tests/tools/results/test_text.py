@@ -18,7 +18,6 @@ from gnss_hil.dbc.contract.frames import batch
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.truth import TRUTH
-from gnss_hil.tools.command_line.arguments import unchanged
 from gnss_hil.tools.common import toml
 from gnss_hil.tools.live.progress import Progress, clock
 from gnss_hil.tools.results import truth
@@ -123,7 +122,7 @@ def test_progress_is_one_line_on_a_terminal_and_plain_in_a_pipe():
         CODEC, batch(CODEC.can_id_of["NAV_STATUS", 0], said), e2e.fresh_counters(), epoch=59
     )
     for stream, returns in ((Terminal(), 1), (io.StringIO(), 0)):
-        Progress(make(unchanged("soyuz")), stream)._show(59, frames)
+        Progress(make("soyuz"), stream)._show(59, frames)
         assert stream.getvalue().count("\r") == returns
         assert "00:01:00 of 00:10:00   10 %" in stream.getvalue()
         assert "24 satellites  PDOP 0.81" in stream.getvalue()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.emulator.receivers.recorded import assemble
 from gnss_hil.tools.run_config import recorded_receiver
+from gnss_hil.tools.run_config.config import Overrides
 
 
 def test_the_span_of_a_file_leaves_what_else_the_scenario_says_of_time(monkeypatch):
@@ -17,7 +17,5 @@ def test_the_span_of_a_file_leaves_what_else_the_scenario_says_of_time(monkeypat
         "sky": {"gps": "nominal"},
         "craft": [{"name": "observed", "observations": {}}],
     }
-    asked = {"obs": Path("grace.obs"), "duration": None, "interval": 30.0}
-    silent = dict.fromkeys(("sp3", "nav", "reference", "ionosphere_free"))
-    recorded_receiver.change(document, Namespace(**asked, **silent))
+    recorded_receiver.override(document, Overrides(obs=Path("grace.obs"), interval_s=30.0))
     assert document["time"] == {**span, "epoch_interval_s": 30.0, "orientation": "finals2000A.all"}

@@ -1,20 +1,19 @@
 """Which factors `--on` and `--off` leave: a name counts more than "all", and nothing is said twice."""
 
-from argparse import Namespace
-
 import pytest
 
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.run_config.plan import _switch
+from gnss_hil.tools.run_config.config import Overrides
+from gnss_hil.tools.run_config.overrides import overridden
 
 NOISE = {"code_noise", "carrier_noise", "doppler_noise"}
 
 
 def left(on=(), off=(), factors=None):
     """Names switched on in a craft that gives these factors."""
-    craft = {"factors": dict(factors or {})}
-    _switch(craft, "craft", Namespace(on=list(on), off=list(off)))
-    told = craft["factors"]
+    document = {"craft": [{"factors": dict(factors or {})}]}
+    told = overridden(document, Overrides(on=tuple(on), off=tuple(off)))["craft"][0]["factors"]
+    assert document == {"craft": [{"factors": dict(factors or {})}]}
     return {name for name, given in told.items() if (given["enabled"] if isinstance(given, dict) else given)}
 
 

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import shlex
 import shutil
-from argparse import Namespace
+from collections.abc import Sequence
 
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.tools.command_line.arguments import EXTERNAL, OURS
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.config import EXTERNAL, OURS
 
 
-def check(arguments: Namespace) -> None:
+def check(flight: str, emulator: str, bus: str, policy: str | None, options: Sequence) -> None:
     """Mistake if somebody else's software cannot be started, or other options leave it no place."""
-    for side in ("flight", "emulator"):
-        whose = getattr(arguments, side)
+    for side, whose in (("flight", flight), ("emulator", emulator)):
         if whose == OURS:
             continue
-        if arguments.bus == "inline":
+        if bus == "inline":
             raise Mistake(f"--{side} {whose} with --bus inline: inline has no bus to join; use embedded")
         if whose != EXTERNAL:
             _check_command(side, whose)
-    for name in ("policy", "option") if arguments.flight != OURS else ():
-        if getattr(arguments, name):
-            raise Mistake(f"--{name} with --flight {arguments.flight}: it belongs to our own flight software")
+    for name, given in (("policy", policy), ("option", options)) if flight != OURS else ():
+        if given:
+            raise Mistake(f"--{name} with --flight {flight}: it belongs to our own flight software")
 
 
 def _check_command(side: str, command: str) -> None:
@@ -35,10 +34,8 @@ def _check_command(side: str, command: str) -> None:
         raise Mistake(f"--{side} {command!r}: no such program")
 
 
-def awaited(codec: Codec, arguments: Namespace) -> set[str]:
+def awaited(codec: Codec, flight: str, emulator: str) -> set[str]:
     """Nodes that may be on a bus before the run begins there."""
-    flight = {"FLIGHT"}
-    others = {*codec.sender_of} - flight
-    return (flight if arguments.flight == EXTERNAL else set()) | (
-        others if arguments.emulator == EXTERNAL else set()
-    )
+    flights = {"FLIGHT"}
+    others = {*codec.sender_of} - flights
+    return (flights if flight == EXTERNAL else set()) | (others if emulator == EXTERNAL else set())

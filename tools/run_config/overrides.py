@@ -1,0 +1,99 @@
+"""A scenario's document with what is changed of it, before it is checked as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+from gnss_hil.dbc.common import systems
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.error_models.registry import of_scope
+from gnss_hil.emulator.files import rinex_nav
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config import recorded_receiver
+from gnss_hil.tools.run_config.config import OptionValue, Overrides
+
+_LETTERS = {system.name: system.letter for system in systems.tracked()}
+
+
+def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, Any]:
+    """A new document; Mistake or ScenarioError where the changes contradict each other or a file."""
+    changed = deepcopy(dict(document))
+    time = changed.setdefault("time", {})
+    for key, value in (("duration_s", overrides.duration_s), ("epoch_interval_s", overrides.interval_s)):
+        if value is not None:
+            time[key] = value
+    if overrides.seed is not None:
+        changed["seed"] = overrides.seed
+    if overrides.nav:
+        changed["sky"] = {**changed.get("sky", {}), **sky_of_files(overrides.nav)}
+    recorded_receiver.override(changed, overrides)
+    _switch(changed.setdefault("sky", {}), "sky", overrides)
+    for number, craft in enumerate(changed.get("craft", [])):
+        if isinstance(craft, dict):
+            _override_craft(craft, number, overrides)
+    return changed
+
+
+def _override_craft(craft: dict[str, Any], number: int, overrides: Overrides) -> None:
+    if overrides.policy is not None:
+        craft.setdefault("flight", {})["policy"] = overrides.policy
+        craft["flight"].pop("options", None)  # they belong to the policy that was replaced
+    if overrides.options:
+        options = craft.setdefault("flight", {}).setdefault("options", {})
+        options.update(_once(overrides.options))
+    if overrides.autonomous is not None:
+        craft.setdefault("receivers", {})["autonomous"] = overrides.autonomous
+    _switch(craft, "craft", overrides)
+    if number in overrides.attitudes:
+        craft["attitude"] = dict(overrides.attitudes[number])
+
+
+def _switch(owner: Any, scope: str, overrides: Overrides) -> None:
+    """Error models of a scope on or off; one that is switched on keeps the parameters of the scenario.
+
+    A name counts more than "all", so that `--off all --on code_noise` leaves one.
+    """
+    on, off = overrides.on, overrides.off
+    if not isinstance(owner, dict) or not (on or off):
+        return
+    factors = owner.setdefault("factors", {})
+    rows = of_scope(scope)
+    both = sorted(set(on) & set(off))
+    if both:
+        raise Mistake(f"--on {both[0]} with --off {both[0]}: one of the two")
+    ways = ((on, True), (off, False))
+    wanted = {name: way for names, way in ways if "all" in names for name in rows}
+    wanted |= {name: way for names, way in ways for name in names if name in rows}
+    for name, enabled in wanted.items():
+        if enabled and not (rows[name].ready or name in factors or name in on):
+            continue
+        given = factors.get(name)
+        factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
+
+
+def _once(options: Sequence[tuple[str, OptionValue]]) -> dict[str, OptionValue]:
+    for key, _ in options:
+        values = [str(v) for k, v in options if k == key]
+        if len(values) > 1:
+            raise Mistake(f"--option {key}: given {len(values)} times ({', '.join(values)})")
+    return dict(options)
+
+
+def sky_of_files(paths: Sequence[Path]) -> dict[str, Any]:
+    """[sky] of navigation files: each system has the files that hold its records, or is "none"."""
+    try:
+        held = {path: set(rinex_nav.read(path).records) for path in paths}
+    except FileError as error:
+        raise ScenarioError(f"--nav: {error}") from None
+    idle = [str(path) for path, letters in held.items() if not letters & set(_LETTERS.values())]
+    if idle:
+        names = " nor a ".join(name.upper() for name in _LETTERS)
+        raise ScenarioError(f"--nav: {', '.join(idle)}: neither a {names} record")
+    return {
+        system: [str(path.resolve()) for path in paths if letter in held[path]] or "none"
+        for system, letter in _LETTERS.items()
+    }
