@@ -27,6 +27,17 @@ class Strict(BaseModel):
 
 
 class Antenna(Strict):
+    """An antenna with its receiver.
+
+    name              for reports
+    receiver          number of its receiver on the bus
+    channels          of the receiver
+    clock_domain      number of the oscillator that the receiver works by; the same number, the same clock
+    boresight_body    unit vector of the antenna's axis, body axes
+    lever_arm_body_m  phase centre relative to the centre of mass, body axes
+    mask_deg          largest angle off the boresight at which the antenna is given a satellite
+    """
+
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,23}$")]
     receiver: Annotated[int, Field(ge=1, le=MAX_RECEIVERS)]
     channels: Annotated[int, Field(ge=1, le=CHANNELS)]
@@ -44,6 +55,11 @@ class Antenna(Strict):
 
 
 class VehicleFile(Strict):
+    """A craft's antennas.
+
+    name   of the vehicle
+    """
+
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
     antenna: Annotated[list[Antenna], Field(min_length=1, max_length=MAX_RECEIVERS)]
 

@@ -91,8 +91,9 @@ def _of_each_system() -> type[Strict]:
 
 
 class Sky(_of_each_system()):
-    """Each system: "nominal", "none", navigation files, or SP3 files.
+    """Where satellites are, and what they report.
 
+    gps, glonass       "nominal": slots of the constellation; "none"; or files, navigation messages or SP3
     orbits             SP3 files that are flown while satellites report what gps and glonass say; without
                        them what they report is the truth
     reports            "broadcast": satellites are, for receivers, where gps and glonass say; "orbits": where
@@ -126,7 +127,21 @@ class Sky(_of_each_system()):
 
 
 class Receivers(Strict):
-    """How the emulated receivers behave; times of acquisition by state of knowledge."""
+    """How the emulated receivers behave.
+
+    autonomous      how a receiver chooses satellites while no command has been given: highest elevation,
+                    nearest to its boresight, lowest number (prn), least dilution (gdop)
+    hot_s           to find a signal knowing time, almanac and ephemeris
+    warm_s          the same without the ephemeris
+    cold_s          the same knowing nothing
+    ephemeris_s     to collect an ephemeris once the signal is held (see `data_collection`)
+    ephemeris_age_s   how long a collected ephemeris serves
+    almanac_cycle_s   in which every satellite's prediction is sent once
+    lock_threshold_dbhz   weaker signals are not found, and lost
+    gain_dbi        of the antennas along the boresight, without `receive_pattern`
+    gain_at_90deg_dbi   the same at right angles; linear in the cosine between
+    noise_temperature_k   of antenna and receiver together, without `link_budget`
+    """
 
     autonomous: Literal[tuple(RULES)] = "elevation"
     hot_s: Annotated[float, Field(ge=0, le=120)] = 1.0
@@ -156,13 +171,24 @@ class ObservationFile(Strict):
 
 
 class Flight(Strict):
-    """Handed to the flight software on its command line."""
+    """Handed to the flight software on its command line.
+
+    policy   "patent", "prototype", "analogue", "single": see docs/patent.md; `--policy` counts more
+    options  of the policy, by name; `--option NAME=VALUE` counts more
+    """
 
     policy: str = "patent"
     options: dict[str, float | str | bool] = Field(default_factory=dict)
 
 
 class Craft(Strict):
+    """One spacecraft, on a bus of its own; its motion is one of orbit, trajectory and observations.
+
+    name       of the craft in tables, files and expectations
+    vehicle    its vehicle file: beside the scenario, or one that ships
+    structure  its structure file, likewise, for `shadowing` and `multipath`
+    """
+
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,15}$")]
     vehicle: str
     orbit: Orbit | None = None
@@ -187,11 +213,25 @@ class Craft(Strict):
 
 
 class Expectation(Strict):
+    """Limits of a figure of summary.json, NAME its path without `craft`, in quotes:
+    `"soyuz.position_error_m.p95" = {max = 3}`. A figure outside fails the run.
+
+    min   the figure is at least this
+    max   the figure is at most this
+    """
+
     min: float | None = None
     max: float | None = None
 
 
 class Scenario(Strict):
+    """A run from its first epoch to its verdict.
+
+    name         of the scenario; run folders are called after it
+    description  what is to be seen, for `gnss-hil scenarios`
+    seed         of all random draws; `--seed` counts more
+    """
+
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
     description: str = ""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1

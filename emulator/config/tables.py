@@ -30,10 +30,14 @@ class Time(Strict):
     """Start on the GPS scale, length and step. Noise is drawn anew in each epoch, white from one to the next,
     which holds for intervals of 1 s and more; shorter ones are for dynamics, not for statistics of noise.
 
-    orientation  file finals2000A of the IERS: UT1 and the pole, by which trajectories and attitudes told in
-                 celestial axes come to the Earth's. Without it UT1 is UTC and the pole stands still, which
-                 puts such a craft up to 450 m away in low orbit. Computed orbits and the Sun do without it:
-                 an `orbit` is counted from the Earth as it stands at UT1 = UTC, and the Sun is 14 arcsec off
+    start_gps         of the first epoch, on the GPS scale, without an offset
+    duration_s        of the run; `--duration` of the command line counts more
+    epoch_interval_s  from one epoch to the next; `--interval` counts more
+    orientation       file finals2000A of the IERS: UT1 and the pole, by which trajectories and attitudes in
+                      celestial axes come to the Earth's. Without it UT1 is UTC and the pole stands still,
+                      which puts such a craft up to 450 m away in low orbit. Computed orbits and the Sun do
+                      without it: an `orbit` is counted from the Earth as it stands at UT1 = UTC, and the Sun
+                      is 14 arcsec off
     """
 
     start_gps: GpsTime
@@ -72,9 +76,17 @@ class Orbit(Strict):
     """Osculating elements at the start, in its celestial intermediate frame (true equator of date; the node
     is counted from the intermediate origin), and the forces that act.
 
+    semi_major_axis_km, altitude_km   one of the two; the axis is altitude plus equatorial radius
+    eccentricity    0: a circle
+    inclination_deg   of the plane to the equator
+    raan_deg        right ascension of the ascending node
+    arg_perigee_deg   argument of the perigee
+    true_anomaly_deg  from the perigee, at the start
+    degree          of egm2008, and its order
+    mass_kg         of the craft, for drag and sunlight
+    bulge_exponent  how the air bulges: 2 for low inclinations to 6 for polar orbits
     forces          j2, j3, j4, or egm2008 to `degree`; sun and moon; drag; radiation (sunlight)
-    drag_*          of a ball in air of mean solar activity (Harris-Priester); the air bulges with an exponent
-                    of 2 for low inclinations to 6 for polar orbits
+    drag_*          of a ball in air of mean solar activity (Harris-Priester)
     radiation_*     of a ball; the coefficient is 1 where light is absorbed, 2 where it is mirrored
 
     Without the factor `transmit_pattern` navigation satellites radiate equally in all directions: what is
@@ -115,7 +127,12 @@ class Orbit(Strict):
 
 
 class Turn(Strict):
-    """Attitude relative to the orbital frame at t_s after the start."""
+    """Attitude relative to the orbital frame at an instant; held before the first and after the last,
+    turned smoothly (quintics) from one to the next.
+
+    t_s       after the start, each later than the one before
+    roll_deg, pitch_deg, yaw_deg   about x fore, y starboard, z nadir; yaw first, roll last
+    """
 
     t_s: Annotated[float, Field(ge=0)]
     roll_deg: Angle = 0.0
@@ -124,9 +141,13 @@ class Turn(Strict):
 
 
 class Attitude(Strict):
-    """`lvlh` flies x fore, y starboard, z nadir; `offset` is turned from it; `inertial` keeps the start's
-    offset attitude in inertial space; `slew` follows a profile of turns; `table` is that of a file: UTC,
-    quaternion_c, _x, _y, _z, body from celestial axes (J2000)."""
+    """How the craft is turned; axes x fore, y starboard, z nadir in orbital attitude.
+
+    mode      "lvlh": orbital attitude; "offset": turned from it by the angles; "inertial": the offset
+              attitude of the start, kept in inertial space; "slew": by `profile`; "table": by `file`
+    roll_deg, pitch_deg, yaw_deg   from the orbital attitude; yaw first, roll last
+    file      table: UTC, quaternion_c, _x, _y, _z, body from celestial axes (J2000)
+    """
 
     mode: Literal["lvlh", "offset", "inertial", "slew", "table"] = "lvlh"
     roll_deg: Angle = 0.0
@@ -152,6 +173,8 @@ class Attitude(Strict):
 class Clock(Strict):
     """Receiver oscillators: a bounded wander, `amplitude_ms * sin`, of random phase in each domain.
 
+    amplitude_ms   of the wander; 0: clocks without error
+    period_s       of the wander
     mark_domain  clock domain that the time marks are read from; without it they are GPS time
     """
 
@@ -164,8 +187,10 @@ class TrajectoryFile(Strict):
     """A known orbit instead of one that is computed; one of the three.
 
     oem     CCSDS orbit ephemeris message, keyword or XML
-    tle     two-line elements, propagated by SGP4; object: which set's, by name or catalogue number
+    tle     two-line elements, propagated by SGP4
     csv     table: UTC, position_x, _y, _z in celestial axes (J2000), in `unit`
+    object  whose elements of a file with several sets, by name or catalogue number
+    unit    of the table
     """
 
     oem: str | None = None

@@ -7,6 +7,7 @@ which TOML has not, and with the meaning of a key where a model's docstring has 
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from collections.abc import Iterator
@@ -14,6 +15,8 @@ from fnmatch import fnmatch
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import core_schema
 
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.common.shipped_files import Files
@@ -49,10 +52,29 @@ def text(kind: str) -> str:
 
 def of_model(model: type[BaseModel]) -> dict[str, Any]:
     """The JSON schema of a model, as TOML can say it."""
-    made = _without_null(model.model_json_schema())
-    for table in (made, *made.get("$defs", {}).values()):
-        _tell_keys(table)
-    return made
+    return _without_null(model.model_json_schema(schema_generator=_WithKeys))
+
+
+class _WithKeys(GenerateJsonSchema):
+    """Gives keys the meanings that the docstrings of a model, and of those it inherits from, list."""
+
+    def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
+        made = super().model_schema(schema)
+        lead, _ = split_docstring(made.get("description", ""))
+        made = (
+            {**made, "description": lead} if lead else {k: v for k, v in made.items() if k != "description"}
+        )
+        for model in schema["cls"].__mro__:
+            _describe(made.get("properties", {}), split_docstring(inspect.cleandoc(model.__doc__ or ""))[1])
+        return made
+
+
+def _describe(properties: dict[str, Any], keys: list[tuple[str, str]]) -> None:
+    """Meanings of keys that have none yet."""
+    for name, value in properties.items():
+        found = next((meaning for pattern, meaning in keys if fnmatch(name, pattern)), None)
+        if found and "description" not in value:
+            value["description"] = found
 
 
 def _without_null(node: Any) -> Any:
@@ -77,17 +99,6 @@ def _without_null(node: Any) -> Any:
 def _named(members: dict[str, Any]) -> dict[str, Any]:
     """Members whose keys are names of the user's, not words of JSON Schema."""
     return {name: _without_null(value) for name, value in members.items()}
-
-
-def _tell_keys(table: dict[str, Any]) -> None:
-    """Move what a docstring's list of keys says of each to the key, where it has no description yet."""
-    lead, keys = split_docstring(table.get("description", ""))
-    if lead:
-        table["description"] = lead
-    for name, value in table.get("properties", {}).items():
-        found = next((said for pattern, said in keys if fnmatch(name, pattern)), None)
-        if found and "description" not in value:
-            value["description"] = found
 
 
 def split_docstring(docstring: str) -> tuple[str, list[tuple[str, str]]]:

@@ -44,6 +44,11 @@ def _upright(name: str, vector: Vector, other: str, towards: Vector) -> None:
 class Joint(Strict):
     """A joint through point_m along axis_body.
 
+    name     of the joint
+    point_m  a point of the axis
+    axis_body, facing_body   unit vectors
+    angle_deg   about the axis, right-handed
+    rate_dps    the same, in a second
     turns    "sun": so that facing_body points as close to the Sun as it can; "rate": rate_dps from angle_deg
              at the start; "fixed": at angle_deg
     parent   the joint that carries this one
@@ -74,6 +79,8 @@ class Joint(Strict):
 class Part(Strict):
     """What boxes and panels have in common.
 
+    name          of the part
+    centre_m      its middle
     material      the surface's, see `emulator.signal.structure.materials`
     amplitude     part of the reflected amplitude that leaves like from a mirror (lattices, wrinkled blankets)
     roughness_m   rms height of the surface
@@ -89,8 +96,10 @@ class Part(Strict):
 
 
 class Box(Part):
-    """size_m along its own axes, turned from the body's by turn_deg (roll, pitch, yaw; yaw first).
+    """A solid with three pairs of faces.
 
+    size_m     along its own axes
+    turn_deg   of its axes from the body's: roll, pitch, yaw; yaw first
     radius_m   the box stands for a cylinder of this radius along its x axis: what its sides reflect spreads
     """
 
@@ -100,7 +109,12 @@ class Box(Part):
 
 
 class Panel(Part):
-    """A rectangle without thickness, reflecting on both sides; size_m along along_body and across it."""
+    """A rectangle without thickness, reflecting on both sides.
+
+    normal_body   unit vector at right angles to it
+    along_body    unit vector along one of its edges
+    size_m        along that edge, and across
+    """
 
     normal_body: Vector
     along_body: Vector
@@ -115,6 +129,11 @@ class Panel(Part):
 
 
 class StructureFile(Strict):
+    """A craft's outside.
+
+    name   of the structure
+    """
+
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
     joint: Annotated[tuple[Joint, ...], Field(max_length=64)] = ()
     box: Annotated[tuple[Box, ...], Field(max_length=256)] = ()

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from gnss_hil.emulator.error_models.registry import FACTORS
-from gnss_hil.tools.schema.json_schema import KINDS, schema, tables
+from gnss_hil.tools.schema.json_schema import KINDS, schema, table_in, tables
 from gnss_hil.tools.schema.page import SWITCH, allowed, page
 from gnss_hil.tools.schema.units import unit
 
@@ -57,3 +57,16 @@ def test_every_row_has_six_cells():
 )  # fmt: skip
 def test_what_a_key_may_hold(value, words):
     assert allowed({}, value) == words
+
+
+LATER = {"gain_dbi", "gain_at_90deg_dbi", "line_temperature_k"}
+JAMMERS = "[[craft.factors.jamming."
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_key_has_a_meaning(kind):
+    made = schema(kind)
+    for header, table in tables(made):
+        for name, value in table["properties"].items():
+            if table_in(made, value) is None and name != SWITCH and not header.startswith(JAMMERS):
+                assert value.get("description") or name in LATER, f"{header} {name}"
