@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, Layout
 from gnss_hil.dbc.contract.messages import HEADER_NAMES
@@ -43,7 +43,7 @@ class Form:
     raw_min: NDArray[np.float64]
     raw_max: NDArray[np.float64]
 
-    def fill(self, n: int, values: Mapping[str, object]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    def fill(self, n: int, values: Mapping[str, ArrayLike]) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         """As `write`, from a scalar or (n,) for every name: a name in several kinds is one quantity."""
         columns = np.empty((len(self.names), n))
         for i, name in enumerate(self.names):

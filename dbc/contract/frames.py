@@ -53,7 +53,7 @@ class FrameBatch:
             np.array_equal(getattr(self, name), getattr(other, name)) for name in self.__slots__
         )
 
-    __hash__ = None
+    __hash__ = None  # pyright: ignore[reportAssignmentType]: equal by content, which may change
 
 
 EMPTY = FrameBatch(

@@ -111,15 +111,15 @@ def _laid_out(signals: tuple[Signal, ...], start: int) -> tuple[Signal, ...]:
     return tuple(placed)
 
 
-def _u(name, bits, comment, unit="", factor=1, offset=0):
+def _u(name: str, bits: int, comment: str, unit: str = "", factor: float = 1, offset: float = 0) -> Signal:
     return Signal(name, bits, factor, offset, unit, comment=comment)
 
 
-def _s(name, bits, factor, unit, comment):
+def _s(name: str, bits: int, factor: float, unit: str, comment: str) -> Signal:
     return Signal(name, bits, factor, 0, unit, signed=True, comment=comment)
 
 
-def _enum(name, bits, table, comment):
+def _enum(name: str, bits: int, table: str, comment: str) -> Signal:
     return Signal(name, bits, values=table, comment=comment)
 
 

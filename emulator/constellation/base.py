@@ -43,6 +43,16 @@ class Constellation(Protocol):
             Where nothing is available, numbers are finite and without meaning.
     """
 
-    index: NDArray[np.int64]
+    @property
+    def index(self) -> NDArray[np.int64]: ...
 
     def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]: ...
+
+
+class Spanned(Constellation, Protocol):
+    """A constellation of files, which end."""
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """First and last GPS time at which any satellite is known [ns]."""
+        ...

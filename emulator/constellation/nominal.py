@@ -103,9 +103,10 @@ class NominalConstellation:
 
         Multiples of the golden ratio, less whole ones, spread them evenly over their ranges.
         """
+        place = self.index.astype(np.float64)
         return (
-            _CLOCK_OFFSET_S * (2 * (self.index * _GOLDEN % 1.0) - 1),
-            _CLOCK_RATE * (2 * (self.index * _GOLDEN**2 % 1.0) - 1),
+            _CLOCK_OFFSET_S * (2 * (place * _GOLDEN % 1.0) - 1),
+            _CLOCK_RATE * (2 * (place * _GOLDEN**2 % 1.0) - 1),
         )
 
     def _broadcast(self, segments: int) -> Broadcast:

@@ -30,7 +30,8 @@ product and to centimetres in its last interval; more instants serve the inside,
 @lru_cache(maxsize=4)
 def _chebyshev_of(points: int) -> Array:
     """(points, points) values at instants evenly over [-1, 1] -> Chebyshev coefficients of the polynomial."""
-    return np.linalg.inv(chebyshev.chebvander(np.linspace(-1, 1, points), points - 1))
+    values = chebyshev.chebvander(np.linspace(-1, 1, points), points - 1)
+    return np.asarray(np.linalg.inv(values), np.float64)
 
 
 def weights(x: Array, points: int) -> tuple[Array, Array]:
@@ -88,7 +89,7 @@ class PreciseOrbits:
         Source of the relativity: IS-GPS-200, 20.3.3.3.3.1
         """
         before = np.clip((middles_ns - self.start_ns) // self.step_ns, 0, len(self.pos_ecef_m) - 2)
-        first, last = arcs(np.isfinite(self.pos_ecef_m).all(axis=2))
+        first, last = arcs(np.asarray(np.isfinite(self.pos_ecef_m).all(axis=2)))
         first, last = first[before], last[before + 1]
         window = np.clip(before[:, None] - (POINTS // 2 - 1), first, np.maximum(last - POINTS + 1, first))
         held = (first <= before[:, None]) & (last > before[:, None]) & (last - first >= POINTS - 1)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.registry import table
-from gnss_hil.emulator.constellation.base import Constellation
+from gnss_hil.emulator.constellation.base import Constellation, Spanned
 from gnss_hil.emulator.constellation.broadcast import glonass, gps
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
 from gnss_hil.emulator.files.rinex_nav import Records
@@ -30,7 +30,7 @@ class Maker:
 
     name: str
     nominal: Callable[[int], Constellation]
-    from_records: Callable[[Records, F64], Constellation] | None = None
+    from_records: Callable[[Records, F64], Spanned] | None = None
 
 
 MAKERS: dict[str, Maker] = table(

@@ -12,7 +12,7 @@ from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.config.tables import ScenarioError, Time
 from gnss_hil.emulator.constellation import precise_sky
-from gnss_hil.emulator.constellation.base import Constellation
+from gnss_hil.emulator.constellation.base import Constellation, Spanned
 from gnss_hil.emulator.constellation.precise import PreciseOrbits
 from gnss_hil.emulator.constellation.registry import MAKERS
 from gnss_hil.emulator.files import rinex_nav
@@ -66,7 +66,7 @@ def _is_sp3(path: Path, key: str) -> bool:
         raise ScenarioError(f"{key}: {error}") from None
 
 
-def _broadcast(system: str, paths: Sequence[Path], key: str) -> Constellation:
+def _broadcast(system: str, paths: Sequence[Path], key: str) -> Spanned:
     letter, row = SYSTEMS[system].letter, MAKERS.get(system)
     if row is None or row.from_records is None:
         raise ScenarioError(f"{key}: navigation messages of {system} are not read")

@@ -22,7 +22,8 @@ def gps_vehicles(day: date) -> dict[int, str]:
 
 def gps_types() -> dict[str, tuple[str, float, float]]:
     """Space vehicle -> its type, x and z of its antenna's phase centre in the satellite's axes [m]."""
-    found = {}
+    found: dict[str, tuple[str, float, float]] = {}
+    kind, x_m = "", "nan"
     for line in tables.GPS_OFFSETS.strip().split("\n    "):
         words = line.split()
         if not line.startswith(" "):

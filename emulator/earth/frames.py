@@ -77,14 +77,14 @@ def _ut1_jd(t_ns: int | Times, measured: Orientation | None) -> tuple[Array, Arr
     if measured is None:
         return utc_jd(t_ns)
     days, rest_ns = np.divmod(np.asarray(t_ns, np.int64), _DAY_NS)
-    return _GPS_EPOCH_JD + days, rest_ns / _DAY_NS + measured.at(t_ns)[0] / 86400
+    return _GPS_EPOCH_JD + days, rest_ns / _DAY_NS + measured.at(np.asarray(t_ns, np.int64))[0] / 86400
 
 
 def _ecef_from_tirs(t_ns: int | Times, measured: Orientation | None) -> Array:
     """Rotations (..., 3, 3) by which the pole moves in the Earth."""
     if measured is None:
         return np.broadcast_to(np.eye(3), (*np.shape(t_ns), 3, 3))
-    pole_rad = measured.at(t_ns)[1]
+    pole_rad = measured.at(np.asarray(t_ns, np.int64))[1]
     return erfa.pom00(pole_rad[..., 0], pole_rad[..., 1], erfa.sp00(*tt_jd(t_ns)))
 
 

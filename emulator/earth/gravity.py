@@ -99,7 +99,7 @@ def field(degree: int) -> Callable[[Array], Array]:
             np.multiply(by_z[n], q[n - 1], out=q[n])
             q[n] -= by_square[n] * q[n - 2]
             q[n, n] = diagonal[n]
-        turn = np.empty((size, points), complex)
+        turn: NDArray[np.complex128] = np.empty((size, points), np.complex128)
         turn[0] = np.sqrt(square)
         turn[1:] = (pos_ecef_m[:, 0] + 1j * pos_ecef_m[:, 1]) * ratio
         np.cumprod(turn, axis=0, out=turn)
@@ -125,4 +125,4 @@ def _recursion(size: int) -> tuple[Array, Array, Array]:
         )
     order = np.arange(2.0, size)
     steps = np.concatenate(([1.0, np.sqrt(3)], np.sqrt((2 * order + 1) / (2 * order))))
-    return along, back, np.cumprod(steps)
+    return along, back, np.asarray(np.cumprod(steps), np.float64)

@@ -7,9 +7,11 @@ Source: S. Schaer, W. Gurtner, J. Feltens, IONEX: The IONosphere Map EXchange Fo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +45,8 @@ class TecMaps:
     base_radius_km: float
 
 
+N = TypeVar("N", int, float)
+
 _Head = dict[str, tuple[str, int]]
 """Label -> columns 1 to 60 and line number."""
 
@@ -62,12 +66,12 @@ class _Reader:
     def fault(self, what: str, line: int | None = None) -> FileError:
         return FileError(f"{self.origin}: line {line or self.n}: {what}")
 
-    def number(self, cell: str, field: str, kind: type = float, line: int | None = None):
+    def number(self, cell: str, field: str, kind: Callable[[str], N] = float, line: int | None = None) -> N:
         try:
             value = kind(cell)
         except ValueError:
-            value = np.nan
-        if not np.isfinite(value) or "_" in cell:
+            value = None
+        if value is None or not np.isfinite(value) or "_" in cell:
             noun = "a whole number" if kind is int else "a number"
             raise self.fault(f"{field} is {cell.strip()!r}, not {noun}", line)
         return value
@@ -77,7 +81,8 @@ class _Reader:
         # Some producers write the end of a day as 24 h.
         day, whole_day = cells[3] == 24, timedelta(days=1)
         try:
-            moment = datetime(*cells[:3], 0 if day else cells[3], *cells[4:])
+            year, month, of_month, hour, minute, second = cells
+            moment = datetime(year, month, of_month, 0 if day else hour, minute, second)
         except ValueError as error:
             raise self.fault(f"{field} is {line[:36].strip()!r}: {error}") from None
         return moment + whole_day if day else moment
@@ -149,7 +154,7 @@ def _grid(reader: _Reader, head: _Head, label: str) -> NDArray[np.float64]:
     count = round((last - first) / step) if step else 0
     if not 0 < count < _MOST or abs(first + count * step - last) > _STEP:
         raise reader.fault(f"{label} is {' / '.join(cells.split())}: not a grid", line)
-    return first + step * np.arange(count + 1)
+    return np.asarray(first + step * np.arange(count + 1), np.float64)
 
 
 def _next_map(reader: _Reader) -> str | None:

@@ -103,7 +103,7 @@ def _keywords(text: str, origin: str) -> Iterator[tuple[dict[str, str], list[_St
             continue
         elif "=" in word:
             key, _, value = word.partition("=")
-            if inside:
+            if inside and meta is not None:
                 meta[key.strip()] = value.strip()
         elif meta is None:
             raise FileError(f"{origin}: line {n}: {word[:40]!r} before META_START")
@@ -153,11 +153,14 @@ def _gps_ns(text: str, system: str, where: str) -> int:
     match = _EPOCH.fullmatch(text)
     if system not in TIME_SYSTEMS:
         raise FileError(f"{where}: TIME_SYSTEM is {system}; allowed are {', '.join(TIME_SYSTEMS)}")
+    wrong = FileError(f"{where}: {text!r} is not an epoch (YYYY-MM-DDThh:mm:ss.d)")
+    if match is None:
+        raise wrong
     try:
         year, month, day, of_year, hour, minute, second = (int(g) if g else 1 for g in match.groups()[:7])
         moment = datetime(year, month, day, hour, minute, second, tzinfo=UTC) + timedelta(days=of_year - 1)
-    except (AttributeError, ValueError):
-        raise FileError(f"{where}: {text!r} is not an epoch (YYYY-MM-DDThh:mm:ss.d)") from None
+    except ValueError:
+        raise wrong from None
     fraction_ns = round(float(match[8] or 0) * gpstime.NS_PER_S)
     ahead_s = TIME_SYSTEMS[system]
     if ahead_s is None:

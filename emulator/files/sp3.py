@@ -68,7 +68,8 @@ class Sp3:
 
     def navigation(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Satellite index (k,), ascending, and column (k,) of those with a letter of ours."""
-        found = {_index(name): column for column, name in enumerate(self.name) if _index(name) is not None}
+        named = ((_index(name), column) for column, name in enumerate(self.name))
+        found = {index: column for index, column in named if index is not None}
         index = np.array(sorted(found), np.int64)
         return index, np.array([found[k] for k in index.tolist()], np.int64)
 
@@ -161,7 +162,8 @@ def _moment_ns(line: str, n: int, scale: Callable[[datetime], int], origin: str)
         ticks = int(whole) * _TICKS_PER_S + int(rest[:8].ljust(8, "0"))
         if len(date) != 5 or not 0 <= ticks < 60 * _TICKS_PER_S:
             raise ValueError(line)
-        return scale(datetime(*map(int, date))) + ticks * 10
+        year, month, day, hour, minute = map(int, date)
+        return scale(datetime(year, month, day, hour, minute)) + ticks * 10
     except ValueError:
         raise FileError(f"{origin}: line {n + 1}: epoch is '{line[1:31].strip()}'; no such moment") from None
 
@@ -180,8 +182,9 @@ def joined(products: Sequence[Sp3]) -> Sp3:
     name = tuple(sorted({name for product in products for name in product.name}))
     pos, clock = np.full((len(t_ns), len(name), 3), np.nan), np.full((len(t_ns), len(name)), np.nan)
     for product in products:
-        at = np.ix_(np.searchsorted(t_ns, product.t_ns), [name.index(one) for one in product.name])
-        there = np.isfinite(product.pos_ecef_m).all(axis=2)
+        columns = np.array([name.index(one) for one in product.name], np.int64)
+        at = np.ix_(np.searchsorted(t_ns, product.t_ns), columns)
+        there = np.asarray(np.isfinite(product.pos_ecef_m).all(axis=2))
         pos[at] = np.where(there[..., None], product.pos_ecef_m, pos[at])
         clock[at] = np.where(there, product.clock_s, clock[at])
     return Sp3(", ".join(product.origin for product in products), t_ns, name, pos, clock)

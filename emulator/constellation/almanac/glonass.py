@@ -66,11 +66,16 @@ def semi_major_axis_m(period_s: Array, inclination: Array, e: Array, omega: Arra
     at_node = 1 + e * np.cos(omega)
     level = 1 - e * e
     shape = (2 - 2.5 * np.sin(inclination) ** 2) * level**1.5 / at_node**2 + at_node**3 / level
-    osculating_s = period_s
-    for _ in range(_ROUNDS):
-        axis_m = np.cbrt((osculating_s / (2 * np.pi)) ** 2 * MU_PZ90_M3PS2)
-        osculating_s = period_s / (1 - 1.5 * J2_PZ90 * (RADIUS_PZ90_M / (axis_m * level)) ** 2 * shape)
+    axis_m = _two_body_axis_m(period_s)
+    for _ in range(_ROUNDS - 1):
+        shorter = 1 - 1.5 * J2_PZ90 * (RADIUS_PZ90_M / (axis_m * level)) ** 2 * shape
+        axis_m = _two_body_axis_m(period_s / shorter)
     return axis_m
+
+
+def _two_body_axis_m(period_s: Array) -> Array:
+    """Kepler's third law, (n,) [m] from (n,) [s]."""
+    return np.cbrt((period_s / (2 * np.pi)) ** 2 * MU_PZ90_M3PS2)
 
 
 def periodic(mean: Array, passed: Array) -> Array:

@@ -22,7 +22,9 @@ from gnss_hil.emulator.files.text import FileError
 
 Array = NDArray[np.float64]
 
-_NOT_IN_ALMANACS = dict.fromkeys(("delta_n", "idot", "cus", "cuc", "crs", "crc", "cis", "cic"), 0.0)
+_NOT_IN_ALMANACS: dict[str, Array] = dict.fromkeys(
+    ("delta_n", "idot", "cus", "cuc", "crs", "crc", "cis", "cic"), np.zeros(())
+)
 """Elements that ephemerides have and almanacs take for zero. IS-GPS-200, 20.3.3.5.2.1."""
 
 _STEP_S = 1.0

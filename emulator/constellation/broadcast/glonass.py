@@ -158,7 +158,8 @@ def to_wgs84(pos_pz90_m: Array, datum: NDArray[np.int64]) -> Array:
 def from_wgs84(pos_wgs84_m: Array, datum: NDArray[np.int64]) -> Array:
     """Positions (..., 3) in WGS-84 as PZ-90 of DATUMS[datum] (...,) [m]."""
     matrices, shifts = _HELMERT
-    return np.linalg.solve(matrices[datum], (pos_wgs84_m - shifts[datum])[..., None])[..., 0]
+    moved_m = (pos_wgs84_m - shifts[datum])[..., None]
+    return np.asarray(np.linalg.solve(matrices[datum], moved_m)[..., 0], np.float64)
 
 
 def datum_at(utc: datetime) -> int:
