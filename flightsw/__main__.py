@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--bus", metavar="BUS", required=True, help="where the emulator is, or will be")
     add("--policy", metavar="NAME", default="patent", help="which antenna tracks which satellite")
+    add("--navigator", metavar="NAME", help="how measurements become a fix, if not as the policy has it")
     add("--option", metavar="K=V", action="append", default=[], help="an option of the policy")
     add("--boot-count", metavar="N", type=int, default=0, help="starts since commissioning")
     add("--once", action="store_true", help="leave when the first run is over, or the bus is gone")
@@ -62,11 +63,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _config(arguments: argparse.Namespace):
     from gnss_hil.dbc.common import vehicle
-    from gnss_hil.flightsw.app.step import configure
+    from gnss_hil.flightsw.app.config import configure
 
     try:
         craft = vehicle.load(vehicle.find(arguments.vehicle))
-        return configure(craft, arguments.policy, _options(arguments.option), arguments.boot_count)
+        options = _options(arguments.option)
+        return configure(
+            craft, arguments.policy, options, arguments.boot_count, navigator_name=arguments.navigator
+        )
     except ValueError as error:  # a vehicle file, a policy or an option that cannot be used
         raise command_line.Mistake(error) from None
 
@@ -76,7 +80,8 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
     from gnss_hil.dbc.lockstep.slave import Follower
     from gnss_hil.dbc.lockstep.slave_loop import follow
     from gnss_hil.dbc.process.shutdown import INTERRUPTED
-    from gnss_hil.flightsw.app.step import flight_step, heartbeat, initial_state
+    from gnss_hil.flightsw.app.state import heartbeat, initial_state
+    from gnss_hil.flightsw.app.step import flight_step
 
     state = initial_state(config)
 

@@ -1,23 +1,21 @@
-"""Block 7 of RU 2706636 C1, step 7: angles between satellites and boresights; and who is behind the Earth."""
+"""Block 7 of RU 2706636 C1, step 7: angles between satellites and boresights; satellites behind the Earth."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, Bool
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M, FLATTENING
 
 
-def directions(
-    pos_sv_m: NDArray[np.float64], position_m: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def directions(pos_sv_m: F64, position_m: F64) -> tuple[F64, F64]:
     """u = (X_i - X) / |X_i - X|, (n, 3), and |X_i - X|, (n,), from pos_sv_m (n, 3), position_m (3,), ECEF."""
     away = pos_sv_m - position_m
     distance = np.sqrt(np.einsum("ij,ij->i", away, away))
     return away / distance[:, None], distance
 
 
-def angles_rad(los_ecef: NDArray[np.float64], boresight_ecef: NDArray[np.float64]) -> NDArray[np.float64]:
+def angles_rad(los_ecef: F64, boresight_ecef: F64) -> F64:
     """Angles (m, n) between unit directions (n, 3) and boresights (m, 3).
 
     theta = 2 atan2(|u - l|, |u + l|), exact to rounding at any angle.
@@ -31,11 +29,11 @@ def angles_rad(los_ecef: NDArray[np.float64], boresight_ecef: NDArray[np.float64
 
 
 def clear_of_earth(
-    los_ecef: NDArray[np.float64],
-    distance_m: NDArray[np.float64],
-    position_m: NDArray[np.float64],
+    los_ecef: F64,
+    distance_m: F64,
+    position_m: F64,
     ray_height_m: float,
-) -> NDArray[np.bool_]:
+) -> Bool:
     """(n,) whether the ray to a satellite stays `ray_height_m` above the WGS-84 ellipsoid.
 
     Stretching z by 1 / (1 - f) makes the ellipsoid a sphere and leaves rays straight; the height is then

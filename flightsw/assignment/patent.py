@@ -17,13 +17,13 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from gnss_hil.flightsw.assignment.options import Options
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.flightsw.assignment.options import AssignmentOptions
 
 
-class PatentOptions(Options):
+class PatentOptions(AssignmentOptions):
     ionosphere_free: Annotated[
         Literal[False], Field(description="not here: a satellite is commanded on one signal and one channel")
     ] = False
@@ -37,13 +37,13 @@ class PatentOptions(Options):
 
 
 def assign(
-    angles_rad: NDArray[np.float64],
-    visible: NDArray[np.bool_],
-    mask_rad: NDArray[np.float64],
-    channels: NDArray[np.int64],
-    previous: NDArray[np.int64],
+    angles_rad: F64,
+    visible: Bool,
+    mask_rad: F64,
+    channels: I64,
+    previous: I64,
     options: PatentOptions,
-) -> NDArray[np.int64]:
+) -> I64:
     """The antenna of each satellite, (n,) int64, -1 for none.
 
     angles_rad  (m, n) between boresights and satellites, satellites in the order of their index
@@ -63,7 +63,7 @@ def assign(
     return (_drop if options.overflow == "drop" else _next)(cost, below, channels)
 
 
-def _drop(cost: NDArray, below: NDArray, channels: NDArray) -> NDArray[np.int64]:
+def _drop(cost: F64, below: Bool, channels: I64) -> I64:
     """Nearest antenna of all, if below its mask; each antenna keeps its nearest satellites."""
     antennas, satellites = cost.shape
     nearest = cost.argmin(axis=0)
@@ -78,7 +78,7 @@ def _drop(cost: NDArray, below: NDArray, channels: NDArray) -> NDArray[np.int64]
     return chosen
 
 
-def _next(cost: NDArray, below: NDArray, channels: NDArray) -> NDArray[np.int64]:
+def _next(cost: F64, below: Bool, channels: I64) -> I64:
     """All pairs by angle; a pair is taken while its satellite and a channel of its antenna are free.
 
     Satellites and antennas rank each other by the same angle, so this is their one stable matching.

@@ -1,4 +1,4 @@
-"""The policies: who assigns satellites to antennas, and how the measurements become a fix.
+"""The policies: which antenna tracks which satellite, and the navigator that goes with each by default.
 
 Four rows, those that RU 2706636 C1 is compared with and its own; docs/patent.md has them side by side.
 """
@@ -7,35 +7,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.registry import table
+from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.flightsw.assignment import patent
-from gnss_hil.flightsw.assignment.options import Options
-from gnss_hil.flightsw.estimation.all_in_view import together
-from gnss_hil.flightsw.estimation.best_antenna import single
-from gnss_hil.flightsw.estimation.fix_inputs import Circumstances
-from gnss_hil.flightsw.estimation.position import Fix, NoFix
-from gnss_hil.flightsw.estimation.receiver_mean import averaged
-from gnss_hil.flightsw.measurement.observables import Ranges
+from gnss_hil.flightsw.assignment.options import AssignmentOptions
 
-Assign = Callable[[NDArray, NDArray, NDArray, NDArray, NDArray, Options], NDArray[np.int64]]
-Combine = Callable[[Ranges, Circumstances], tuple[Fix | NoFix, int]]
+Assign = Callable[[F64, Bool, F64, I64, I64, Any], I64]
+"""See `assignment.patent.assign`; the last argument are the policy's options."""
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
     """assign is None where the receivers choose for themselves: no commands are sent.
 
-    combine makes the fix of the ranges and says which antenna leads from now on, -1 none.
+    options     its own options, among those of all flights
+    navigator   by default, a row of `estimation.registry`; any other can be chosen
     """
 
     name: str
-    options: type[Options]
+    options: type[Strict]
     assign: Assign | None
-    combine: Combine
+    navigator: str
     source: str
     summary: str
 
@@ -45,31 +40,31 @@ POLICIES = table(
         "patent",
         patent.PatentOptions,
         patent.assign,
-        together,
+        "all_in_view",
         "RU 2706636 C1, claim 1, steps 6 to 9",
         "each satellite on the one antenna whose axis is nearest",
     ),
     Policy(
         "prototype",
-        Options,
+        AssignmentOptions,
         None,
-        together,
+        "all_in_view",
         "RU 2654321, as described in RU 2706636 C1",
         "every receiver picks its own satellites; all ranges reduced to the centre of mass, solved together",
     ),
     Policy(
         "analogue",
-        Options,
+        AssignmentOptions,
         None,
-        averaged,
+        "receiver_mean",
         "SIGI on the US segment of the ISS, as described in RU 2706636 C1",
         "every receiver solves alone, the solutions are averaged: mean place of the antennas, no lever arms",
     ),
     Policy(
         "single",
-        Options,
+        AssignmentOptions,
         None,
-        single,
+        "best_antenna",
         "practice of ASN-M on the ISS (Mikhailov, Larkov, 2011)",
         "the antenna that sees most satellites, alone: its own place, which jumps where another takes over",
     ),

@@ -1,1 +1,1 @@
-"""Attitude of the body as the bus tells it."""
+"""Attitude of the body, from the attitude unit's reports."""

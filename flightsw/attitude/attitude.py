@@ -2,7 +2,7 @@
 
 The rule for stale attitude: an epoch without an attitude report uses the last one, turned on by its rates,
 for at most `hold` epochs (default none); after that there is no attitude, hence neither a fix (lever arms
-cannot be reduced) nor a new assignment. A fix without lever arms would be metres wrong without saying so.
+cannot be reduced) nor a new assignment. A fix without lever arms would be metres wrong without notice.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.flightsw.io.epoch import AttitudeReport
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
+from gnss_hil.flightsw.records.epoch import AttitudeReport
 
 _EARTH_RPS = np.array([0.0, 0.0, ROTATION_RPS])
 
@@ -26,13 +26,13 @@ class Attitude:
     rate_body_rps        (3,) relative to inertial space, body axes
     """
 
-    dcm_body_from_ecef: NDArray[np.float64]
-    rate_body_rps: NDArray[np.float64]
+    dcm_body_from_ecef: F64
+    rate_body_rps: F64
     t_ns: int
     age: int
 
 
-def dcm_from_quaternion(q: NDArray[np.float64]) -> NDArray[np.float64]:
+def dcm_from_quaternion(q: F64) -> F64:
     """C (3, 3) of a unit quaternion (4,), scalar first, Hamilton, passive: v_body = C v_ecef.
 
     Source: Kuipers, Quaternions and Rotation Sequences, 7.7 (frame rotation)
@@ -47,7 +47,7 @@ def dcm_from_quaternion(q: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def turn(rate_rps: NDArray[np.float64], dt_s: float) -> NDArray[np.float64]:
+def turn(rate_rps: F64, dt_s: float) -> F64:
     """DCM (3, 3) from axes before to axes after turning at a constant rate (3,) for dt_s, exactly."""
     half = 0.5 * dt_s * np.sqrt(rate_rps @ rate_rps)
     axis = rate_rps * (0.5 * dt_s * np.sinc(half / np.pi))
@@ -68,9 +68,7 @@ def attitude_now(
     return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1)
 
 
-def levers_ecef(
-    attitude: Attitude, lever_arm_body_m: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def levers_ecef(attitude: Attitude, lever_arm_body_m: F64) -> tuple[F64, F64]:
     """Antennas relative to the centre of mass in ECEF: positions and velocities, (m, 3) each."""
     dcm = attitude.dcm_body_from_ecef
     wx, wy, wz = (attitude.rate_body_rps - dcm @ _EARTH_RPS).tolist()

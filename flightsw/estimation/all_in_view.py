@@ -1,29 +1,31 @@
 """Step 10 of RU 2706636 C1: all measurements of all antennas, reduced to the centre of mass.
 
 The reduction is that of the prototype, RU 2654321. A fix without lever arms would be metres wrong without
-saying so: without attitude there is none.
+notice: without attitude there is none.
 """
 
 from __future__ import annotations
 
 from gnss_hil.flightsw.attitude.attitude import levers_ecef
-from gnss_hil.flightsw.estimation.fix_inputs import Circumstances
-from gnss_hil.flightsw.estimation.position import Fix, NoFix, solve
-from gnss_hil.flightsw.measurement.observables import Ranges
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.estimation.snapshot import Snapshot
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Fix, NoFix
 
 
-def together(m: Ranges, at: Circumstances) -> tuple[Fix | NoFix, int]:
-    """One solution for the centre of mass; no antenna leads."""
-    if at.attitude is None:
-        return NoFix.NO_ATTITUDE, at.leading
-    lever, lever_rate = levers_ecef(at.attitude, at.lever_arm_body_m)
+def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | NoFix, int]:
+    """One solution for the centre of mass; no antenna is selected."""
+    if inputs.attitude is None:
+        return NoFix.NO_ATTITUDE, prior.antenna
+    lever, lever_rate = levers_ecef(inputs.attitude, inputs.lever_arm_body_m)
     fix = solve(
         m,
         lever.T[:, m.receiver],
         lever_rate.T[:, m.receiver],
-        at.domain[m.receiver],
-        at.start_m,
-        at.ura_scale,
-        at.rules,
+        inputs.domain[m.receiver],
+        prior.start_m,
+        inputs.ura_scale,
+        inputs.rules,
     )
-    return fix, at.leading
+    return fix, prior.antenna

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import F64
 
 LEAST_PIVOT = 1e-9
 """Smallest squared Cholesky pivot of the normal matrix scaled to a unit diagonal. A pivot is what is left of
@@ -18,26 +19,24 @@ _EYE = np.eye(16)
 
 
 @dataclass(frozen=True, slots=True)
-class Solution:
-    """Estimate x (u,), its covariance (u, u) for the weights given, and the unweighted cofactor (u, u).
+class Estimate:
+    """x (u,), its covariance (u, u) for the weights given, and the unweighted cofactor (u, u).
 
     weighted   (u, n) the design's transpose times the weights
     gain       (u, n) dx/dy
     """
 
-    x: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    cofactor: NDArray[np.float64]
-    weighted: NDArray[np.float64]
+    x: F64
+    covariance: F64
+    cofactor: F64
+    weighted: F64
 
     @property
-    def gain(self) -> NDArray[np.float64]:
+    def gain(self) -> F64:
         return self.covariance @ self.weighted
 
 
-def least_squares(
-    design: NDArray[np.float64], y: NDArray[np.float64], weight: NDArray[np.float64]
-) -> Solution | None:
+def least_squares(design: F64, y: F64, weight: F64) -> Estimate | None:
     """Minimise sum weight (y - design x)^2; None if the unknowns are not observable.
 
     design (n, u), y (n,), weight (n,) = 1 / variance. Normal equations scaled to a unit diagonal, by
@@ -50,7 +49,9 @@ def least_squares(
     normal = np.array((weighted @ design, design.T @ design))
     scale = 1 / np.sqrt(np.maximum(_diagonals(normal), _TINY))
     try:
-        lower = np.linalg.cholesky(normal * scale[:, :, None] * scale[:, None, :])
+        lower: F64 = np.linalg.cholesky(normal * scale[:, :, None] * scale[:, None, :]).astype(
+            np.float64, copy=False
+        )
     except np.linalg.LinAlgError:
         return None
     if not _diagonals(lower).min() ** 2 >= LEAST_PIVOT:
@@ -58,21 +59,19 @@ def least_squares(
     # L^-1 S: its Gram matrix is the covariance.
     factor = np.linalg.solve(lower, scale[:, None, :] * _EYE[:unknowns, :unknowns])
     covariance, cofactor = factor.transpose(0, 2, 1) @ factor
-    return Solution(covariance @ (weighted @ y), covariance, cofactor, weighted)
+    return Estimate(covariance @ (weighted @ y), covariance, cofactor, weighted)
 
 
-def adjusted(
-    design: NDArray[np.float64], y: NDArray[np.float64], weight: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def adjusted(design: F64, y: F64, weight: F64) -> F64:
     """The x (u,) alone, by QR, for unknowns already known to be observable."""
     unknowns = design.shape[1]
     rows = np.empty((len(y), unknowns + 1))
     rows[:, :unknowns], rows[:, unknowns] = design, y
     rows *= np.sqrt(weight)[:, None]
-    upper = np.linalg.qr(rows, mode="r")
+    upper: F64 = np.asarray(np.linalg.qr(rows, mode="r"))
     return np.linalg.solve(upper[:unknowns, :unknowns], upper[:unknowns, unknowns])
 
 
-def _diagonals(square: NDArray[np.float64]) -> NDArray[np.float64]:
+def _diagonals(square: F64) -> F64:
     """(k, u) view of the diagonals of (k, u, u)."""
     return square.reshape(len(square), -1)[:, :: square.shape[-1] + 1]

@@ -1,210 +1,148 @@
 """Block 3 of RU 2706636 C1, steps 4 and 10: position from all tracked signals of all antennas.
 
 Iterated weighted least squares of one epoch. Unknowns: the centre of mass, one clock for each clock domain
-that measures, and the GLONASS system offset where some domain hears both systems (else a clock contains it).
+that measures, and the time offset of each system that can be told apart from them (`estimation.clocks`).
 Velocity and clock rates follow from the range rates of the same channels.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS
-from gnss_hil.flightsw.estimation.least_squares import Solution, least_squares
+from gnss_hil.dbc.common.arrays import F64, I64, Index
+from gnss_hil.dbc.common.satellites import NUMBERS
+from gnss_hil.flightsw.estimation.clocks import clock_columns, is_offset
+from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares
 from gnss_hil.flightsw.estimation.velocity import velocity_and_drift
-from gnss_hil.flightsw.integrity.exclusion import STRICT, Reconciled, Rules, Trial, reconciled
-from gnss_hil.flightsw.measurement import range_model
+from gnss_hil.flightsw.integrity import exclusion
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Rules, Trial
+from gnss_hil.flightsw.measurement.code_range import CodeRanges, code_ranges
 from gnss_hil.flightsw.measurement.noise import range_variance_m2
-from gnss_hil.flightsw.measurement.observables import Ranges
-
-GLONASS_OFFSET = 8
-"""NAV_CLOCK item of the system offset; items 0..7 are clock domains."""
+from gnss_hil.flightsw.measurement.range_model import Rays
+from gnss_hil.flightsw.measurement.range_rate import range_rates
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import MAX_PDOP, Fix, NoFix, carriable
 
 MAX_ITERATIONS = 12
 CONVERGED_M = 10.0
 """A step this short ends the iteration: what Gauss-Newton leaves is step^2 / (2 range), 5 um at 1e7 m, and
 the Earth's turn during the flight, a millionth of the step."""
 
-MAX_PDOP = 655.35
-"""The contract cannot state more; a geometry this poor is called singular."""
-
-FARTHEST_M = LATEST_M = 109_900_000.0
-"""What NAV_X..NAV_Z and NAV_CLOCK can carry."""
+DIVERGED_M = 1e9
 
 
-class NoFix(IntEnum):
-    """As in the contract's value table."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Intersection:
+    """Converged solution: geometry there, and what is left.
 
-    FIX = 0
-    TOO_FEW_SATELLITES = 1
-    SINGULAR_GEOMETRY = 2
-    NO_CONVERGENCE = 3
-    NO_TIME_MARK = 4
-    NO_ATTITUDE = 5
-    INCONSISTENT_RANGES = 6
-    NO_VELOCITY = 7
-
-
-@dataclass(frozen=True, slots=True)
-class Fix:
-    """A solution for the point the lever arms are counted from, ECEF WGS-84, at the time mark.
-
-    items        (c,) which clock each bias and drift is: domain 0..7 or GLONASS_OFFSET
-    clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
-    velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
-    covariance_m2        (3, 3) of the position, grown by the misfit
-    misfit       chi-square for each degree of freedom where ranges that disagree made the fix; else 1
-    gain                 (3, n) what a metre of each pseudorange moves the position, zero where not used
-    pdop         over the measurements used
-    used         (n,) bool, which of the measurements offered are in the fix
-    satellites   distinct ones among them
-    residual_m   (n,) measured minus predicted pseudorange, nan where not used
-    iterations   Gauss-Newton steps taken
+    items    (c,) of the clocks
+    rays     from the satellites to the antennas where the craft is
+    design   (n, 3 + c) Jacobian along them
     """
 
-    position_m: NDArray[np.float64]
-    velocity_mps: NDArray[np.float64] | None
+    position_m: F64
+    clock_m: F64
     items: tuple[int, ...]
-    clock_m: NDArray[np.float64]
-    drift_mps: NDArray[np.float64] | None
-    covariance_m2: NDArray[np.float64]
-    gain: NDArray[np.float64]
-    pdop: float
-    used: NDArray[np.bool_]
-    satellites: int
-    residual_m: NDArray[np.float64]
-    iterations: int
-    misfit: float
-
-
-@dataclass(frozen=True, slots=True)
-class _Spheres:
-    """Converged intersection: geometry at the solution, and what is left."""
-
-    position_m: NDArray[np.float64]
-    clock_m: NDArray[np.float64]
-    solution: Solution
-    design: NDArray[np.float64]
-    rays: range_model.Rays
-    residual_m: NDArray[np.float64]
+    estimate: Estimate
+    design: F64
+    rays: Rays
+    residual_m: F64
     iterations: int
 
 
-def carried(position_m: NDArray[np.float64], clock_m: NDArray[np.float64]) -> bool:
-    """Whether the bus can carry a position (3,) and clocks (c,); an estimate beyond is no fix."""
-    farthest, latest = (max(map(abs, v.tolist())) for v in (position_m, clock_m))
-    return farthest <= FARTHEST_M and latest <= LATEST_M
+@dataclass(frozen=True, slots=True, eq=False)
+class Offered:
+    """Measurements offered to a fix with what belongs to each: lever_m, lever_rate_mps (3, n) of its antenna,
+    domain (n,) of its clock."""
+
+    ranges: Ranges
+    lever_m: F64
+    lever_rate_mps: F64
+    domain: I64
+    ura_scale: float
+
+    def __len__(self) -> int:
+        return len(self.ranges)
+
+    def __getitem__(self, rows: Index) -> Offered:
+        if len(rows) == len(self):
+            return self
+        lever_m, lever_rate_mps = self.lever_m[:, rows], self.lever_rate_mps[:, rows]
+        return Offered(self.ranges[rows], lever_m, lever_rate_mps, self.domain[rows], self.ura_scale)
 
 
-def clock_columns(
-    domain: NDArray[np.int64], glonass: NDArray[np.bool_]
-) -> tuple[tuple[int, ...], NDArray[np.float64]]:
-    """Items (c,) and design columns (n, c) of the clocks that these measurements can tell apart.
-
-    The system offset is one of them only if a domain hears both systems: else each clock absorbs it, and the
-    design would be singular.
-    """
-    heard = set(zip(domain.tolist(), glonass.tolist(), strict=True))
-    domains = sorted({d for d, _ in heard})
-    items = tuple(domains)
-    columns = domain[:, None] == np.array(domains)
-    if any((d, True) in heard and (d, False) in heard for d in domains):
-        items += (GLONASS_OFFSET,)
-        columns = np.column_stack((columns, glonass))
-    return items, columns.astype(float)
-
-
-def _intersect(
-    m: Ranges,
-    lever_m: NDArray[np.float64],
-    clocks: NDArray[np.float64],
-    variance_m2: NDArray[np.float64],
-    start_m: NDArray[np.float64],
-) -> _Spheres | NoFix:
-    """Steps 4 and 10: the point on all spheres; lever_m (3, n) from the centre of mass to each antenna."""
-    measured = m.pseudorange_m + m.clock_m
-    weight = 1 / variance_m2
+def intersect(z: CodeRanges, items: tuple[int, ...], start_m: F64) -> Intersection | NoFix:
+    """Steps 4 and 10: the point on all spheres, searched from start_m (3,)."""
+    weight = 1 / z.variance
     position = start_m
-    design = np.empty((len(m), 3 + clocks.shape[1]))
-    design[:, 3:] = clocks
     for iteration in range(1, MAX_ITERATIONS + 1):
-        rays = range_model.rays(m.pos_sv_m, lever_m + position[:, None])
-        design[:, :3] = -rays.los.T
-        misfit = measured - rays.range_m
-        solution = least_squares(design, misfit, weight)
-        if solution is None:
+        rays = z.rays(position)
+        design = z.design(rays)
+        misfit = z.value - rays.range_m
+        estimate = least_squares(design, misfit, weight)
+        if estimate is None:
             return NoFix.SINGULAR_GEOMETRY
-        step = solution.x[:3]
+        step = estimate.x[:3]
         position = position + step
         length = sqrt(step @ step)
         if length < CONVERGED_M:
-            residual = misfit - design @ solution.x
+            residual = misfit - design @ estimate.x
             # The direction from 10 m aside costs 4 mm/s of velocity: rays from where the craft is.
-            rays = range_model.rays(m.pos_sv_m, lever_m + position[:, None])
-            design[:, :3] = -rays.los.T
-            return _Spheres(position, solution.x[3:], solution, design, rays, residual, iteration)
-        if not length < 1e9:
+            rays = z.rays(position)
+            return Intersection(
+                position, estimate.x[3:], items, estimate, z.design(rays), rays, residual, iteration
+            )
+        if not length < DIVERGED_M:
             break
     return NoFix.NO_CONVERGENCE
 
 
-def _solved(
-    m: Ranges,
-    lever_m: NDArray[np.float64],
-    domain: NDArray[np.int64],
-    start_m: NDArray[np.float64],
-    ura_scale: float,
-) -> Trial | NoFix:
-    """Intersection of all that is offered, with its clock items."""
-    items, clocks = clock_columns(domain, m.sat >= GLONASS * NUMBERS)
-    needed = 4 + (GLONASS_OFFSET in items)
+def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
+    """Intersection of all that is offered."""
+    m = offered.ranges
+    items, clocks = clock_columns(offered.domain, m.sat // NUMBERS)
+    needed = 4 + sum(map(is_offset, items))
     if len(set(m.sat.tolist())) < needed or len(m) < 3 + len(items):
         return NoFix.TOO_FEW_SATELLITES
-    variance = range_variance_m2(m.code_variance_m2, m.ura, m.sat, ura_scale)
-    spheres = _intersect(m, lever_m, clocks, variance, start_m)
-    if isinstance(spheres, NoFix):
-        return spheres
-    return Trial((spheres, items), spheres.design, spheres.residual_m, variance)
+    variance = range_variance_m2(m.code_variance_m2, m.ura, m.sat, offered.ura_scale)
+    found = intersect(code_ranges(m, offered.lever_m, clocks, variance), items, start_m)
+    if isinstance(found, NoFix):
+        return found
+    return Trial(found, found.design, found.residual_m, variance)
 
 
-def _consistent(
-    m: Ranges,
-    lever_m: NDArray[np.float64],
-    domain: NDArray[np.int64],
-    start_m: NDArray[np.float64],
-    ura_scale: float,
-    rules: Rules,
-) -> Reconciled | NoFix:
-    """Intersection of what agrees, or as the rules say."""
-    first: list[Trial | NoFix] = []
+def _consistent(offered: Offered, start_m: F64, rules: Rules) -> Kept[Intersection] | NoFix:
+    """Intersection of what agrees, or as the rules have it."""
+    first = _trial(offered, start_m)
+    if isinstance(first, NoFix):
+        return first
 
-    def fit(rows: NDArray[np.intp]) -> Trial | None:
-        every = len(rows) == len(m)
-        trial = (
-            _solved(m, lever_m, domain, start_m, ura_scale)
-            if every
-            else _solved(m[rows], lever_m[:, rows], domain[rows], start_m, ura_scale)
-        )
-        first.append(trial)
+    def refit(rows: Index) -> Trial[Intersection] | None:
+        trial = _trial(offered[rows], start_m)
         return None if isinstance(trial, NoFix) else trial
 
-    found = reconciled(fit, m.sat, rules)
-    if found is not None:
-        return found
-    return first[0] if isinstance(first[0], NoFix) else NoFix.INCONSISTENT_RANGES
+    kept = exclusion.exclude(first, refit, offered.ranges.sat, rules)
+    return NoFix.INCONSISTENT_RANGES if kept is None else kept
+
+
+def _from_starts(offered: Offered, start_m: F64 | None, rules: Rules) -> Kept[Intersection] | NoFix:
+    """From start_m if there is one; without it, or if it leads nowhere, from the Earth's centre."""
+    if start_m is not None:
+        kept = _consistent(offered, start_m, rules)
+        if not isinstance(kept, NoFix) or kept is NoFix.TOO_FEW_SATELLITES:
+            return kept
+    return _consistent(offered, np.zeros(3), rules)
 
 
 def solve(
     m: Ranges,
-    lever_m: NDArray[np.float64],
-    lever_rate_mps: NDArray[np.float64],
-    domain: NDArray[np.int64],
-    start_m: NDArray[np.float64] | None = None,
+    lever_m: F64,
+    lever_rate_mps: F64,
+    domain: I64,
+    start_m: F64 | None = None,
     ura_scale: float = 1.0,
     rules: Rules = STRICT,
 ) -> Fix | NoFix:
@@ -217,46 +155,40 @@ def solve(
     ura_scale                 how much of the broadcast URA counts in the weights
     rules                     what becomes of measurements that disagree
     """
-    starts = [np.zeros(3)] if start_m is None else [start_m, np.zeros(3)]
-    for start in starts:
-        found = _consistent(m, lever_m, domain, start, ura_scale, rules)
-        if not isinstance(found, NoFix) or found == NoFix.TOO_FEW_SATELLITES:
-            break
-    if isinstance(found, NoFix):
-        return found
-    rows, (spheres, items) = found.rows, found.trial.found
-    pdop = sqrt(sum(spheres.solution.cofactor.diagonal()[:3].tolist()))
+    offered = Offered(m, lever_m, lever_rate_mps, domain, ura_scale)
+    kept = _from_starts(offered, start_m, rules)
+    if isinstance(kept, NoFix):
+        return kept
+    found, rows = kept.trial.found, kept.rows
+    pdop = sqrt(sum(found.estimate.cofactor.diagonal()[:3].tolist()))
     if pdop > MAX_PDOP:
         return NoFix.SINGULAR_GEOMETRY
-    if not carried(spheres.position_m, spheres.clock_m):
+    if not carriable(found.position_m, found.clock_m):
         return NoFix.NO_CONVERGENCE
-    every = len(rows) == len(m)
-    velocity, drift = velocity_and_drift(
-        m if every else m[rows],
-        spheres.design,
-        spheres.rays,
-        lever_rate_mps if every else lever_rate_mps[:, rows],
-        rules,
-    )
-    misfit = 1.0 if found.agree else found.trial.misfit / found.trial.freedom
-    used = np.zeros(len(m), bool)
-    used[rows] = True
-    residual = np.full(len(m), np.nan)
-    residual[rows] = spheres.residual_m
-    gain = np.zeros((3, len(m)))
-    gain[:, rows] = spheres.solution.gain[:3]
+    used = offered[rows]
+    rates = range_rates(used.ranges, found.design, found.rays, used.lever_rate_mps)
+    velocity, drift = velocity_and_drift(rates, used.ranges.sat, rules)
     return Fix(
-        position_m=spheres.position_m,
+        position_m=found.position_m,
         velocity_mps=velocity,
-        items=items,
-        clock_m=spheres.clock_m,
+        items=found.items,
+        clock_m=found.clock_m,
         drift_mps=drift,
-        covariance_m2=spheres.solution.covariance[:3, :3] * misfit,
-        gain=gain,
+        covariance_m2=found.estimate.covariance[:3, :3],
+        gain=_scattered(found.estimate.gain[:3], rows, len(m), 0.0),
         pdop=pdop,
-        used=used,
-        satellites=len(set(m.sat[rows].tolist())),
-        residual_m=residual,
-        iterations=spheres.iterations,
-        misfit=misfit,
+        used=_scattered(np.ones(len(rows), bool), rows, len(m), False),
+        satellites=len(set(used.ranges.sat.tolist())),
+        residual_m=_scattered(found.residual_m, rows, len(m), np.nan),
+        iterations=found.iterations,
+        misfit=1.0 if kept.consistent else kept.trial.chi_square / kept.trial.freedom,
     )
+
+
+def _scattered(values, rows: Index, n: int, fill: float | bool):
+    """(..., n) with values (..., k) in rows (k,) and `fill` elsewhere."""
+    if len(rows) == n:
+        return values
+    out = np.full((*values.shape[:-1], n), fill, values.dtype)
+    out[..., rows] = values
+    return out

@@ -13,22 +13,21 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.flightsw.estimation.position import Fix, NoFix, carried
-from gnss_hil.flightsw.estimation.velocity import FASTEST_MPS
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
 from gnss_hil.flightsw.orbit.propagator import propagate
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable
 
 
-def at_mark(fix: Fix, clock: int, known_mps: NDArray[np.float64] | None) -> Fix | NoFix:
+def propagated_to_mark(fix: Fix, clock: int, known_mps: F64 | None) -> Fix | NoFix:
     """A fix of the latch as one of the mark. Clocks stay those of the latch: their drift, 1e-6 at most, makes
     a nanosecond of a millisecond.
 
-    clock       the mark's, see `flightsw.io.epoch.Mark`
+    clock       of the mark, see `flightsw.records.epoch.Mark`
     known_mps   (3,) velocity to go by where the fix has none, None if there is none either
-    returns     NO_VELOCITY where nothing tells the way, TOO_FEW_SATELLITES where the clock that showed the
-                mark is not part of the fix, NO_CONVERGENCE where the way leads beyond what the bus can carry
+    returns     NO_VELOCITY where no velocity is known, TOO_FEW_SATELLITES where the clock that showed the
+                mark is not part of the fix, NO_CONVERGENCE where it ends beyond what the bus can carry
     """
     if clock == 0:
         return fix
@@ -40,7 +39,7 @@ def at_mark(fix: Fix, clock: int, known_mps: NDArray[np.float64] | None) -> Fix 
     # What the bus can carry bounds the offset: 0.37 s.
     offset_s = float(fix.clock_m[fix.items.index(clock - 1)]) / LIGHT_MPS
     position, velocity = propagate(fix.position_m, velocity, offset_s)
-    if not carried(position, fix.clock_m):
+    if not carriable(position, fix.clock_m):
         return NoFix.NO_CONVERGENCE
     if fix.velocity_mps is None or np.abs(velocity).max() > FASTEST_MPS:
         return replace(fix, position_m=position, velocity_mps=None, drift_mps=None)

@@ -4,9 +4,9 @@ Each receiver solves alone, from its own antenna and on its own clock; the solut
 weights. The position is the mean place of the antennas that have a solution: it differs from the centre of
 mass by the mean lever arm, and steps when a receiver gains or loses its solution.
 
-Receivers that have no solution are left out; if none has one, the reason is that of the one that came
-nearest. Position and velocity are of the same point, so if one of the averaged solutions lacks a velocity,
-the mean has none.
+Receivers that have no solution are left out; if none has one, the reason is that of the receiver that came
+nearest (`NEAREST_FIRST`). Position and velocity are of the same point, so if one of the averaged solutions
+lacks a velocity, the mean has none.
 """
 
 from __future__ import annotations
@@ -15,22 +15,36 @@ from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS
-from gnss_hil.flightsw.estimation.fix_inputs import Circumstances, solve_alone
-from gnss_hil.flightsw.estimation.position import GLONASS_OFFSET, Fix, NoFix, carried
-from gnss_hil.flightsw.estimation.velocity import FASTEST_MPS
+from gnss_hil.dbc.common.arrays import F64, Floats
+from gnss_hil.dbc.common.satellites import NUMBERS
+from gnss_hil.flightsw.estimation.antenna_alone import antenna_alone
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
+from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.measurement.noise import URA_M
-from gnss_hil.flightsw.measurement.observables import Ranges
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable
+
+NEAREST_FIRST = (
+    NoFix.INCONSISTENT_RANGES,
+    NoFix.NO_CONVERGENCE,
+    NoFix.SINGULAR_GEOMETRY,
+    NoFix.TOO_FEW_SATELLITES,
+)
+"""Reasons of receivers alone, in the order of how near to a fix they are: ranges that make a solution but
+contradict each other, an iteration that ends nowhere, a geometry that has no solution, too few ranges."""
 
 
-def averaged(m: Ranges, at: Circumstances) -> tuple[Fix | NoFix, int]:
-    """The mean of the receivers' own solutions; no antenna leads."""
-    found = [solve_alone(m, antenna, at) for antenna in range(len(at.domain))]
+def receiver_mean(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | NoFix, int]:
+    """The mean of the receivers' own solutions; no antenna is selected."""
+    antennas = range(len(inputs.domain))
+    found = [antenna_alone(m, antenna, inputs, prior.start_m) for antenna in antennas]
     fixes = [fix for fix in found if isinstance(fix, Fix)]
-    # The reasons' numbers grow with how far a solution got.
-    return mean_fix(m, fixes, at.ura_scale) if fixes else max(found), at.leading
+    if fixes:
+        return mean_fix(m, fixes, inputs.ura_scale), prior.antenna
+    reasons = {reason for reason in found if isinstance(reason, NoFix)}
+    return next(reason for reason in NEAREST_FIRST if reason in reasons), prior.antenna
 
 
 def mean_fix(m: Ranges, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
@@ -40,34 +54,42 @@ def mean_fix(m: Ranges, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
     and the solutions have no measurement in common: PDOP^2 = sum PDOP_a^2 / k^2.
     """
     share = 1 / len(fixes)
-    glonass = m.sat >= GLONASS * NUMBERS
-    alone = [bool(glonass[fix.used].all()) for fix in fixes]
-    items, clock = mean_clocks([(fix.items, fix.clock_m) for fix in fixes], alone)
-    position = share * sum(fix.position_m for fix in fixes)
-    if not carried(position, clock):
+    systems = [frozenset((m.sat[fix.used] // NUMBERS).tolist()) for fix in fixes]
+    items, clock = mean_clocks(
+        [ReceiverClocks(fix.items, fix.clock_m, s) for fix, s in zip(fixes, systems, strict=True)]
+    )
+    position = share * _sum([fix.position_m for fix in fixes])
+    if not carriable(position, clock):
         return NoFix.NO_CONVERGENCE
-    velocity, drift = _mean_rates(fixes, alone)
+    velocity, drift = _mean_rates(fixes, systems)
     used = np.any([fix.used for fix in fixes], axis=0)
-    gain = share * sum(fix.gain for fix in fixes)
-    misfit = max(fix.misfit for fix in fixes)
+    gain = share * _sum([fix.gain for fix in fixes])
     return Fix(
         position_m=position,
         velocity_mps=velocity,
         items=items,
         clock_m=clock,
         drift_mps=drift,
-        covariance_m2=mean_covariance_m2(m, gain, ura_scale) * misfit,
+        covariance_m2=mean_covariance_m2(m, gain, ura_scale),
         gain=gain,
         pdop=share * sqrt(sum(fix.pdop**2 for fix in fixes)),
         used=used,
         satellites=len(set(m.sat[used].tolist())),
         residual_m=_residuals_m(fixes, len(m)),
         iterations=max(fix.iterations for fix in fixes),
-        misfit=misfit,
+        misfit=max(fix.misfit for fix in fixes),
     )
 
 
-def _residuals_m(fixes: Sequence[Fix], n: int) -> NDArray[np.float64]:
+def _sum(arrays: Sequence[F64]) -> F64:
+    """Elementwise, in their order."""
+    total = np.zeros_like(arrays[0])
+    for array in arrays:
+        total = total + array
+    return total
+
+
+def _residuals_m(fixes: Sequence[Fix], n: int) -> F64:
     """(n,) of each measurement from its own receiver's solution, nan where not used."""
     residual = np.full(n, np.nan)
     for fix in fixes:
@@ -75,45 +97,24 @@ def _residuals_m(fixes: Sequence[Fix], n: int) -> NDArray[np.float64]:
     return residual
 
 
-def mean_clocks(
-    solutions: Sequence[tuple[tuple[int, ...], NDArray[np.float64]]], alone: Sequence[bool]
-) -> tuple[tuple[int, ...], NDArray[np.float64]]:
-    """Items (c,) and their means (c,), of biases or of drifts.
-
-    solutions   items and values of each receiver: its domain and, if it hears both systems, the offset
-    alone       whether a receiver uses GLONASS alone: then its clock contains the offset
-
-    A domain's clock is the mean over its receivers that hear GPS; over all if none does, and then it contains
-    the offset, as the contract says. The offset is the mean over the receivers that hear both systems, and
-    over those that hear GLONASS alone in a domain where another hears GPS: by what their clocks are later.
-    """
-    by_gps: dict[int, list[float]] = {}
-    by_glonass: dict[int, list[float]] = {}
-    offsets: list[float] = []
-    for (items, values), only_glonass in zip(solutions, alone, strict=True):
-        domain, clock, *offset = items[0], *values.tolist()
-        (by_glonass if only_glonass else by_gps).setdefault(domain, []).append(clock)
-        offsets += offset
-    clocks = {d: float(np.mean(by_gps.get(d) or by_glonass[d])) for d in sorted(by_gps | by_glonass)}
-    for domain in by_gps.keys() & by_glonass.keys():
-        offsets += [clock - clocks[domain] for clock in by_glonass[domain]]
-    if offsets:
-        clocks[GLONASS_OFFSET] = float(np.mean(offsets))
-    return tuple(clocks), np.array(list(clocks.values()))
-
-
 def _mean_rates(
-    fixes: Sequence[Fix], alone: Sequence[bool]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | tuple[None, None]:
+    fixes: Sequence[Fix], systems: Sequence[frozenset[int]]
+) -> tuple[F64, F64] | tuple[None, None]:
     """Velocity (3,) and drifts (c,); None if a solution lacks them or the bus cannot carry them."""
-    if any(fix.velocity_mps is None for fix in fixes):
+    velocities = [fix.velocity_mps for fix in fixes if fix.velocity_mps is not None]
+    drifts = [
+        ReceiverClocks(fix.items, fix.drift_mps, s)
+        for fix, s in zip(fixes, systems, strict=True)
+        if fix.drift_mps is not None
+    ]
+    if len(velocities) < len(fixes) or len(drifts) < len(fixes):
         return None, None
-    velocity = sum(fix.velocity_mps for fix in fixes) / len(fixes)
-    _, drift = mean_clocks([(fix.items, fix.drift_mps) for fix in fixes], alone)
-    return (velocity, drift) if np.abs(drift).max() <= FASTEST_MPS else (None, None)
+    _, drift = mean_clocks(drifts)
+    fastest: Floats = np.abs(drift).max()
+    return (_sum(velocities) / len(fixes), drift) if fastest <= FASTEST_MPS else (None, None)
 
 
-def mean_covariance_m2(m: Ranges, gain: NDArray[np.float64], ura_scale: float) -> NDArray[np.float64]:
+def mean_covariance_m2(m: Ranges, gain: F64, ura_scale: float) -> F64:
     """Covariance (3, 3) of a position that moves by gain (3, n) for each metre of the pseudoranges.
 
     The code's noise is independent from measurement to measurement: with k solutions it is sum C_a / k^2. A

@@ -14,10 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import sqrt
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import F64, I64, Index
 
 FALSE_ALARM_SIGMA = 4.265
 """Normal quantile of a false alarm rate of 1e-5 of the test."""
@@ -51,22 +52,23 @@ class Rules:
 
 STRICT = Rules()
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trial:
+class Trial(Generic[T]):
     """A weighted fit: what it found, and by what it is judged.
 
     design (n, u), residual (n,), variance (n,)
     """
 
-    found: Any
-    design: NDArray[np.float64]
-    residual: NDArray[np.float64]
-    variance: NDArray[np.float64]
+    found: T
+    design: F64
+    residual: F64
+    variance: F64
 
     @property
-    def misfit(self) -> float:
-        """Chi-square."""
+    def chi_square(self) -> float:
         return float(self.residual @ (self.residual / self.variance))
 
     @property
@@ -75,44 +77,45 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reconciled:
+class Kept(Generic[T]):
     """A fit of the rows (k,) that are left, and whether these agree."""
 
-    trial: Trial
-    rows: NDArray[np.intp]
-    agree: bool
+    trial: Trial[T]
+    rows: Index
+    consistent: bool
 
 
-def reconciled(
-    fit: Callable[[NDArray[np.intp]], Trial | None], sat: NDArray[np.int64], rules: Rules
-) -> Reconciled | None:
-    """The fit of the measurements that agree, or None if what is left disagrees and is refused, or cannot be
-    fitted to begin with. Satellites are excluded one by one while one is told apart.
+def exclude(
+    first: Trial[T], refit: Callable[[Index], Trial[T] | None], sat: I64, rules: Rules
+) -> Kept[T] | None:
+    """The fit of the measurements that agree, or None if what is left disagrees and is refused. Satellites
+    are excluded one by one while one can be isolated.
 
-    fit   of rows (k,); None where these cannot be fitted
-    sat   (n,) satellite of each row
+    first   the fit of all n measurements
+    refit   of rows (k,); None where these cannot be fitted
+    sat     (n,) satellite of each row
     """
-    rows, last = np.arange(len(sat)), None
-    for excluded in range(rules.exclude + 1):
-        trial = fit(rows)
-        if trial is None:
+    kept = Kept(first, np.arange(len(sat)), chi_square_test(first))
+    for _ in range(rules.exclude):
+        if kept.consistent:
             break
-        if agree(trial):
-            return Reconciled(trial, rows, True)
-        last = Reconciled(trial, rows, False)
-        suspect = culprit(sat[rows], trial) if excluded < rules.exclude else None
+        suspect = isolate(sat[kept.rows], kept.trial)
         if suspect is None:
             break
-        rows = rows[sat[rows] != suspect]
-    return None if rules.refuse else last
+        rows = kept.rows[sat[kept.rows] != suspect]
+        trial = refit(rows)
+        if trial is None:
+            break
+        kept = Kept(trial, rows, chi_square_test(trial))
+    return kept if kept.consistent or not rules.refuse else None
 
 
-def agree(trial: Trial) -> bool:
+def chi_square_test(trial: Trial[Any]) -> bool:
     """Whether the residuals of a fit are noise. Without redundancy they always are."""
-    return trial.freedom < 1 or trial.misfit <= chi2_limit(trial.freedom)
+    return trial.freedom < 1 or trial.chi_square <= chi2_limit(trial.freedom)
 
 
-def culprit(sat: NDArray[np.int64], trial: Trial) -> int | None:
+def isolate(sat: I64, trial: Trial[Any]) -> int | None:
     """The satellite without which the others agree distinctly better than without any other; None if none
     stands out or nothing would be left to test the others by.
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.common.arrays import F64, I8, I64, U8, U64, Index
+from gnss_hil.dbc.common.arrays import F64, I8, I32, I64, U8, U64, Index
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -29,7 +29,9 @@ from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS
 from gnss_hil.flightsw.io import node_monitor
-from gnss_hil.flightsw.io.epoch import (
+from gnss_hil.flightsw.io.frame_groups import Complete, complete, group_table, rows_by_slot, slots
+from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
+from gnss_hil.flightsw.records.epoch import (
     NO_ACKS,
     NO_ALMANAC,
     Acks,
@@ -40,8 +42,6 @@ from gnss_hil.flightsw.io.epoch import (
     Measurements,
     empty_epoch,
 )
-from gnss_hil.flightsw.io.frame_groups import Complete, complete, group_table, rows_by_slot, slots
-from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 
 LAST_WEEK = np.iinfo(np.int64).max // gpstime.NS_PER_WEEK - 1
 """The last whole week, 15249 (AD 2272), that 64 bits of nanoseconds can hold."""
@@ -134,7 +134,7 @@ def _block(codec: Codec, frames: FrameBatch) -> _Block:
     words = np.ascontiguousarray(frames.data).view("<u8")[:, 0]
     can_id = frames.can_id.astype(np.int64)
     values = table.reader.read(frames.can_id, words)
-    return _Block(can_id, slots(table, can_id, words), words, frames.data[:, 1] >> 4, values)
+    return _Block(can_id, slots(table, can_id, words), words, frames.data[:, 1] >> np.uint8(4), values)
 
 
 def _nibble_of_mark(codec: Codec, block: _Block) -> int:
@@ -152,7 +152,7 @@ def _count_timeless(counts: Rejections, block: _Block, mark: Complete) -> None:
 
 
 def _count_unused(
-    counts: Rejections, block: _Block, rows: Index, standing: I64, found: dict[str, Complete]
+    counts: Rejections, block: _Block, rows: Index, standing: I32, found: dict[str, Complete]
 ) -> None:
     """Count frames of this epoch that no complete record holds; standing (n,) row that has
     each one's slot."""

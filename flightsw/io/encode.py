@@ -7,19 +7,16 @@ from enum import IntEnum
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, U8, U32
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
-from gnss_hil.flightsw.estimation.position import Fix, NoFix
-from gnss_hil.flightsw.measurement.observables import Ranges
-from gnss_hil.flightsw.measurement.signals import commanded_signal
-from gnss_hil.flightsw.receivers.channel_manager import Commands
-
-MODE_NONE, MODE_POSITION, MODE_POSITION_VELOCITY = 0, 1, 2
+from gnss_hil.flightsw.records.commands import Commands
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, Solution
 
 
 class NodeState(IntEnum):
@@ -36,8 +33,8 @@ class Page:
     """A form with the identifiers and lengths (k,) of its frames."""
 
     form: Form
-    can_id: NDArray[np.uint32]
-    length: NDArray[np.uint8]
+    can_id: U32
+    length: U8
 
     def frames(self, values: list[float], t_ns: int) -> FrameBatch:
         """From the values of one frame after another; what does not fit saturates."""
@@ -46,11 +43,11 @@ class Page:
 
 
 @cache
-def _page(codec: Codec, mode: int, items: int, receivers: int) -> Page:
+def _page(codec: Codec, mode: FixMode, items: int, receivers: int) -> Page:
     """Navigation of a fix with so many clock items, and the heartbeat."""
-    moving = mode == MODE_POSITION_VELOCITY
+    moving = mode is FixMode.POSITION_VELOCITY
     kinds = ["NAV_STATUS"]
-    if mode != MODE_NONE:
+    if mode is not FixMode.NONE:
         kinds += [f"NAV_{v}{axis}" for v in ("", "V")[: 1 + moving] for axis in "XYZ"]
         kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * (items * moving) + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
@@ -67,16 +64,22 @@ def _used(m: Ranges, fix: Fix, receivers: int) -> list[int]:
     return [value for number, mask in enumerate(masks, 1) for value in (number, mask)]
 
 
-def _fix_values(m: Ranges, fix: Fix, mode: int, receivers: int) -> list[float]:
+def _pairs(items: tuple[int, ...], values: F64 | None) -> list[float]:
+    """item, value, ... of every clock."""
+    if values is None:
+        return []
+    return [v for pair in zip(items, values.tolist(), strict=True) for v in pair]
+
+
+def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[float]:
     sigma = np.sqrt(np.diagonal(fix.covariance_m2)).tolist()
     (_, xy, xz), (_, _, yz), _ = fix.covariance_m2.tolist()
-    pairs = lambda rates: [v for pair in zip(fix.items, rates.tolist(), strict=True) for v in pair]  # noqa: E731
-    moving = mode == MODE_POSITION_VELOCITY
     used = _used(m, fix, receivers)
+    velocity = [] if fix.velocity_mps is None else fix.velocity_mps.tolist()
     return [
         mode, NoFix.FIX, fix.satellites, sum(mask.bit_count() for mask in used[1::2]), fix.pdop,
-        *fix.position_m.tolist(), *(fix.velocity_mps.tolist() if moving else ()),
-        *pairs(fix.clock_m), *(pairs(fix.drift_mps) if moving else ()),
+        *fix.position_m.tolist(), *velocity,
+        *_pairs(fix.items, fix.clock_m), *_pairs(fix.items, fix.drift_mps),
         *sigma, xy / (sigma[0] * sigma[1]), xz / (sigma[0] * sigma[2]), yz / (sigma[1] * sigma[2]),
         *used,
     ]  # fmt: skip
@@ -84,15 +87,14 @@ def _fix_values(m: Ranges, fix: Fix, mode: int, receivers: int) -> list[float]:
 
 def _command_frames(codec: Codec, commands: Commands, t_ns: int) -> FrameBatch:
     can_id = codec.can_id_of["COMMAND", 1] + commands.antenna
-    system = commands.sat // NUMBERS
     data = codec.encode(
         "COMMAND",
         {
             "channel": commands.channel,
             "action": commands.action,
-            "sat_system": system,
+            "sat_system": commands.sat // NUMBERS,
             "sat_number": commands.sat % NUMBERS,
-            "signal": commanded_signal(commands.sat),
+            "signal": commands.signal,
             "transaction": commands.transaction,
         },
     )
@@ -100,28 +102,29 @@ def _command_frames(codec: Codec, commands: Commands, t_ns: int) -> FrameBatch:
 
 
 def heartbeat(codec: Codec, state: NodeState, boot_count: int, t_ns: int) -> FrameBatch:
-    data = codec.encode("HEARTBEAT", {"state": state, "boot_count": boot_count, "contract_hash": codec.hash})
+    values = {"state": state, "boot_count": boot_count, "contract_hash": codec.hash}
+    data = codec.encode("HEARTBEAT", {name: np.array(value) for name, value in values.items()})
     return batch(codec.can_id_of["HEARTBEAT", FLIGHT_NODE], data, t_ns=t_ns)
 
 
-def block(
+def encode(
     codec: Codec,
     receivers: int,
     boot_count: int,
     m: Ranges | None,
-    fix: Fix | NoFix,
+    solution: Solution,
     commands: Commands | None,
     t_ns: int,
 ) -> FrameBatch:
-    """Navigation, commands, heartbeat; unprotected yet. `m` are the ranges offered to the fix; None where
-    there is nothing to offer."""
-    if isinstance(fix, NoFix):
-        page = _page(codec, MODE_NONE, 0, 0)
-        values = [MODE_NONE, fix, 0, 0, 0.0, NodeState.DEGRADED]
+    """Navigation, commands, heartbeat; unprotected yet. `m` are the ranges offered to the navigator; None
+    where there are none, and hence no fix."""
+    fix = solution.fix
+    if fix is None or m is None:
+        page = _page(codec, FixMode.NONE, 0, 0)
+        values = [FixMode.NONE, solution.reason, 0, 0, 0.0, NodeState.DEGRADED]
     else:
-        mode = MODE_POSITION if fix.velocity_mps is None else MODE_POSITION_VELOCITY
-        page = _page(codec, mode, len(fix.items), receivers)
-        values = [*_fix_values(m, fix, mode, receivers), NodeState.RUNNING]
+        page = _page(codec, solution.mode, len(fix.items), receivers)
+        values = [*_fix_values(m, fix, solution.mode, receivers), NodeState.RUNNING]
     frames = page.frames([*values, boot_count, codec.hash], t_ns)
     if commands is None or not len(commands):
         return frames

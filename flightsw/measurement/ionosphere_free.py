@@ -12,12 +12,13 @@ Source: IS-GPS-200, 20.3.3.3.3.3
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.flightsw.io.epoch import Measurements
+from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.measurement.noise import Noise
-from gnss_hil.flightsw.measurement.observables import Ranges, as_they_are, pairs_of
+from gnss_hil.flightsw.measurement.observables import antenna_satellite, of_each_channel
 from gnss_hil.flightsw.measurement.signals import PAIRS, carrier_hz
+from gnss_hil.flightsw.records.epoch import Measurements
+from gnss_hil.flightsw.records.ranges import Ranges
 
 
 def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
@@ -25,13 +26,13 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
     first, second = paired(m)
     hz = carrier_hz(m.signal, m.frequency)
     share = hz[first] ** 2 / (hz[first] ** 2 - hz[second] ** 2)
-    whole = as_they_are(m, noise)
+    whole = of_each_channel(m, noise)
     a, b = whole[first], whole[second]
 
-    def of(name: str) -> NDArray[np.float64]:
+    def of(name: str) -> F64:
         return share * getattr(a, name) + (1 - share) * getattr(b, name)
 
-    def noise_of(name: str) -> NDArray[np.float64]:
+    def noise_of(name: str) -> F64:
         return share**2 * getattr(a, name) + (1 - share) ** 2 * getattr(b, name)
 
     return Ranges(
@@ -50,10 +51,10 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
     )
 
 
-def paired(m: Measurements) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def paired(m: Measurements) -> tuple[Index, Index]:
     """Rows (k,) of first and of second signals, in the order of the first; for each antenna and satellite the
     pair that `PAIRS` has first."""
-    pair, offered = pairs_of(m), set(m.signal.tolist())
+    pair, offered = antenna_satellite(m), set(m.signal.tolist())
     done = np.zeros(0, np.int64)
     first, second = [done], [done]
     for one, other in PAIRS:

@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS
+from gnss_hil.dbc.common import signals
+from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.satellites import NUMBERS
+from gnss_hil.dbc.common.systems import reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,28 +31,26 @@ class Noise:
 URA_M = np.array([2, 2.8, 4, 5.7, 8, 11.3, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, np.inf])
 NO_URA = 15
 
+_MCHIPS = signals.first_column(lambda signal: signal.chip_hz / 1e6, np.nan)
+_CHIP: F64 = np.nan_to_num(_MCHIPS[reference().value] / _MCHIPS, nan=1.0)
+"""(8,) by system: length of a chip of its first signal, that of the reference system's being 1."""
 
-def _thermal(cn0_dbhz: NDArray[np.float64]) -> NDArray[np.float64]:
+
+def _thermal(cn0_dbhz: F64) -> F64:
     """(n,) noise to signal ratio relative to 45 dBHz."""
     return 10 ** (4.5 - 0.1 * cn0_dbhz)
 
 
-def code_variance_m2(
-    cn0_dbhz: NDArray[np.float64], sat: NDArray[np.int64], noise: Noise = Noise()
-) -> NDArray[np.float64]:
-    """(n,) of the code loop, whose noise is a share of the chip: 1.023 Mchip/s (IS-GPS-200 3.3.2.1), GLONASS
-    0.511 Mchip/s (ICD L1, L2 5.1, 3.3.2)."""
-    chip = np.where(sat >= GLONASS * NUMBERS, 1.023 / 0.511, 1.0)
-    return noise.code_floor_m**2 + (noise.code_m * chip) ** 2 * _thermal(cn0_dbhz)
+def code_variance_m2(cn0_dbhz: F64, sat: I64, noise: Noise = Noise()) -> F64:
+    """(n,) of the code loop, whose noise is a share of the chip of the satellite's system."""
+    return noise.code_floor_m**2 + (noise.code_m * _CHIP[sat // NUMBERS]) ** 2 * _thermal(cn0_dbhz)
 
 
-def rate_variance_m2ps2(cn0_dbhz: NDArray[np.float64], noise: Noise = Noise()) -> NDArray[np.float64]:
+def rate_variance_m2ps2(cn0_dbhz: F64, noise: Noise = Noise()) -> F64:
     return noise.rate_floor_mps**2 + noise.rate_mps**2 * _thermal(cn0_dbhz)
 
 
-def range_variance_m2(
-    code_variance: NDArray[np.float64], ura: NDArray, sat: NDArray[np.int64], ura_scale: float = 1.0
-) -> NDArray[np.float64]:
+def range_variance_m2(code_variance: F64, ura: F64, sat: I64, ura_scale: float = 1.0) -> F64:
     """(n,) variance of pseudoranges from that of their noise (n,) [m^2]; the URA counts `ura_scale` times.
 
     The satellite's own error (URA) is the same on every antenna that tracks it: averaging its k measurements

@@ -9,25 +9,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M, LIGHT_MPS, MU_M3_S2, ROTATION_RPS
 
 _SHAPIRO_M = 2 * MU_M3_S2 / LIGHT_MPS**2
 
 
-def _rotated(v: NDArray, angle_rad: NDArray) -> NDArray:
+def _rotated(v: F64, angle_rad: F64) -> F64:
     """Vectors (3, n) of the frame of transmission in that of reception, the Earth having turned since."""
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     x, y, z = v
     return np.array((cos * x + sin * y, cos * y - sin * x, z))
 
 
-def _norm(v: NDArray) -> NDArray:
+def _norm(v: F64) -> F64:
     return np.sqrt(np.einsum("in,in->n", v, v))
 
 
-def flight_angle_rad(pos_sv_m: NDArray, antenna_m: NDArray) -> NDArray[np.float64]:
+def flight_angle_rad(pos_sv_m: F64, antenna_m: F64) -> F64:
     """(n,) angle the Earth turns during the signal's flight.
 
     The flight time is geometric; from the pseudorange it would be wrong by the receiver's clock, 41 cm of
@@ -40,7 +40,7 @@ def flight_angle_rad(pos_sv_m: NDArray, antenna_m: NDArray) -> NDArray[np.float6
     return (_norm(pos_sv_m - antenna_m) + sagnac_m) * (ROTATION_RPS / LIGHT_MPS)
 
 
-def shapiro_m(pos_sv_m: NDArray, antenna_m: NDArray, range_m: NDArray) -> NDArray[np.float64]:
+def shapiro_m(pos_sv_m: F64, antenna_m: F64, range_m: F64) -> F64:
     """(n,) relativistic delay of the ray in the Earth's field; zero while an iterate is inside the Earth.
 
     Source: IERS Conventions 2010, 11.1 (gravitational delay), Earth's monopole
@@ -62,13 +62,13 @@ class Rays:
     angle_rad  (n,) the Earth's turn during the flight
     """
 
-    range_m: NDArray[np.float64]
-    los: NDArray[np.float64]
-    pos_sv_m: NDArray[np.float64]
-    angle_rad: NDArray[np.float64]
+    range_m: F64
+    los: F64
+    pos_sv_m: F64
+    angle_rad: F64
 
 
-def rays(pos_sv_m: NDArray, antenna_m: NDArray) -> Rays:
+def rays(pos_sv_m: F64, antenna_m: F64) -> Rays:
     """pos_sv_m (3, n) ECEF of the transmission instant; antenna_m (3, n) ECEF of the reception."""
     angle = flight_angle_rad(pos_sv_m, antenna_m)
     turned = _rotated(pos_sv_m, angle)
@@ -77,7 +77,7 @@ def rays(pos_sv_m: NDArray, antenna_m: NDArray) -> Rays:
     return Rays(distance + shapiro_m(turned, antenna_m, distance), away / distance, turned, angle)
 
 
-def rate_terms(ray: Rays, vel_sv_mps: NDArray) -> tuple[NDArray, NDArray]:
+def rate_terms(ray: Rays, vel_sv_mps: F64) -> tuple[F64, F64]:
     """Range rate d(rho)/dt = static - gain (u . v_antenna): static (n,) [m/s] and gain (n,) [-].
 
     Differentiating rho(t) = |R(omega tau) s(t - tau) - a(t)| with tau = rho / c, where p = R s moves by

@@ -1,63 +1,59 @@
-"""Ranging signals by their number in the contract (table "Signal"): carriers, preference, pairs.
-
-Sources: IS-GPS-200 3.3.1.1 (L1, L2), IS-GPS-705 3.3.1.1 (L5), Galileo OS SIS ICD 2.1 (E1), GLONASS ICD L1, L2
-5.1, 3.3.1.1 (frequency k: 1602 + 0.5625 k and 1246 + 0.4375 k MHz)
-"""
+"""Ranging signals by their number in the contract: carriers, preference, pairs, from the contract's table."""
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.common import signals
+from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.satellites import NUMBERS
+from gnss_hil.dbc.common.signals import SIGNALS, Signal
 
-NUMBER = {label: raw for raw, label in VALUES["Signal"].items()}
-
-_CARRIERS_HZ = {
-    # signal: (carrier, step of a GLONASS frequency number)
-    "L1CA": (1575.42e6, 0.0),
-    "L1P": (1575.42e6, 0.0),
-    "E1": (1575.42e6, 0.0),
-    "L2C": (1227.60e6, 0.0),
-    "L2P": (1227.60e6, 0.0),
-    "L5": (1176.45e6, 0.0),
-    "L1OF": (1602e6, 0.5625e6),
-    "L2OF": (1246e6, 0.4375e6),
-}
-
-_FIRST_CHOICE = ("L1CA", "L1OF", "E1", "L1P", "L5", "L2C", "L2P", "L2OF")
-"""Which signal of a satellite is used alone: the first band before others, there the code that is open."""
-
-PAIRS = tuple(
-    (NUMBER[first], NUMBER[second])
-    for first, second in (
-        ("L1P", "L2P"),
-        ("L1CA", "L2C"),
-        ("L1CA", "L2P"),
-        ("L1P", "L2C"),
-        ("L1CA", "L5"),
-        ("L1P", "L5"),
-        ("L1OF", "L2OF"),
-    )
+_CHOSEN_PAIRS = (
+    ("L1P", "L2P"),
+    ("L1CA", "L2C"),
+    ("L1CA", "L2P"),
+    ("L1P", "L2C"),
+    ("L1CA", "L5"),
+    ("L1P", "L5"),
+    ("L1OF", "L2OF"),
 )
-"""Signals of two bands that make a range without ionosphere, the most wanted first: codes of one kind before
-mixed ones, wide spacing of carriers before narrow noise."""
+"""The most wanted first: codes of one kind before mixed ones, L2 before L5."""
 
-_TOP = 16  # numbers that four bits can name
-_BASE_HZ, _STEP_HZ, RANK = np.full(_TOP, np.nan), np.zeros(_TOP), np.full(_TOP, _TOP)
-for _rank, _name in enumerate(_FIRST_CHOICE):
-    _BASE_HZ[NUMBER[_name]], _STEP_HZ[NUMBER[_name]] = _CARRIERS_HZ[_name]
-    RANK[NUMBER[_name]] = _rank
-for _table in (_BASE_HZ, _STEP_HZ, RANK):
+
+def _pairs() -> tuple[tuple[Signal, Signal], ...]:
+    """Signals of two bands of a system that make a range without ionosphere: the chosen pairs, and for other
+    systems all, in the order of the table."""
+    chosen = [(SIGNALS[a], SIGNALS[b]) for a, b in _CHOSEN_PAIRS if a in SIGNALS and b in SIGNALS]
+    done = {a.system for a, _ in chosen}
+    others = [
+        (a, b)
+        for a, b in combinations(SIGNALS.values(), 2)
+        if a.system == b.system and a.system not in done and a.carrier_hz != b.carrier_hz
+    ]
+    return (*chosen, *others)
+
+
+PAIRS = tuple((first.value, second.value) for first, second in _pairs())
+
+_RANK_OF = {signal.value: rank for rank, signal in enumerate(SIGNALS.values())}
+RANK = np.array([_RANK_OF.get(value, signals.COUNT) for value in range(signals.COUNT)])
+"""Which signal of a satellite is used alone: the lowest rank, the table's order."""
+
+_BASE_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, np.nan)
+_STEP_HZ: F64 = signals.column(lambda signal: signal.spacing_hz, 0.0)
+_COMMANDED: I64 = signals.first_column(lambda signal: signal.value, 0)
+for _table in (_BASE_HZ, _STEP_HZ, RANK, _COMMANDED):
     _table.setflags(write=False)
 
 
-def commanded_signal(sat: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(n,) the signal a satellite is commanded on."""
-    return np.where(sat // NUMBERS == GLONASS, NUMBER["L1OF"], NUMBER["L1CA"])
+def commanded_signal(sat: I64) -> I64:
+    """(n,) the signal that satellites (n,) are commanded on: their system's first."""
+    return _COMMANDED[sat // NUMBERS]
 
 
-def carrier_hz(signal: NDArray[np.int64], frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) carriers of signals (n,) and GLONASS frequency numbers (n,); nan where a number is no signal."""
+def carrier_hz(signal: I64, frequency: F64) -> F64:
+    """(n,) carriers of signals (n,) and frequency numbers (n,); nan where a number is no signal."""
     return _BASE_HZ[signal] + _STEP_HZ[signal] * frequency

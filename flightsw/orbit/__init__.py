@@ -1,1 +1,1 @@
-"""Motion: of the craft between fixes, of satellites that nobody tracks."""
+"""Motion: of the craft between fixes, of satellites that no channel tracks."""

@@ -1,4 +1,4 @@
-"""Where satellites are that nobody tracks: predictions for every satellite, brought forward to now.
+"""Where satellites are that no channel tracks: predictions for every satellite, brought forward to now.
 
 The patent takes coordinates from the satellites tracked and is silent on all others. Two sources: the
 receivers' almanac frames (250 m, 1 m/s) and, better, the report of every tracked satellite. Both are a
@@ -10,14 +10,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.satellites import GLONASS, NUMBERS, SATELLITES
-from gnss_hil.flightsw.io.epoch import AlmanacRows, Measurements
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
+from gnss_hil.dbc.common.systems import column
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M, LIGHT_MPS, MU_M3_S2, ROTATION_RPS
+from gnss_hil.flightsw.records.epoch import AlmanacRows, Measurements
 
 MAX_AGE_NS = 900 * 10**9
 """A prediction older than this is forgotten: the cubic term left out has then grown to 10 km, 0.03 deg."""
+
+_KNOWN: Bool = np.repeat(column(lambda system: system.tracked, False), NUMBERS)
+_KNOWN[::NUMBERS] = False
+"""(SATELLITES,) whether an index is a satellite of a system that receivers track."""
 
 TRACKED_AGE_NS = 120 * 10**9
 """For this long the report of a satellite once tracked stands against almanac frames: it stays better."""
@@ -31,12 +36,12 @@ class Predictions:
     known, tracked, healthy    (SATELLITES,) bool; tracked: from a measurement, not from the almanac
     """
 
-    pos_ecef_m: NDArray[np.float64]
-    vel_ecef_mps: NDArray[np.float64]
-    t_ns: NDArray[np.int64]
-    known: NDArray[np.bool_]
-    tracked: NDArray[np.bool_]
-    healthy: NDArray[np.bool_]
+    pos_ecef_m: F64
+    vel_ecef_mps: F64
+    t_ns: I64
+    known: Bool
+    tracked: Bool
+    healthy: Bool
 
 
 def no_predictions() -> Predictions:
@@ -46,20 +51,13 @@ def no_predictions() -> Predictions:
     )
 
 
-def plausible(
-    sat: NDArray[np.int64], pos_ecef_m: NDArray[np.float64], vel_ecef_mps: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def plausible(sat: I64, pos_ecef_m: F64, vel_ecef_mps: F64) -> Bool:
     """(n,) satellites of a known system, outside the Earth and bound to it; pos, vel (3, n), any instant."""
     x, y, _ = pos_ecef_m
     vx, vy, vz = vel_ecef_mps
     r2 = np.einsum("in,in->n", pos_ecef_m, pos_ecef_m)
     inertial2 = (vx - ROTATION_RPS * y) ** 2 + (vy + ROTATION_RPS * x) ** 2 + vz * vz
-    return (
-        (sat < (GLONASS + 1) * NUMBERS)
-        & (sat % NUMBERS > 0)
-        & (r2 > EQUATOR_M**2)
-        & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
-    )
+    return _KNOWN[sat] & (r2 > EQUATOR_M**2) & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
 
 
 def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -> Predictions:
@@ -78,7 +76,7 @@ def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -
     known[sat], tracked[sat] = True, False
     healthy[rows.sat] = rows.healthy
 
-    # A report is of the transmission instant; the pseudorange tells it well enough here (1 ms: 4 m).
+    # A report is of the transmission instant; the pseudorange gives it well enough here (1 ms: 4 m).
     flight_ns = ((m.pseudorange_m + m.clock_m) * (1e9 / LIGHT_MPS)).astype(np.int64)
     pos[m.sat], vel[m.sat], when[m.sat] = m.pos_sv_m.T, m.vel_sv_mps.T, t_ns - flight_ns
     known[m.sat], tracked[m.sat] = True, True
@@ -86,7 +84,7 @@ def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -
     return Predictions(pos, vel, when, known, tracked, healthy)
 
 
-def predicted(table: Predictions, t_ns: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def predicted(table: Predictions, t_ns: int) -> tuple[I64, F64]:
     """Satellites known (n,) by index, and where they are at t_ns, (n, 3) ECEF of that instant.
 
     Second order with gravity and the rotating frame's own accelerations; third order left out, 0.1 m at 20 s.

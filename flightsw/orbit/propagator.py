@@ -9,9 +9,12 @@ from __future__ import annotations
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M, J2, MU_M3_S2, ROTATION_RPS
+
+Six = tuple[float, ...]
+"""Position and velocity."""
 
 MAX_STEP_S = 30.0
 """Fourth order at 30 s is 5 cm off after ten minutes in a low orbit: less than the forces left out."""
@@ -32,17 +35,15 @@ def acceleration(x: float, y: float, z: float, vx: float, vy: float) -> tuple[fl
     )
 
 
-def _rate(s: tuple) -> tuple:
+def _rate(s: Six) -> Six:
     return (*s[3:], *acceleration(*s[:5]))
 
 
-def _moved(s: tuple, k: tuple, h: float) -> tuple:
+def _moved(s: Six, k: Six, h: float) -> Six:
     return tuple([a + h * b for a, b in zip(s, k, strict=True)])
 
 
-def propagate(
-    position_m: NDArray[np.float64], velocity_mps: NDArray[np.float64], dt_s: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def propagate(position_m: F64, velocity_mps: F64, dt_s: float) -> tuple[F64, F64]:
     """Position and velocity (3,), Greenwich frame, dt_s later; classical Runge-Kutta of fourth order."""
     steps = max(1, ceil(abs(dt_s) / MAX_STEP_S))
     h = dt_s / steps

@@ -30,11 +30,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, Bool
-from gnss_hil.flightsw.io.epoch import Acks, Measurements
+from gnss_hil.flightsw.measurement.signals import commanded_signal
 from gnss_hil.flightsw.receivers import channel_table, satellite_table
 from gnss_hil.flightsw.receivers.channel_table import AUTO, IDLE, ChannelTable
 from gnss_hil.flightsw.receivers.options import ChannelOptions
 from gnss_hil.flightsw.receivers.satellite_table import SatelliteTable
+from gnss_hil.flightsw.records.commands import Commands
+from gnss_hil.flightsw.records.epoch import Acks, Measurements
 
 RELEASE, TRACK, AUTONOMOUS = 0, 1, 2
 ACCEPTED = 0
@@ -42,6 +44,8 @@ CHANNEL_REFUSALS = (1, 7, 8)
 """NO_SUCH_CHANNEL, NO_SUCH_SIGNAL, BAD_ACTION: the channel's fault; all others are the satellite's."""
 TRANSACTIONS = 4096
 RESULTS = 16
+_NONE = np.zeros(0, np.int64)
+NO_COMMANDS = Commands(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,20 +81,6 @@ class ChannelManager:
     def commanded(self) -> bool:
         """Whether any channel acknowledged a command: from here on only acknowledged channels are used."""
         return self.channels.commanded
-
-
-@dataclass(frozen=True, slots=True)
-class Commands:
-    """Commands of one epoch: antenna, channel, action, sat, transaction, each (n,) int."""
-
-    antenna: I64
-    channel: I64
-    action: I64
-    sat: I64
-    transaction: I64
-
-    def __len__(self) -> int:
-        return len(self.sat)
 
 
 def autonomous(channels: I64, receivers: int) -> ChannelManager:
@@ -177,7 +167,7 @@ def due(manager: ChannelManager, epoch: int, options: ChannelOptions) -> tuple[C
     anew, again = channels.due(epoch, options.resend_epochs)
     rows = np.flatnonzero(anew | again)
     if not len(rows):
-        return manager, Commands(rows, rows, rows, rows, rows)
+        return manager, NO_COMMANDS
     sat = channels.target[rows]
     order = np.argsort(sat >= 0, kind="stable")
     rows, sat = rows[order], sat[order]
@@ -190,6 +180,7 @@ def due(manager: ChannelManager, epoch: int, options: ChannelOptions) -> tuple[C
         channel=rows % channels.width,
         action=np.where(sat >= 0, TRACK, np.where(sat == IDLE, RELEASE, AUTONOMOUS)),
         sat=np.maximum(sat, 0),
+        signal=commanded_signal(np.maximum(sat, 0)),
         transaction=transaction,
     )
     statistics = replace(

@@ -18,15 +18,22 @@ from scipy.interpolate import BarycentricInterpolator
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.emulator.files import rinex_obs, sp3
-from gnss_hil.flightsw.assignment.registry import Options
-from gnss_hil.flightsw.estimation.position import Fix, solve
-from gnss_hil.flightsw.estimation.propagate_to_mark import at_mark
+from gnss_hil.flightsw.app.config import Options
+from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
-from gnss_hil.flightsw.io.epoch import Measurements
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
 from gnss_hil.flightsw.measurement.noise import Noise
+<<<<<<< HEAD
 from gnss_hil.flightsw.measurement.observables import Ranges, of_one_signal
 from tests.support.outside import data_file
+=======
+from gnss_hil.flightsw.measurement.observables import of_one_signal
+from gnss_hil.flightsw.records.epoch import Measurements
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Fix
+from tests.realdata import data_file
+>>>>>>> fb475e0 (The estimator's seam: navigators, kinds of measurement, modes and options in the rooms they belong to; clocks by the table of systems)
 
 pytestmark = pytest.mark.realdata
 FOLDER = "grace_b_2010-07-27"
@@ -161,7 +168,7 @@ def test_a_clock_set_off_moves_the_tags_and_nothing_else(day, offset_s):
         m = ranges(epoch)
         late = fixed(replace(m, pseudorange_m=m.pseudorange_m + LIGHT_MPS * offset_s))
         still = replace(late, velocity_mps=None, drift_mps=None)
-        at_tag = at_mark(still, 1, epoch.velocity_mps)
+        at_tag = propagated_to_mark(still, 1, epoch.velocity_mps)
         assert np.linalg.norm(at_tag.position_m - right.position_m) > 7
         expected_m = right.position_m + epoch.velocity_mps * (late.clock_m[0] / LIGHT_MPS)
         assert np.linalg.norm(at_tag.position_m - expected_m) < 1e-3

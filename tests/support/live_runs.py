@@ -12,7 +12,13 @@ from gnss_hil.emulator import assemble
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.step import emulate_step
 from gnss_hil.emulator.truth import TRUTH
+<<<<<<< HEAD
 from gnss_hil.flightsw.app import step as flight
+=======
+from gnss_hil.flightsw.app.state import initial_state
+from gnss_hil.flightsw.app.step import flight_step
+from gnss_hil.tools.command_line.arguments import unchanged
+>>>>>>> fb475e0 (The estimator's seam: navigators, kinds of measurement, modes and options in the rooms they belong to; clocks by the table of systems)
 from gnss_hil.tools.run_config.plan import Plan, make
 
 EPOCHS = 75
@@ -29,11 +35,11 @@ def epochs() -> tuple[tuple[FrameBatch, ...], np.ndarray]:
     """Frames of each epoch as a bus carries them, and the rows of truth (e,)."""
     plan = soyuz()
     (name,), (config,) = plan.names, plan.flights
-    emulated, flown, answers = assemble.initial_state(plan.world), flight.initial_state(config), EMPTY
+    emulated, flown, answers = assemble.initial_state(plan.world), initial_state(config), EMPTY
     blocks, rows = [], []
     for epoch in range(EPOCHS):
         emulated, sent, truth = emulate_step(plan.world, emulated, {name: answers}, epoch)
-        flown, answers = flight.flight_step(config, flown, sent[name])
+        flown, answers = flight_step(config, flown, sent[name])
         blocks.append(concat((sent[name], answers)))
         rows.append(truth)
     return tuple(blocks), np.concatenate(rows)

@@ -14,7 +14,9 @@ import pytest
 from gnss_hil.dbc.common.vehicle import find, load
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import batch
-from gnss_hil.flightsw.app.step import configure, flight_step, initial_state
+from gnss_hil.flightsw.app.config import configure
+from gnss_hil.flightsw.app.state import initial_state
+from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import Feeder, Frame, decoded, recorded
 from tests.system import test_fsw_c as example

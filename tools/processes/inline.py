@@ -11,7 +11,8 @@ from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.step import emulate_step
-from gnss_hil.flightsw.app import step as flight
+from gnss_hil.flightsw.app.state import initial_state
+from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.recording.recorder import Recorder
@@ -29,7 +30,7 @@ def play(
     world = plan.world
     emulated = assemble.initial_state(world)
     configs = dict(zip(plan.names, plan.flights, strict=True))
-    flown = {name: flight.initial_state(config) for name, config in configs.items()}
+    flown = {name: initial_state(config) for name, config in configs.items()}
     answers = dict.fromkeys(plan.names, EMPTY)
     epochs = plan.scenario.time.epochs
     latency, sent, epoch = Latency(), 0, 0
@@ -39,7 +40,7 @@ def play(
         emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
         for bus, (name, config) in enumerate(configs.items()):
             heard = time.perf_counter()
-            flown[name], answers[name] = flight.flight_step(config, flown[name], blocks[name])
+            flown[name], answers[name] = flight_step(config, flown[name], blocks[name])
             latency.add(time.perf_counter() - heard)
             frames = concat((blocks[name], answers[name]))
             sent += len(frames)

@@ -15,7 +15,7 @@ from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.named_files import anchor
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.emulator.step import World
-from gnss_hil.flightsw.app.step import FlightConfig, configure
+from gnss_hil.flightsw.app.config import FlightConfig, configure
 from gnss_hil.flightsw.assignment.registry import POLICIES
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.results.summary import metric_names

@@ -10,8 +10,10 @@ import pytest
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import EMPTY, concat
-from gnss_hil.flightsw.app.step import configure, flight_step, heartbeat, initial_state
-from gnss_hil.flightsw.estimation.position import Fix, NoFix
+from gnss_hil.flightsw.app.config import configure
+from gnss_hil.flightsw.app.state import heartbeat, initial_state
+from gnss_hil.flightsw.app.step import flight_step
+from gnss_hil.flightsw.records.solution import NoFix
 from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
 from tests.support.flown import AUTO, CODEC, FakeBus, decoded, mark_frames, position_of
@@ -132,7 +134,7 @@ def test_answer_block_order_and_protection(flight):
 
 def test_navigation_frames_say_what_the_fix_says(flight):
     _, _, states, answers, _ = flight
-    fix, answer = states[-1].fix, answers[-1]
+    fix, answer = states[-1].solution.fix, answers[-1]
     assert position_of(answer) == pytest.approx(fix.position_m, abs=0.00051)
     clocks = decoded(answer, "NAV_CLOCK")
     assert tuple(clocks["item"].tolist()) == fix.items
@@ -253,7 +255,7 @@ def test_lost_commands_are_repeated_until_obeyed():
         state, answer = flight_step(config, state, bus.block(epoch, EMPTY if deaf else answer))
     assert state.channels.statistics.repeated >= 12
     assert (state.channels.channels.held == state.channels.channels.target).all()
-    assert state.fix.satellites >= 22
+    assert state.solution.fix.satellites >= 22
 
 
 def test_new_session_starts_fresh(flight):
@@ -304,13 +306,13 @@ def test_wrong_range_rates_give_a_position_without_velocity(flight):
     kinds = {CODEC.layouts[k].name for k in CODEC.kind_of[answer.can_id]}
     assert not kinds & {"NAV_VX", "NAV_VY", "NAV_VZ", "NAV_DRIFT"} and "NAV_CLOCK" in kinds
     # What carries the position on is the velocity from before; J2, which this sky lacks, is 0.01 m/s^2.
-    assert np.linalg.norm(state.navigation.velocity_mps - s.truth_ecef(bus.craft, 11.0)[1]) < 0.02
+    assert np.linalg.norm(state.solution.orbit.velocity_mps - s.truth_ecef(bus.craft, 11.0)[1]) < 0.02
     # Without any from before the position leads nowhere: the next epoch starts without one.
     cold, _ = flight_step(config, initial_state(config), replace(block, data=data))
-    assert isinstance(cold.fix, Fix) and cold.navigation.velocity_mps is None
+    assert cold.solution.fix is not None and cold.solution.orbit.velocity_mps is None
     mark, _ = e2e.protect(CODEC, concat(mark_frames(12, s.T0_NS + 12 * 10**9)), cold.received, 12)
-    assert flight_step(config, state, mark)[0].navigation.age == 1
-    assert flight_step(config, cold, mark)[0].navigation is None
+    assert flight_step(config, state, mark)[0].solution.orbit.age == 1
+    assert flight_step(config, cold, mark)[0].solution.orbit is None
 
 
 def test_corrupted_channel_is_out_of_the_fix_and_the_others_stay(flight):
@@ -323,7 +325,7 @@ def test_corrupted_channel_is_out_of_the_fix_and_the_others_stay(flight):
     data[row, 6] ^= 1
     state, answer = flight_step(config, states[-2], replace(block, data=data))
     assert used(answer) == used(answers[-1]) - {(receiver, channel)}
-    assert isinstance(state.fix, Fix)
+    assert state.solution.fix is not None
 
 
 def test_unhealthy_and_unlocked_channels_stay_out(flight):

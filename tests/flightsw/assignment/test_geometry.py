@@ -18,10 +18,10 @@ from gnss_hil.flightsw.attitude.attitude import (
     levers_ecef,
     turn,
 )
-from gnss_hil.flightsw.io.epoch import NO_ALMANAC, NO_MEASUREMENTS, AlmanacRows, AttitudeReport
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.propagator import propagate
+from gnss_hil.flightsw.records.epoch import NO_ALMANAC, NO_MEASUREMENTS, AlmanacRows, AttitudeReport
 from tests.support import synthetic_epochs as s
 
 RNG = np.random.default_rng(11)

@@ -14,23 +14,36 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.flightsw.app.step import configure
-from gnss_hil.flightsw.estimation.best_antenna import leader, single
-from gnss_hil.flightsw.estimation.fix_inputs import Circumstances
-from gnss_hil.flightsw.estimation.position import GLONASS_OFFSET, Fix, NoFix
-from gnss_hil.flightsw.estimation.receiver_mean import averaged, mean_clocks, mean_covariance_m2
+from gnss_hil.flightsw.app.config import configure
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.best_antenna import best_antenna, selected_antenna
+from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
+from gnss_hil.flightsw.estimation.receiver_mean import mean_covariance_m2, receiver_mean
+from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.measurement.noise import range_variance_m2
+from gnss_hil.flightsw.records.solution import NoFix, OrbitState
 from tests.flightsw.app.test_step import drop, fly, soyuz, status, used
 from tests.flightsw.estimation.test_position import LEVERS, craft, in_view, measurements, separate
 from tests.support import synthetic_epochs as s
 from tests.support.flown import CODEC, FakeBus, decoded, position_of
 
+GLONASS_OFFSET = 8
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 SKY = s.constellation()
 
 
-def at(c, start=None, ura_scale=1.0, leading=-1):
-    return Circumstances(None, c.lever_body, c.domain, start, ura_scale, leading=leading)
+def at(c, ura_scale=1.0):
+    return FixInputs(None, c.lever_body, c.domain, ura_scale)
+
+
+def after(start=None, antenna=-1):
+    """What an epoch before left behind: a position, a selected antenna."""
+    orbit = None if start is None else OrbitState(s.T0_NS, start, None, 0)
+    return Snapshot(orbit, antenna)
+
+
+def averaged(m, inputs, start=None):
+    return receiver_mean(m, inputs, after(start))[0]
 
 
 def rounds(c, antennas=4, count=24):
@@ -90,7 +103,7 @@ def test_analogue_is_the_mean_of_places_solved_by_someone_else(choice):
     c = craft()
     pairs = choice(c)
     m = noisy(measurements(s.observe(c, pairs, SKY)))
-    fix, _ = averaged(m, at(c))
+    fix = averaged(m, at(c))
     expected = np.mean(alone(c, pairs, m), axis=0)
     assert np.linalg.norm(fix.position_m - expected) < 1e-4
     assert np.linalg.norm(fix.position_m - s.truth_ecef(c)[0]) > 0.1, "noise is in it"
@@ -100,7 +113,7 @@ def test_analogue_is_the_mean_of_places_solved_by_someone_else(choice):
 def test_analogue_is_the_mean_place_of_the_antennas_and_its_velocity():
     """Without noise: mean lever arm off the centre of mass, moving as a point fixed to the body does."""
     c = craft()
-    fix, _ = averaged(measurements(s.observe(c, rounds(c), SKY)), at(c))
+    fix = averaged(measurements(s.observe(c, rounds(c), SKY)), at(c))
 
     def place(t):
         return s.ecef_from_eci(t) @ np.mean([c.antenna(a, t) for a in range(4)], axis=0)
@@ -117,7 +130,7 @@ def test_analogue_leaves_out_receivers_without_a_solution():
     pairs = [(a, sat) for a, sat in shared(c) if a != 2] + [(2, sat) for _, sat in in_view(c, 3)]
     pairs.sort(key=lambda pair: pair[0])
     m = measurements(s.observe(c, pairs, SKY))
-    fix, _ = averaged(m, at(c))
+    fix = averaged(m, at(c))
     assert set(m.receiver[fix.used]) == {0, 1, 3} and np.isnan(fix.residual_m[m.receiver == 2]).all()
     place = s.ecef_from_eci(0.0) @ np.mean([c.antenna(a, 0.0) for a in (0, 1, 3)], axis=0)
     assert np.linalg.norm(fix.position_m - place) < 1e-4
@@ -128,33 +141,33 @@ def test_analogue_excludes_a_faulty_satellite_in_one_receiver_only():
     m = measurements(s.observe(c, shared(c, 9), SKY))
     bad = 9 + 4
     m.pseudorange_m[bad] += 3000.0
-    fix, _ = averaged(m, at(c))
+    fix = averaged(m, at(c))
     assert np.flatnonzero(~fix.used).tolist() == [bad] and not fix.gain[:, bad].any()
 
 
-@pytest.mark.parametrize("policy", [averaged, single])
-def test_without_any_solution_the_reason_is_that_of_who_came_nearest(policy):
+@pytest.mark.parametrize("solve", [receiver_mean, best_antenna])
+def test_without_any_solution_the_reason_is_that_of_the_nearest(solve):
     c = craft()
     few = measurements(s.observe(c, shared(c, 3), SKY))
-    assert policy(few, at(c))[0] == NoFix.TOO_FEW_SATELLITES
-    assert policy(few[:0], at(c))[0] == NoFix.TOO_FEW_SATELLITES
+    assert solve(few, at(c), after())[0] == NoFix.TOO_FEW_SATELLITES
+    assert solve(few[:0], at(c), after())[0] == NoFix.TOO_FEW_SATELLITES
     near = {1 + k: s.Circle(26_560e3, 0.9, 1.0, 0.4 + 1e-8 * k) for k in range(6)}
     flat = measurements(s.observe(c, [(0, sat) for sat in near], near, rates=False))
-    assert policy(flat, at(c))[0] == NoFix.SINGULAR_GEOMETRY
+    assert solve(flat, at(c), after())[0] == NoFix.SINGULAR_GEOMETRY
 
 
 def test_receiver_without_a_velocity_takes_it_from_the_mean():
     c = craft()
     m = measurements(s.observe(c, shared(c, 8), SKY))
     m.range_rate_mps[[2, 6]] += [400.0, -700.0]
-    fix, _ = averaged(m, at(c))
+    fix = averaged(m, at(c))
     assert fix.used.all() and fix.velocity_mps is None and fix.drift_mps is None
 
 
 def test_one_clock_for_each_domain_and_the_mean_within():
     for domain in ((0, 0, 0, 0), (0, 1, 2, 2), (0, 1, 2, 3)):
         c = separate(domain)
-        fix, _ = averaged(measurements(s.observe(c, rounds(c), SKY)), at(c))
+        fix = averaged(measurements(s.observe(c, rounds(c), SKY)), at(c))
         assert fix.items == (*sorted(set(domain)), GLONASS_OFFSET)
         assert fix.clock_m / s.C == pytest.approx([*c.clock_s, 3e-8], abs=1e-12)
         assert fix.drift_mps[:-1] / s.C == pytest.approx(c.clock_rate, abs=1e-11)
@@ -167,10 +180,10 @@ def test_receivers_of_one_system_each_still_tell_clock_and_offset_apart():
     gps, glonass = [sat for sat in sats if sat < 64][:6], [sat for sat in sats if sat >= 64][:6]
     pairs = [(a, sat) for a in range(4) for sat in (gps if a < 2 else glonass)]
     m = measurements(s.observe(c, pairs, SKY))
-    fix, _ = averaged(m, at(c))
+    fix = averaged(m, at(c))
     assert fix.items == (0, GLONASS_OFFSET)
     assert fix.clock_m / s.C == pytest.approx([1e-3, 3e-8], abs=1e-12)
-    only, _ = averaged(m[m.receiver >= 2], at(c))
+    only = averaged(m[m.receiver >= 2], at(c))
     assert only.items == (0,) and only.clock_m / s.C == pytest.approx([1e-3 + 3e-8], abs=1e-12)
 
 
@@ -188,13 +201,14 @@ def test_clocks_that_agree_are_not_changed_by_averaging(clocks, offset, data):
             min_size=1,
         )
     )
-    solutions, alone_ = [], []
+    solutions = []
+    systems = {"gps": {0}, "glonass": {1}, "both": {0, 1}}
     for domain, hears in receivers:
         own = clocks[domain] + offset * (hears == "glonass")
         both = hears == "both"
-        solutions.append(((domain, GLONASS_OFFSET)[: 1 + both], np.array([own, offset][: 1 + both])))
-        alone_.append(hears == "glonass")
-    items, values = mean_clocks(solutions, alone_)
+        items, values = (domain, GLONASS_OFFSET)[: 1 + both], np.array([own, offset][: 1 + both])
+        solutions.append(ReceiverClocks(items, values, frozenset(systems[hears])))
+    items, values = mean_clocks(solutions)
     heard = {d: {h for domain, h in receivers if domain == d} for d, _ in receivers}
     expected = {d: clocks[d] + offset * (h == {"glonass"}) for d, h in sorted(heard.items())}
     if any("both" in h or h == {"gps", "glonass"} for h in heard.values()):
@@ -209,13 +223,13 @@ def test_covariance_of_the_mean_is_the_scatter_of_fixes_with_errors_that_satelli
     m = replace(m, ura=np.full(len(m), 1.0))
     start = s.truth_ecef(c)[0]
     code = np.sqrt(m.code_variance_m2)
-    exact, _ = averaged(m, at(c, start))
+    exact = averaged(m, at(c), start)
     rng = np.random.default_rng(11)
     scatter = []
     for _ in range(120):
         own = dict(zip(sorted(set(m.sat.tolist())), 0.5 * 2.8 * rng.normal(size=7), strict=True))
         error = code * rng.normal(size=len(m)) + [own[sat] for sat in m.sat.tolist()]
-        fix, _ = averaged(replace(m, pseudorange_m=m.pseudorange_m + error), at(c, start, 0.5))
+        fix = averaged(replace(m, pseudorange_m=m.pseudorange_m + error), at(c, 0.5), start)
         scatter.append(fix.position_m - exact.position_m)
     whitened = np.linalg.solve(np.linalg.cholesky(fix.covariance_m2), np.array(scatter).T)
     # 360 unit normals: the mean square is 1 with a spread of sqrt(2 / 360) = 0.075.
@@ -226,12 +240,12 @@ def test_covariance_and_dilution_of_independent_solutions():
     """No satellite twice: sum / k^2. The same satellites on all: the code's part goes down with k alone."""
     c = craft()
     m = measurements(s.observe(c, rounds(c), SKY, rates=False))
-    mean, _ = averaged(m, at(c))
-    own = [averaged(m[m.receiver == a], at(c))[0] for a in range(4)]
+    mean = averaged(m, at(c))
+    own = [averaged(m[m.receiver == a], at(c)) for a in range(4)]
     assert mean.covariance_m2 == pytest.approx(sum(f.covariance_m2 for f in own) / 16, rel=1e-6)
     assert mean.pdop == pytest.approx(np.sqrt(sum(f.pdop**2 for f in own)) / 4)
     m = measurements(s.observe(c, shared(c), SKY, rates=False))
-    mean, one = averaged(m, at(c))[0], averaged(m[m.receiver == 0], at(c))[0]
+    mean, one = averaged(m, at(c)), averaged(m[m.receiver == 0], at(c))
     assert mean.pdop == pytest.approx(one.pdop / 2, rel=1e-4)
     without = mean_covariance_m2(m, mean.gain, 0.0)
     assert mean.covariance_m2 - without == pytest.approx(
@@ -250,7 +264,7 @@ def counted(counts):
 @given(st.lists(st.integers(0, 9), min_size=4, max_size=4), st.integers(-1, 3))
 @settings(max_examples=60, deadline=None)
 def test_leader_is_who_sees_most_and_stays_unless_another_sees_strictly_more(counts, before):
-    led = leader(counted(counts), 4, before)
+    led = selected_antenna(counted(counts), 4, before)
     assert counts[led] == max(counts)
     if before >= 0 and counts[before] == max(counts):
         assert led == before
@@ -261,7 +275,7 @@ def test_leader_is_who_sees_most_and_stays_unless_another_sees_strictly_more(cou
 def test_channels_on_one_satellite_are_one_satellite():
     m = counted([5, 4, 0, 0])
     twice = m[np.array([0, 0, 0, 1, *range(5, 9)])]
-    assert leader(twice, 4, 0) == 1
+    assert selected_antenna(twice, 4, 0) == 1
 
 
 def test_single_is_the_place_of_its_antenna_and_jumps_by_the_lever_arm():
@@ -269,15 +283,16 @@ def test_single_is_the_place_of_its_antenna_and_jumps_by_the_lever_arm():
     pairs = shared(c, 9)
     m = noisy(measurements(s.observe(c, pairs, SKY)))
     places = alone(c, pairs, m)
-    first, led = single(m, at(c))
+    first, led = best_antenna(m, at(c), after())
     assert led == 0 and np.linalg.norm(first.position_m - places[0]) < 1e-4
     fewer = np.array([k for k, (a, _) in enumerate(pairs) if a != 0 or k < 7])
-    second, led = single(m[fewer], at(c, leading=led))
+    second, led = best_antenna(m[fewer], at(c), after(antenna=led))
     assert led == 1 and np.linalg.norm(second.position_m - places[1]) < 1e-4
-    back, led = single(m, at(c, leading=led))
+    back, led = best_antenna(m, at(c), after(antenna=led))
     assert led == 1 and np.array_equal(back.position_m, second.position_m), "as many is not more"
     still = measurements(s.observe(c, pairs, SKY))
-    jump = single(still[fewer], at(c))[0].position_m - single(still, at(c))[0].position_m
+    places = [best_antenna(rows, at(c), after())[0].position_m for rows in (still[fewer], still)]
+    jump = places[0] - places[1]
     lever = s.ecef_from_eci(0.0) @ c.dcm_body_from_eci.T @ (LEVERS[1] - LEVERS[0])
     assert np.linalg.norm(jump - lever) < 1e-4
 
@@ -307,9 +322,9 @@ def test_single_hands_the_lead_over_on_the_bus():
 
     bus = FakeBus(soyuz(), SKY)
     states, answers, _ = fly(bus, configure(SOYUZ, "single", {}), 6, tamper=without_first)
-    assert [state.leading for state in states] == [0, 0, 1, 1, 1, 1]
+    assert [state.nav.antenna for state in states] == [0, 0, 1, 1, 1, 1]
     assert [{r for r, _ in used(a)} for a in answers] == [{1}, {1}, {2}, {2}, {2}, {2}]
-    assert all(isinstance(state.fix, Fix) for state in states)
+    assert all(state.solution.fix is not None for state in states)
 
 
 def test_policies_see_the_same_measurements():

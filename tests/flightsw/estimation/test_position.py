@@ -9,12 +9,14 @@ import pytest
 
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
 from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
-from gnss_hil.flightsw.estimation.position import GLONASS_OFFSET, Fix, NoFix, solve
-from gnss_hil.flightsw.io.epoch import AttitudeReport
+from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.measurement.noise import code_variance_m2, range_variance_m2, rate_variance_m2ps2
-from gnss_hil.flightsw.measurement.observables import Ranges
+from gnss_hil.flightsw.records.epoch import AttitudeReport
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Fix, NoFix
 from tests.support import synthetic_epochs as s
 
+GLONASS_OFFSET = 8
 LEVERS = np.array([[2.4, 0, -1.1], [1.2, 1.0, -1.1], [-1.8, 0, -1.1], [1.2, -1.0, -1.1]])
 RATE = np.array([0.01, -0.02, 0.005])
 LEO, MEO, GEO = (

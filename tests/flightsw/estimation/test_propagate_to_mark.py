@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.flightsw.app.step import configure
+from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
-from gnss_hil.flightsw.estimation.position import Fix, NoFix, solve
-from gnss_hil.flightsw.estimation.propagate_to_mark import at_mark
-from gnss_hil.flightsw.io.epoch import AttitudeReport
+from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
+from gnss_hil.flightsw.records.epoch import AttitudeReport
+from gnss_hil.flightsw.records.solution import Fix, NoFix
 from tests.flightsw.app.test_step import fly, soyuz, status
 from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
@@ -46,18 +47,18 @@ def test_fix_of_the_latch_is_brought_to_the_mark(offset_s):
     # 7.66 km/s of a circular orbit, less 0.3 km/s that the Earth turns along.
     away_m = np.linalg.norm(of_latch.position_m - position)
     assert away_m == pytest.approx(np.linalg.norm(velocity) * abs(offset_s), rel=1e-3)
-    fix = at_mark(of_latch, 1, None)
+    fix = propagated_to_mark(of_latch, 1, None)
     # The Earth's flattening, which the circle lacks, makes 1 um of 10 ms.
     assert np.linalg.norm(fix.position_m - position) < 1e-4
     assert np.linalg.norm(fix.velocity_mps - velocity) < 5e-4
     assert fix.clock_m[0] == pytest.approx(s.C * (offset_s + 2e-8 * s.shown(c, 0, 0.0)), abs=1e-4)
-    assert at_mark(of_latch, 0, None) is of_latch
+    assert propagated_to_mark(of_latch, 0, None) is of_latch
 
 
 @pytest.mark.parametrize("domain", [0, 2])
 def test_it_is_the_clock_that_the_mark_names(domain):
     c = craft(domain=(0, 0, 2, 2), clock_s=(3e-3, 0.0, -4e-3), rate=(1e-8, 0.0, -3e-8))
-    fix = at_mark(latched(c, domain), domain + 1, None)
+    fix = propagated_to_mark(latched(c, domain), domain + 1, None)
     assert np.linalg.norm(fix.position_m - s.truth_ecef(c)[0]) < 1e-4
 
 
@@ -65,21 +66,21 @@ def test_without_a_velocity_the_known_one_leads_or_there_is_no_fix():
     c = craft(clock_s=(1e-3,))
     position, velocity = s.truth_ecef(c)
     still = replace(latched(c), velocity_mps=None, drift_mps=None)
-    assert at_mark(still, 1, None) is NoFix.NO_VELOCITY
-    fix = at_mark(still, 1, velocity + 0.5)
+    assert propagated_to_mark(still, 1, None) is NoFix.NO_VELOCITY
+    fix = propagated_to_mark(still, 1, velocity + 0.5)
     assert fix.velocity_mps is None and fix.drift_mps is None
     assert np.linalg.norm(fix.position_m - position) == pytest.approx(0.5e-3 * 3**0.5, rel=0.02)
 
 
 def test_a_clock_outside_the_fix_shows_no_instant():
-    assert at_mark(latched(craft(clock_s=(1e-3,))), 2, None) is NoFix.TOO_FEW_SATELLITES
+    assert propagated_to_mark(latched(craft(clock_s=(1e-3,))), 2, None) is NoFix.TOO_FEW_SATELLITES
 
 
 def test_a_way_beyond_the_bus_is_no_fix():
     fix = replace(latched(craft()), position_m=np.array([109_899_999.0, 0.0, 0.0]))
     away = np.array([9_000.0, 0.0, 0.0])
-    assert at_mark(replace(fix, velocity_mps=away), 1, None) is NoFix.NO_CONVERGENCE
-    assert isinstance(at_mark(replace(fix, velocity_mps=-away), 1, None), Fix)
+    assert propagated_to_mark(replace(fix, velocity_mps=away), 1, None) is NoFix.NO_CONVERGENCE
+    assert isinstance(propagated_to_mark(replace(fix, velocity_mps=-away), 1, None), Fix)
 
 
 @pytest.mark.parametrize("offset_s", OFFSETS_S)

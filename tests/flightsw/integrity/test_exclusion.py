@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.flightsw.app.step import configure
-from gnss_hil.flightsw.estimation.position import Fix, NoFix
+from gnss_hil.flightsw.app.config import configure
+from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
+from gnss_hil.flightsw.records.solution import Fix, NoFix, Solution
 from tests.flightsw.app.test_step import fly, soyuz, status
 from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
@@ -55,7 +56,8 @@ def test_a_fix_of_ranges_that_disagree_is_least_squares_and_its_sigma_says_so(co
     right = offered(c, count, {}, sats=GPS)
     wrong = offered(c, count, {1: 60.0, 3: -50.0}, sats=GPS)
     assert fix_of(c, wrong) == NoFix.INCONSISTENT_RANGES
-    fix, good = fix_of(c, wrong, rules=LENIENT), fix_of(c, right)
+    good = fix_of(c, right)
+    fix = assess(Solution(NoFix.FIX, fix_of(c, wrong, rules=LENIENT))).fix
     assert isinstance(fix, Fix) and fix.used.all()
 
     sigma = np.sqrt(0.26 + 4.0)  # floor and noise at 45 dBHz, URA 2 m
@@ -107,13 +109,14 @@ class Noisy(FakeBus):
         return channel_frames(receiver, channel, {**o, "p": o["p"] + self.sigma_m * rng.normal()}, k)
 
 
-def test_noise_is_told_by_option():
-    """Codes of 5 m where half a metre is expected contradict each other; told so, they make a fix."""
+def test_noise_is_an_option():
+    """Codes of 5 m where half a metre is expected contradict each other; with an option that states
+    it they make a fix."""
     bus = Noisy(soyuz(), SKY, channels=6)
     bus.sigma_m = 5.0
-    usual, told = {"ura_scale": 0.0}, {"ura_scale": 0.0, "code_floor_m": 5.0, "code_noise_m": 0.0}
+    usual, stated = {"ura_scale": 0.0}, {"ura_scale": 0.0, "code_floor_m": 5.0, "code_noise_m": 0.0}
     reasons, sigmas = [], []
-    for options in (usual, told, {**usual, "inconsistent": "fix", "exclude_satellites": 0}):
+    for options in (usual, stated, {**usual, "inconsistent": "fix", "exclude_satellites": 0}):
         _, answers, _ = fly(bus, configure(SOYUZ, "prototype", options), 3)
         reasons.append([status(answer, "no_fix") for answer in answers])
         sigmas.append([decoded(answer, "NAV_SIGMA")["sigma_x_m"] for answer in answers])

@@ -14,12 +14,12 @@ import pytest
 
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract.messages import VALUES
-from gnss_hil.flightsw.app.step import configure
-from gnss_hil.flightsw.estimation.position import NoFix
-from gnss_hil.flightsw.io.epoch import Measurements
+from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free, paired
 from gnss_hil.flightsw.measurement.noise import Noise
 from gnss_hil.flightsw.measurement.observables import of_one_signal
+from gnss_hil.flightsw.records.epoch import Measurements
+from gnss_hil.flightsw.records.solution import NoFix
 from tests.flightsw.app.test_step import fly, soyuz, status, used
 from tests.support import synthetic_epochs as s
 from tests.support.flown import FakeBus, channel_frames, decoded, position_of
@@ -142,7 +142,7 @@ def test_a_second_signal_changes_nothing_where_one_counts(policy):
     both, first = TwoBands(craft, SKY, channels=10), TwoBands(craft, SKY, channels=10)
     first.alone = tuple(SKY)
     options = {"inconsistent": "fix"}
-    two, one = (fixes(bus, 2, policy, **options)[0][-1].fix for bus in (both, first))
+    two, one = (fixes(bus, 2, policy, **options)[0][-1].solution.fix for bus in (both, first))
     assert two.position_m.tolist() == one.position_m.tolist()
     assert two.covariance_m2.tolist() == one.covariance_m2.tolist() and two.satellites == one.satellites
 

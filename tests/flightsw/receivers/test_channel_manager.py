@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common.satellites import SATELLITES
-from gnss_hil.flightsw.io.epoch import NO_ACKS, NO_MEASUREMENTS, Acks
 from gnss_hil.flightsw.measurement.signals import commanded_signal
 from gnss_hil.flightsw.receivers import channel_manager as k
 from gnss_hil.flightsw.receivers.channel_table import IDLE, UNKNOWN
 from gnss_hil.flightsw.receivers.options import ChannelOptions
+from gnss_hil.flightsw.records.epoch import NO_ACKS, NO_MEASUREMENTS, Acks
 
 OPTIONS = ChannelOptions(resend_epochs=2, backoff_epochs=5)
 G1, G2, G3, R1 = 1, 2, 3, 65

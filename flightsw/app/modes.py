@@ -1,0 +1,113 @@
+"""Modes of the flight software: a table of transitions, and what each mode does with the receivers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Annotated
+
+from pydantic import Field
+
+from gnss_hil.dbc.common.vehicle import Strict
+from gnss_hil.flightsw.records.solution import Solution
+
+
+class ModeOptions(Strict):
+    autonomy_after_epochs: Annotated[
+        int,
+        Field(ge=1, le=86400, description="without a fix for so long, receivers search by themselves again"),
+    ] = 120
+
+
+class Mode(Enum):
+    STANDBY = "no time mark yet"
+    START = "no fix yet; receivers search by themselves"
+    NAVIGATING = "a fix in this epoch"
+    COASTING = "no fix, the position is propagated"
+    LOST = "no fix, and no position to propagate; receivers go on as commanded"
+    SURRENDERED = "too long without a fix; receivers search by themselves again"
+
+
+class Event(Enum):
+    NO_TIME = "an epoch without a time mark: nothing in it is used"
+    FIX = "a fix"
+    PROPAGATED = "no fix, but a position"
+    NO_POSITION = "neither fix nor position"
+    OVERDUE = "no fix for `autonomy_after_epochs`"
+
+
+class Guidance(Enum):
+    """What a mode does with the receivers' channels."""
+
+    KEEP = "what was commanded stands"
+    ASSIGN = "satellites are assigned by the policy"
+    RELEASE = "channels are set free"
+
+
+GUIDANCE: Mapping[Mode, Guidance] = {
+    Mode.STANDBY: Guidance.KEEP,
+    Mode.START: Guidance.KEEP,
+    Mode.NAVIGATING: Guidance.ASSIGN,
+    Mode.COASTING: Guidance.ASSIGN,
+    Mode.LOST: Guidance.KEEP,
+    Mode.SURRENDERED: Guidance.RELEASE,
+}
+
+TRANSITIONS: Mapping[Mode, Mapping[Event, Mode]] = {
+    Mode.STANDBY: {
+        Event.NO_TIME: Mode.STANDBY,
+        Event.FIX: Mode.NAVIGATING,
+        Event.PROPAGATED: Mode.START,
+        Event.NO_POSITION: Mode.START,
+        Event.OVERDUE: Mode.START,
+    },
+    Mode.START: {
+        Event.NO_TIME: Mode.START,
+        Event.FIX: Mode.NAVIGATING,
+        Event.PROPAGATED: Mode.START,
+        Event.NO_POSITION: Mode.START,
+        Event.OVERDUE: Mode.START,
+    },
+    Mode.NAVIGATING: {
+        Event.NO_TIME: Mode.NAVIGATING,
+        Event.FIX: Mode.NAVIGATING,
+        Event.PROPAGATED: Mode.COASTING,
+        Event.NO_POSITION: Mode.LOST,
+        Event.OVERDUE: Mode.SURRENDERED,
+    },
+    Mode.COASTING: {
+        Event.NO_TIME: Mode.COASTING,
+        Event.FIX: Mode.NAVIGATING,
+        Event.PROPAGATED: Mode.COASTING,
+        Event.NO_POSITION: Mode.LOST,
+        Event.OVERDUE: Mode.SURRENDERED,
+    },
+    Mode.LOST: {
+        Event.NO_TIME: Mode.LOST,
+        Event.FIX: Mode.NAVIGATING,
+        Event.PROPAGATED: Mode.COASTING,
+        Event.NO_POSITION: Mode.LOST,
+        Event.OVERDUE: Mode.SURRENDERED,
+    },
+    Mode.SURRENDERED: {
+        Event.NO_TIME: Mode.SURRENDERED,
+        Event.FIX: Mode.NAVIGATING,
+        Event.PROPAGATED: Mode.SURRENDERED,
+        Event.NO_POSITION: Mode.SURRENDERED,
+        Event.OVERDUE: Mode.SURRENDERED,
+    },
+}
+
+
+def event_of(solution: Solution, epochs_without_fix: int, options: ModeOptions) -> Event:
+    """What an epoch with a time mark brought; epochs_without_fix counts it too."""
+    if solution.fix is not None:
+        return Event.FIX
+    if epochs_without_fix >= options.autonomy_after_epochs:
+        return Event.OVERDUE
+    return Event.NO_POSITION if solution.orbit is None else Event.PROPAGATED
+
+
+def decide(mode: Mode, event: Event) -> Mode:
+    """The next mode."""
+    return TRANSITIONS[mode][event]

@@ -1,0 +1,29 @@
+"""The fix of one antenna by itself: its own place, no lever arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import F64, Index
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Fix, NoFix
+
+
+def antenna_alone(m: Ranges, antenna: int, inputs: FixInputs, start_m: F64 | None) -> Fix | NoFix:
+    """The fix of one antenna; its arrays are over all n measurements of m."""
+    rows = np.flatnonzero(m.receiver == antenna)
+    none = np.zeros((3, len(rows)))
+    domain = inputs.domain[m.receiver[rows]]
+    fix = solve(m[rows], none, none, domain, start_m, inputs.ura_scale, inputs.rules)
+    return fix if isinstance(fix, NoFix) else _spread(fix, rows, len(m))
+
+
+def _spread(fix: Fix, rows: Index, n: int) -> Fix:
+    """A fix from some rows as one from all n, the others unused."""
+    used, residual, gain = np.zeros(n, bool), np.full(n, np.nan), np.zeros((3, n))
+    used[rows], residual[rows], gain[:, rows] = fix.used, fix.residual_m, fix.gain
+    return replace(fix, used=used, residual_m=residual, gain=gain)

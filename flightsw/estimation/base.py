@@ -1,0 +1,56 @@
+"""What a navigator is: predict, update, a state of its own.
+
+The flight step knows navigators by this protocol alone. A snapshot navigator (`estimation.snapshot`) solves
+every epoch by itself and keeps where that was; a filter keeps a state vector with its covariance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.flightsw.attitude.attitude import Attitude
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Solution
+
+
+@dataclass(frozen=True, slots=True)
+class FixInputs:
+    """What an epoch's update may use beside the measurements.
+
+    attitude           None if there is none
+    lever_arm_body_m   (m, 3) antennas relative to the centre of mass
+    domain             (m,) clock domain of each antenna
+    ura_scale          how much of the broadcast URA counts
+    rules              what becomes of measurements that disagree
+    mark_clock         which clock showed the time mark, see `flightsw.records.epoch.Mark`
+    """
+
+    attitude: Attitude | None
+    lever_arm_body_m: F64
+    domain: I64
+    ura_scale: float
+    rules: Rules = STRICT
+    mark_clock: int = 0
+
+
+S = TypeVar("S")
+
+
+class Navigator(Protocol[S]):
+    """From measurements to a solution, epoch by epoch; S is the state that it hands itself."""
+
+    def initial(self) -> S:
+        """Nothing known."""
+        ...
+
+    def predict(self, state: S, t_ns: int) -> S:
+        """The state at the time mark t_ns, before its measurements."""
+        ...
+
+    def update(self, state: S, z: Ranges, inputs: FixInputs) -> tuple[S, Solution]:
+        """The state after an epoch's measurements, and what is published of it. `used`, `residual_m` and
+        `gain` of the solution are by the rows of z."""
+        ...

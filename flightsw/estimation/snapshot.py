@@ -1,0 +1,72 @@
+"""Navigators that solve every epoch by itself; the orbit is kept from epoch to epoch, for the next start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
+from gnss_hil.flightsw.orbit.propagator import propagate
+from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Fix, NoFix, OrbitState, Solution
+
+MAX_COAST_S = 3600.0
+"""After so long the position is forgotten and the next fix starts cold."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """orbit     of the last fix, propagated; None if not known
+    antenna   the selected antenna, for navigators that select one; -1 none
+    t_ns      of the epoch
+    """
+
+    orbit: OrbitState | None = None
+    antenna: int = -1
+    t_ns: int = 0
+
+    @property
+    def start_m(self) -> F64 | None:
+        """(3,) where the search for the position starts; None: the Earth's centre."""
+        return None if self.orbit is None else self.orbit.position_m
+
+
+Solve = Callable[[Ranges, FixInputs, Snapshot], tuple[Fix | NoFix, int]]
+"""The fix of an epoch, and which antenna is selected from now on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SnapshotNavigator:
+    """A Navigator[Snapshot] around a way to solve one epoch."""
+
+    solve: Solve
+
+    def initial(self) -> Snapshot:
+        return Snapshot()
+
+    def predict(self, state: Snapshot, t_ns: int) -> Snapshot:
+        return Snapshot(coasted(state.orbit, t_ns), state.antenna, t_ns)
+
+    def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
+        fix, antenna = self.solve(z, inputs, state)
+        known_mps = None if state.orbit is None else state.orbit.velocity_mps
+        if isinstance(fix, Fix):
+            fix = propagated_to_mark(fix, inputs.mark_clock, known_mps)
+        if isinstance(fix, NoFix):
+            return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
+        velocity = known_mps if fix.velocity_mps is None else fix.velocity_mps
+        orbit = OrbitState(state.t_ns, fix.position_m, velocity, 0)
+        return Snapshot(orbit, antenna, state.t_ns), Solution(NoFix.FIX, fix, orbit)
+
+
+def coasted(orbit: OrbitState | None, t_ns: int) -> OrbitState | None:
+    """The last position propagated to t_ns; without a velocity, or after too long, it is forgotten."""
+    if orbit is None or orbit.velocity_mps is None:
+        return None
+    dt_s = (t_ns - orbit.t_ns) * 1e-9
+    if not 0 <= dt_s <= MAX_COAST_S:
+        return None
+    position, velocity = propagate(orbit.position_m, orbit.velocity_mps, dt_s)
+    return OrbitState(t_ns, position, velocity, orbit.age + 1)

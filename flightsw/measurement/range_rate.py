@@ -1,0 +1,61 @@
+"""Range rates as measurements: velocity and the rates of the clocks.
+
+dP/dt = clock rate + rho' - satellite clock rate (1 - rho' / c), all by GPS time; linear in the unknowns along
+rays that the position gives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.flightsw.measurement import range_model
+from gnss_hil.flightsw.measurement.base import Point, Unknown
+from gnss_hil.flightsw.measurement.range_model import Rays
+from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
+from gnss_hil.flightsw.records.ranges import Ranges
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RangeRates:
+    """Along the rays of the position they were made for.
+
+    value      (n,) range rates with the satellites' clock rates added [m/s]
+    variance   (n,) [m^2/s^2]
+    still      (n,) what a craft with its centre of mass at rest and no clock rate would measure
+    design     (n, 3 + c) Jacobian
+    """
+
+    kind: ClassVar[str] = "rate"
+    unknowns: ClassVar[tuple[Unknown, ...]] = (Unknown.VELOCITY, Unknown.DRIFT)
+    value: F64
+    variance: F64
+    still: F64
+    design: F64
+
+    def predict(self, x: Point) -> F64:
+        velocity = np.zeros(3) if x.velocity_mps is None else x.velocity_mps
+        drift = np.zeros(self.design.shape[1] - 3) if x.drift_mps is None else x.drift_mps
+        return self.still + self.design @ np.concatenate((velocity, drift))
+
+    def jacobian(self, x: Point) -> F64:
+        return self.design
+
+
+def range_rates(m: Ranges, geometry: F64, rays: Rays, lever_rate_mps: F64) -> RangeRates:
+    """Of ranges (n rows).
+
+    geometry         (n, 3 + c) Jacobian of the code ranges along the same rays
+    lever_rate_mps   (3, n) antennas relative to the centre of mass, ECEF
+    """
+    static, gain = range_model.rate_terms(rays, m.vel_sv_mps)
+    stretch = 1 + m.clock_drift_mps / LIGHT_MPS
+    gain = gain * stretch
+    lever = np.einsum("in,in->n", rays.los, lever_rate_mps)
+    design = geometry.copy()
+    design[:, :3] *= gain[:, None]
+    value = m.range_rate_mps + m.clock_drift_mps
+    return RangeRates(value, m.rate_variance_m2ps2, stretch * static - gain * lever, design)

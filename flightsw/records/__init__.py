@@ -1,0 +1,1 @@
+"""Records that the stages of an epoch hand to each other: arrays in frozen dataclasses."""

@@ -1,0 +1,120 @@
+"""What a navigator makes of an epoch: an estimate with its covariance, or the reason why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from gnss_hil.dbc.common.arrays import F64, Bool
+
+FARTHEST_M = LATEST_M = 109_900_000.0
+"""What NAV_X..NAV_Z and NAV_CLOCK can carry."""
+
+FASTEST_MPS = 13_421.0
+"""What NAV_VX..NAV_VZ and NAV_DRIFT can carry; a rate beyond is no velocity."""
+
+MAX_PDOP = 655.35
+"""The contract cannot state more; a geometry this poor is called singular."""
+
+
+class NoFix(IntEnum):
+    """Why there is no fix, as in the contract's value table."""
+
+    FIX = 0
+    TOO_FEW_SATELLITES = 1
+    SINGULAR_GEOMETRY = 2
+    NO_CONVERGENCE = 3
+    NO_TIME_MARK = 4
+    NO_ATTITUDE = 5
+    INCONSISTENT_RANGES = 6
+    NO_VELOCITY = 7
+
+
+class FixMode(IntEnum):
+    """What a solution has, as in the contract's value table."""
+
+    NONE = 0
+    POSITION = 1
+    POSITION_VELOCITY = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fix:
+    """An estimate for the point the lever arms are counted from, ECEF WGS-84, at the time mark.
+
+    items        (c,) which clock each bias and drift is: a clock domain, or a system's time-offset item
+    clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
+    velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
+    covariance_m2        (3, 3) of the position, by the variances of the measurements
+    misfit       chi-square for each degree of freedom where ranges that disagree made the fix; else 1
+    gain                 (3, n) what a metre of each pseudorange moves the position, zero where not used
+    pdop         over the measurements used
+    used         (n,) bool, which of the measurements offered are in the fix
+    satellites   distinct ones among them
+    residual_m   (n,) measured minus predicted pseudorange, nan where not used
+    iterations   Gauss-Newton steps taken
+    """
+
+    position_m: F64
+    velocity_mps: F64 | None
+    items: tuple[int, ...]
+    clock_m: F64
+    drift_mps: F64 | None
+    covariance_m2: F64
+    gain: F64
+    pdop: float
+    used: Bool
+    satellites: int
+    residual_m: F64
+    iterations: int
+    misfit: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrbitState:
+    """Where the craft is, by the last fix or propagated from it; ECEF.
+
+    velocity_mps   of the last fix that had one, propagated; None if there was none
+    age            epochs since that fix
+    """
+
+    t_ns: int
+    position_m: F64
+    velocity_mps: F64 | None
+    age: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProtectionLevels:
+    """Bounds that the position error exceeds with the integrity risk at most [m]."""
+
+    horizontal_m: float
+    vertical_m: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """Of one epoch.
+
+    reason       FIX, or why there is none
+    fix          the estimate; None where reason is not FIX
+    orbit        position and velocity to point antennas by: of the fix, or propagated; None if not known
+    protection   None: no method that computes them is in use yet
+    """
+
+    reason: NoFix
+    fix: Fix | None = None
+    orbit: OrbitState | None = None
+    protection: ProtectionLevels | None = None
+
+    @property
+    def mode(self) -> FixMode:
+        if self.fix is None:
+            return FixMode.NONE
+        return FixMode.POSITION if self.fix.velocity_mps is None else FixMode.POSITION_VELOCITY
+
+
+def carriable(position_m: F64, clock_m: F64) -> bool:
+    """Whether the bus can carry a position (3,) and clocks (c,); an estimate beyond is no fix."""
+    farthest, latest = (max(map(abs, v.tolist())) for v in (position_m, clock_m))
+    return farthest <= FARTHEST_M and latest <= LATEST_M

@@ -1,0 +1,70 @@
+"""Modes: the table of transitions is complete, and a flight goes through all of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.flightsw.app import modes
+from gnss_hil.flightsw.app.config import configure
+from gnss_hil.flightsw.app.modes import GUIDANCE, TRANSITIONS, Event, Guidance, Mode, ModeOptions
+from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution
+from tests.flightsw.app.test_step import SKY, drop, fly, soyuz
+from tests.support.flown import FakeBus
+
+SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
+
+
+def test_every_mode_has_a_transition_for_every_event_and_its_guidance():
+    assert set(TRANSITIONS) == set(GUIDANCE) == set(Mode)
+    assert all(set(row) == set(Event) for row in TRANSITIONS.values())
+
+
+def test_every_mode_is_reached_and_left():
+    reached = {after for row in TRANSITIONS.values() for after in row.values()}
+    assert reached == set(Mode)
+    for mode, row in TRANSITIONS.items():
+        assert row[Event.NO_TIME] is mode, "an epoch without a time is no epoch"
+        assert row[Event.FIX] is Mode.NAVIGATING
+        assert any(after is not mode for after in row.values())
+
+
+def test_what_was_never_commanded_is_not_surrendered():
+    assert TRANSITIONS[Mode.START][Event.OVERDUE] is TRANSITIONS[Mode.STANDBY][Event.OVERDUE] is Mode.START
+    assert TRANSITIONS[Mode.SURRENDERED][Event.PROPAGATED] is Mode.SURRENDERED
+
+
+def test_only_with_a_position_are_satellites_assigned():
+    assert {mode for mode, what in GUIDANCE.items() if what is Guidance.ASSIGN} == {
+        Mode.NAVIGATING,
+        Mode.COASTING,
+    }
+    assert GUIDANCE[Mode.LOST] is Guidance.KEEP and GUIDANCE[Mode.SURRENDERED] is Guidance.RELEASE
+
+
+@pytest.mark.parametrize(
+    ("orbit", "epochs", "event"),
+    [(True, 4, Event.PROPAGATED), (False, 4, Event.NO_POSITION), (True, 5, Event.OVERDUE)],
+)
+def test_events_of_epochs_without_a_fix(orbit, epochs, event):
+    state = OrbitState(0, np.zeros(3), None, 1) if orbit else None
+    solution = Solution(NoFix.TOO_FEW_SATELLITES, None, state)
+    assert modes.event_of(solution, epochs, ModeOptions(autonomy_after_epochs=5)) is event
+
+
+def test_a_flight_through_the_modes():
+    """Ranges from epoch 1 on, none in 6 to 8, one epoch without a time mark; epoch 9 is
+    out of sequence after the gap."""
+    config = configure(SOYUZ, "patent", {"autonomy_after_epochs": 2})
+    no_ranges, no_time = drop(["RANGE"], (0, *range(6, 9))), drop(["TIME_FINE"], [5])
+    bus = FakeBus(soyuz(), SKY)
+    states, *_ = fly(bus, config, 13, tamper=lambda epoch, block: no_time(epoch, no_ranges(epoch, block)))
+    found = [state.mode for state in states]
+    assert found[0] is Mode.START
+    assert found[1:6] == [Mode.NAVIGATING] * 5
+    assert states[5].solution.reason is NoFix.NO_TIME_MARK and states[5].solution.fix is None
+    assert found[6] is Mode.COASTING
+    assert found[7:10] == [Mode.SURRENDERED] * 3
+    assert found[10:] == [Mode.NAVIGATING] * 3
+    assert [state.without_fix for state in states[5:10]] == [0, 1, 2, 3, 4]
