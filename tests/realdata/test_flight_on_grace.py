@@ -24,16 +24,11 @@ from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
 from gnss_hil.flightsw.measurement.noise import Noise
-<<<<<<< HEAD
-from gnss_hil.flightsw.measurement.observables import Ranges, of_one_signal
-from tests.support.outside import data_file
-=======
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.records.epoch import Measurements
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix
-from tests.realdata import data_file
->>>>>>> fb475e0 (The estimator's seam: navigators, kinds of measurement, modes and options in the rooms they belong to; clocks by the table of systems)
+from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
 FOLDER = "grace_b_2010-07-27"

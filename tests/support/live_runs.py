@@ -12,13 +12,8 @@ from gnss_hil.emulator import assemble
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.step import emulate_step
 from gnss_hil.emulator.truth import TRUTH
-<<<<<<< HEAD
-from gnss_hil.flightsw.app import step as flight
-=======
 from gnss_hil.flightsw.app.state import initial_state
 from gnss_hil.flightsw.app.step import flight_step
-from gnss_hil.tools.command_line.arguments import unchanged
->>>>>>> fb475e0 (The estimator's seam: navigators, kinds of measurement, modes and options in the rooms they belong to; clocks by the table of systems)
 from gnss_hil.tools.run_config.plan import Plan, make
 
 EPOCHS = 75
