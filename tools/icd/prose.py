@@ -24,7 +24,7 @@ _CHAPTER_OF = {"messages.md": "#messages", "contract.md": "#conventions"}
 @cache
 def sections() -> dict[str, str]:
     """Title -> Markdown of each section of the contract's page, in its order."""
-    page = resources.files("gnss_hil.tools.icd").joinpath("contract.md").read_text("utf-8")
+    page = resources.files("gnss_hil").joinpath("contract.md").read_text("utf-8")
     parts = re.split(r"^## (.+)\n", page, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 

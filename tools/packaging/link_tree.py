@@ -1,9 +1,8 @@
 """The package's own files, and its tree in a development install: links into the checkout, in `build/dev`.
 
 The wheel has the checkout's folders inside one package, `gnss_hil`. A development install has the same tree
-as
-links, and a path file that names `build/dev`: what is imported, what an editor opens and what a type checker
-reads is the checkout itself, and new files are there at once.
+as links, and a path file that names `build/dev`: what is imported, what an editor opens and what a type
+checker reads is the checkout itself, and new files are there at once.
 """
 
 from __future__ import annotations
@@ -12,8 +11,12 @@ from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-OWN = {"__init__.py": "tools/packaging/package.py", "py.typed": "tools/packaging/py.typed"}
-"""File of the package itself -> place in the checkout."""
+OWN = {
+    "__init__.py": "tools/packaging/package.py",
+    "py.typed": "tools/packaging/py.typed",
+    "contract.md": "docs/contract.md",
+}
+"""File of the package itself -> place in the checkout. The interface document is made of contract.md."""
 
 FOLDERS = ("dbc", "emulator", "flightsw", "tools")
 
@@ -24,7 +27,7 @@ class LinkTree(BuildHookInterface):
     def initialize(self, version: str, build_data: dict) -> None:
         if version == "editable":
             link(Path(self.root))
-        else:
+        elif self.target_name == "wheel":
             build_data["force_include"].update({place: f"gnss_hil/{name}" for name, place in OWN.items()})
 
 
