@@ -253,8 +253,7 @@ def _structure(craft: scenario.Craft, rows: Mapping[str, Factor], vehicle: Vehic
 def _wandering(craft: scenario.Craft, context: Context, vehicle: Vehicle) -> Clocks:
     """The craft's oscillators where no model says otherwise: each clock domain's wanders within bounds, in a
     phase of its own."""
-    raw = context.stream("bounded_wander").words(0, bounded_wander.DOMAINS)
-    phase = 2 * np.pi * keyed_draws.uniform(raw)[:, 0]
+    phase = bounded_wander.phases_rad(context.seed, context.key)
     wander = bounded_wander.Wander(1e-3 * craft.clock.amplitude_ms, 2 * np.pi / craft.clock.period_s, phase)
     fastest_mps = LIGHT_MPS * bounded_wander.fastest(wander)
     if fastest_mps > FASTEST_CLOCK_MPS:

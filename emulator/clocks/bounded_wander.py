@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.emulator.numerics import keyed_draws
+
 DOMAINS = 8
 
 ClockState = NDArray[np.float64]
@@ -35,6 +37,12 @@ def offset_s(
     """Clock minus GPS time (8,) [s] by domain, t_s after the start, and its rate (8,) [s/s]."""
     angle = wander.rate_radps * t_s + wander.phase_rad
     return wander.amplitude_s * np.sin(angle), wander.amplitude_s * wander.rate_radps * np.cos(angle)
+
+
+def phases_rad(seed: int, craft_key: int) -> NDArray[np.float64]:
+    """(8,) by clock domain, each drawn at a place of its own: the first of four words of a counter."""
+    generator = np.random.Philox(key=(seed, craft_key), counter=(0, 0, 1, 0))
+    return 2 * np.pi * keyed_draws.uniform(generator.random_raw(4 * DOMAINS)[::4])
 
 
 def over(wander: Wander, t_s: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.error_models.params_onboard import OnboardClock
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import Stream
 
 _HOUR = 3600
 
@@ -46,8 +47,8 @@ class Walk:
 
 def _steps(seed: int, craft_key: int, hour: int) -> NDArray[np.float64]:
     """(3601,) walk through an hour from zero, by seconds."""
-    raw = keyed_draws.words(seed, craft_key, keyed_draws.COMPUTER, hour, _HOUR // keyed_draws.SLOTS)
-    return np.concatenate(((0.0,), np.cumsum(keyed_draws.normal(raw).ravel())))
+    raw = Stream(seed, craft_key, "onboard_clock").words(hour, _HOUR)
+    return np.concatenate(((0.0,), np.cumsum(keyed_draws.normal(raw))))
 
 
 def showing(parameters: OnboardClock, seed: int, craft_key: int, interval_ns: int) -> Callable[[int], float]:

@@ -22,6 +22,7 @@ from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.clocks.bounded_wander import DOMAINS, Clocks, ClockState
 from gnss_hil.emulator.error_models.params_receiver import ClockInstability
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import Stream
 
 Array = NDArray[np.float64]
 
@@ -88,11 +89,10 @@ def running(parameters: ClockInstability, seed: int, craft_key: int, interval_ns
     """The oscillators of a craft's clock domains; receivers of one domain share one."""
     oscillator = OSCILLATORS[parameters.oscillator]
     step_s, dt_s = 1e-3 * parameters.reset_ms, interval_ns / NS_PER_S
+    draws = Stream(seed, craft_key, "clock_instability")
 
     def clocks(before: ClockState | None, epoch: int) -> ClockState:
-        standard = keyed_draws.normal(
-            keyed_draws.words(seed, craft_key, keyed_draws.OSCILLATORS, epoch, DOMAINS)[:, :2]
-        )
+        standard = keyed_draws.normal(draws.of_epoch(epoch, 2 * DOMAINS)).reshape(DOMAINS, 2)
         if before is None:
             state = switched_on(parameters, standard)
         else:

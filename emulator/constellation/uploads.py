@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 
 Numbers = NDArray[np.int64]
 
@@ -46,9 +47,7 @@ def uploads(seed: int, index: Numbers, period_s: dict[int, float]) -> Uploads:
     Satellites of other systems are never given anything new: one upload serves for an age.
     """
     system = satellites.system_of(index)
-    raw = keyed_draws.words(seed, keyed_draws.SKY_KEY, keyed_draws.UPLOAD_TIMES, 0, satellites.SATELLITES)[
-        index, 0
-    ]
+    raw = Stream(seed, SKY_KEY, "uploads").words(0, satellites.SATELLITES)[index]
     period, phase = np.full(len(index), _AGE_MINUTES), np.zeros(len(index), np.int64)
     for which, seconds in period_s.items():
         of_it, minutes, issue = system == which, round(seconds / 60), ISSUE_MINUTES[which]
@@ -57,12 +56,10 @@ def uploads(seed: int, index: Numbers, period_s: dict[int, float]) -> Uploads:
     return Uploads(period, phase)
 
 
-def by_number(seed: int, stream: int, number: Numbers, index: Numbers, per_satellite: int) -> NDArray:
-    """Standard normal numbers (s, n, 4 per_satellite) of satellites index (n,) and uploads number (s, n)."""
+def by_number(stream: Stream, number: Numbers, index: Numbers, per_satellite: int) -> NDArray:
+    """Standard normal numbers (s, n, per_satellite) of satellites index (n,) and uploads number (s, n)."""
     different, place = np.unique(number, return_inverse=True)
     count = satellites.SATELLITES * per_satellite
-    raw = np.stack(
-        [keyed_draws.words(seed, keyed_draws.SKY_KEY, stream, k, count) for k in different.tolist()]
-    )
+    raw = np.stack([stream.words(k, count) for k in different.tolist()])
     drawn = raw.reshape(len(different), satellites.SATELLITES, -1)[:, index]
     return keyed_draws.normal(drawn)[place.reshape(number.shape), np.arange(len(index))]

@@ -26,7 +26,8 @@ class Model(ErrorModel):
 
 def build(params: AttitudeError, context: Context) -> ErrorModel:
     parts = sensors(params, context.interval_ns)
-    return Model(Walk(lambda before, epoch: known(parts, before, context.seed, context.key, epoch)))
+    draws = context.stream(ROW.name)
+    return Model(Walk(lambda before, epoch: known(parts, before, draws, epoch)))
 
 
 ROW = Row(

@@ -14,6 +14,7 @@ from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.error_models.params_receiver import InterchannelBias
 from gnss_hil.emulator.error_models.params_sky import CodeBias
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 
 Array = NDArray[np.float64]
 
@@ -29,9 +30,7 @@ _PER_RECEIVER = 24  # one delay, one slope, a number for each frequency, one spa
 def satellite_code_m(parameters: CodeBias, seed: int, index: NDArray[np.int64]) -> Array:
     """What to add to C/A pseudoranges (n,) [m] of satellites index (n,): C1 - P1, zero where
     broadcast clocks belong to the very code that is tracked."""
-    raw = keyed_draws.words(seed, keyed_draws.SKY_KEY, keyed_draws.CODE_BIASES, 0, satellites.SATELLITES)[
-        index, 0
-    ]
+    raw = Stream(seed, SKY_KEY, "code_bias").words(0, satellites.SATELLITES)[index]
     p1_c1_ns = parameters.sigma_ns * keyed_draws.normal(raw)
     for name, given_ns in parameters.p1_c1_ns.items():
         p1_c1_ns[index == satellites.parse(name)] = given_ns
@@ -44,9 +43,7 @@ def receiver_code_m(
 ) -> tuple[Array, Array]:
     """What to add to pseudoranges [m]: (m,) all of a receiver's, and (m, 21) those of GLONASS by frequency
     number, FREQUENCIES."""
-    raw = keyed_draws.words(
-        seed, craft_key, keyed_draws.BIASES, 0, MAX_RECEIVERS * _PER_RECEIVER // keyed_draws.SLOTS
-    )
+    raw = Stream(seed, craft_key, "interchannel_bias").words(0, MAX_RECEIVERS * _PER_RECEIVER)
     standard = keyed_draws.normal(raw).reshape(MAX_RECEIVERS, _PER_RECEIVER)[:receivers]
     slope = parameters.slope_m_per_channel * standard[:, 1:2]
     return parameters.hardware_m * standard[:, 0], slope * FREQUENCIES + parameters.scatter_m * standard[

@@ -30,7 +30,7 @@ from gnss_hil.emulator.error_models.base import (
     Stage,
 )
 from gnss_hil.emulator.error_models.params_sky import EphemerisError
-from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 from gnss_hil.emulator.signal.geometry import spin
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def errors(
     minute = middles_ns // MINUTE_NS
     plan = uploads(seed, index, _periods_s(parameters))
     number = plan.number(minute)
-    drawn = by_number(seed, keyed_draws.UPLOAD_ORBITS, number, index, 2)[:, None]
+    drawn = by_number(Stream(seed, SKY_KEY, "ephemeris_error"), number, index, 5)[:, None]
     age_s = 60.0 * (minute[:, None] - plan.begun(number)) + 30.0
     radial, along, cross = free_motion(drawn, sigma_m, mean_motion * (age_s[:, None] + nodes_s[:, None]))
     up, ahead, aside = orbital_axes(pos_ecef_m, vel_ecef_mps)

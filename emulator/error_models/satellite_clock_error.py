@@ -29,6 +29,7 @@ from gnss_hil.emulator.error_models.base import (
 )
 from gnss_hil.emulator.error_models.params_sky import SatelliteClockError
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -70,7 +71,7 @@ def errors(
     minute = middles_ns // MINUTE_NS
     number = plan.number(minute)
     begun = plan.begun(number)
-    drawn = by_number(seed, keyed_draws.UPLOAD_CLOCKS, number, index, 1)
+    drawn = by_number(Stream(seed, SKY_KEY, "satellite_clock_error"), number, index, 2)
     off_m, frequency = upload_m * drawn[..., 0], day * drawn[..., 1]
     ends = np.stack((minute, minute + 1))[..., None]
     walked_s = _walked(seed, index, begun, ends) * (day * np.sqrt(_DAY_S))
@@ -105,13 +106,8 @@ def _walked(seed: int, index: Numbers, begun: Numbers, ends: Numbers) -> Array:
 def _sums(seed: int, index: Numbers, first: int, last: int) -> Array:
     """Brownian motion (last - first + 1, n) [s^0.5] at whole minutes, zero at the first."""
     hours = range(first // _PER_HOUR, (last - 1) // _PER_HOUR + 1)
-    count = satellites.SATELLITES * _PER_HOUR // keyed_draws.SLOTS
-    raw = np.stack(
-        [
-            keyed_draws.words(seed, keyed_draws.SKY_KEY, keyed_draws.CLOCK_MINUTES, hour, count)
-            for hour in hours
-        ]
-    )
+    stream = Stream(seed, SKY_KEY, "satellite_clock_error minutes")
+    raw = np.stack([stream.words(hour, satellites.SATELLITES * _PER_HOUR) for hour in hours])
     minutes = raw.reshape(len(hours), satellites.SATELLITES, _PER_HOUR)[:, index]
     steps = keyed_draws.normal(minutes).transpose(0, 2, 1).reshape(-1, len(index))
     start = first - hours[0] * _PER_HOUR

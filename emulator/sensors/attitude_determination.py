@@ -22,6 +22,7 @@ from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.clocks.oscillator import spread
 from gnss_hil.emulator.error_models.params_onboard import AttitudeError
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import product
 
 Array = NDArray[np.float64]
@@ -132,12 +133,12 @@ def advance(parts: Sensors, state: Knowledge, standard: Array, epoch: int) -> Kn
     return Knowledge(angle_rad, turned_rad / parts.dt_s, drift_rps)
 
 
-def known(parts: Sensors, before: Knowledge | None, seed: int, craft_key: int, epoch: int) -> Knowledge:
+def known(parts: Sensors, before: Knowledge | None, draws: Stream, epoch: int) -> Knowledge:
     """The knowledge of an epoch from that of the one before, None before the first."""
-    standard = keyed_draws.normal(keyed_draws.words(seed, craft_key, keyed_draws.GYROS, epoch, _AXES))
+    standard = keyed_draws.normal(draws.of_epoch(epoch, 3 * _AXES)).reshape(_AXES, 3)
     if before is None:
         return at_start(parts, standard[:, :2])
-    return advance(parts, before, standard[:, :3], epoch)
+    return advance(parts, before, standard, epoch)
 
 
 def believed(quaternion: Array, angle_rad: Array) -> Array:

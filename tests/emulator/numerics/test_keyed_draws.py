@@ -7,6 +7,7 @@ from scipy import stats
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import Stream
 
 
 def test_generator_is_philox_4x64_10():
@@ -17,31 +18,51 @@ def test_generator_is_philox_4x64_10():
     assert generator.random_raw(4).tolist() == known
 
 
-def test_a_draw_stays_when_systems_are_added():
-    gps = keyed_draws.grid(5, 99, 1234, 1)
-    both = keyed_draws.grid(5, 99, 1234, 2)
-    assert gps.shape == (1, MAX_RECEIVERS, satellites.NUMBERS, keyed_draws.SLOTS)
-    assert (both[:1] == gps).all()
+def signals(epochs=range(3), receivers=range(2), systems=range(1)):
+    """Epoch, receiver and satellite index (p,) of all there are."""
+    sats = np.concatenate([satellites.index(system, np.arange(satellites.NUMBERS)) for system in systems])
+    found = np.meshgrid(np.array(epochs), np.array(receivers), sats, indexing="ij")
+    return tuple(column.reshape(-1) for column in found)
 
 
-@pytest.mark.parametrize("other", [(6, 99, 1234), (5, 98, 1234), (5, 99, 1235)])
+def test_a_draw_stays_whatever_else_is_asked_for():
+    """One signal alone, with others, in another order, of more systems, at another place of the stretch."""
+    stream = Stream(5, 99, "noise")
+    epoch, receiver, sat = signals(range(60, 70), range(MAX_RECEIVERS), range(2))
+    every = stream.of_signals(epoch, receiver, sat)
+    some = np.random.default_rng(1).permutation(len(every))[:50]
+    assert (stream.of_signals(epoch[some], receiver[some], sat[some]) == every[some]).all()
+    for one in some[:5]:
+        assert stream.of_signals(epoch[[one]], receiver[[one]], sat[[one]]) == every[one]
+    assert len(np.unique(every)) == len(every)
+
+
+@pytest.mark.parametrize("other", [(6, 99, "noise"), (5, 2**64 - 1, "noise"), (5, 99, "slips")])
 def test_every_part_of_the_key_counts(other):
-    """A change of seed, craft or epoch shares no word with the original."""
-    one, two = keyed_draws.grid(5, 99, 1234, 2), keyed_draws.grid(*other, 2)
+    """A change of seed, owner or model shares no word with the original; nor do epochs with each other."""
+    at = signals()
+    one, two = Stream(5, 99, "noise"), Stream(*other)
+    assert not np.isin(one.of_signals(*at), two.of_signals(*at)).any()
+    assert not np.isin(one.words(7, 100), two.words(7, 100)).any()
+    assert not np.isin(one.of_epoch(7, 100), two.of_epoch(7, 100)).any()
+    assert not np.isin(one.of_epoch(7, 100), one.of_epoch(8, 100)).any()
+
+
+def test_owners_that_differ_in_their_last_bit_differ():
+    one, two = (Stream(1, 2**63 + last, "noise").words(0, 4) for last in (0, 1))
     assert not np.isin(one, two).any()
 
 
-def test_streams_do_not_overlap():
-    one = keyed_draws.words(5, 99, keyed_draws.MEASUREMENTS, 0, 100)
-    assert not np.isin(one, keyed_draws.words(5, 99, keyed_draws.CLOCKS, 0, 100)).any()
-
-
 def test_draws_are_standard_normal_and_independent():
-    sample = keyed_draws.normal(
-        np.concatenate([keyed_draws.grid(1, 2, epoch, 2).reshape(-1, 4) for epoch in range(40)])
-    )
-    assert stats.kstest(sample.ravel(), "norm").pvalue > 1e-3
-    assert np.abs(np.corrcoef(sample.T) - np.eye(4)).max() < 4 / np.sqrt(len(sample))
+    stream = Stream(1, 2, "noise")
+    epochs = 40
+    sample = keyed_draws.normal(stream.of_signals(*signals(range(epochs), range(4), range(2))))
+    assert stats.kstest(sample, "norm").pvalue > 1e-3
+    by_epoch = sample.reshape(epochs, -1)
+    bound = 5 / np.sqrt(by_epoch.shape[1])
+    assert np.abs(np.corrcoef(by_epoch) - np.eye(epochs)).max() < bound
+    by_receiver = sample.reshape(epochs, 4, -1).swapaxes(0, 1).reshape(4, -1)
+    assert np.abs(np.corrcoef(by_receiver) - np.eye(4)).max() < 5 / np.sqrt(by_receiver.shape[1])
 
 
 def test_uniform_never_reaches_its_ends():

@@ -10,6 +10,7 @@ from scipy.linalg import solve_discrete_are
 from scipy.spatial.transform import Rotation
 
 from gnss_hil.emulator.error_models.params_onboard import AttitudeError
+from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion, quaternion_of_dcm
 from gnss_hil.emulator.sensors import attitude_determination as a
 
@@ -56,7 +57,7 @@ def play(parameters, epochs, seeds, interval_ns=S):
     for seed in range(seeds):
         state, path = None, []
         for epoch in range(epochs):
-            state = a.known(parts, state, seed, 77, epoch)
+            state = a.known(parts, state, Stream(seed, 77, "attitude_error"), epoch)
             path.append((state.angle_rad, state.rate_rps))
         angles.append([angle for angle, _ in path])
         rates.append([rate for _, rate in path])
@@ -116,10 +117,10 @@ def test_star_fixes_find_the_drift_of_the_gyros():
     parts = a.sensors(parameters, 10 * S)
     sigma_rad, sigma_rps = np.sqrt(np.diag(after))
     for seed in range(4):
-        state = a.known(parts, None, seed, 77, 0)
+        state = a.known(parts, None, Stream(seed, 77, "attitude_error"), 0)
         state = replace(state, drift_rps=state.drift_rps + 100 * sigma_rps)
         for epoch in range(1, 1081):
-            state = a.known(parts, state, seed, 77, epoch)
+            state = a.known(parts, state, Stream(seed, 77, "attitude_error"), epoch)
         assert np.abs(state.angle_rad).max() < 5 * sigma_rad
         assert np.abs(state.drift_rps).max() < 5 * sigma_rps
 

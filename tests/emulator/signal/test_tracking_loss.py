@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from gnss_hil.emulator.error_models.params_receiver import CycleSlips, LossOfLock
-from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.signal.loops import Loops
 from gnss_hil.emulator.signal.tracking_loss import holds, slip_rate_hz, slips
 
@@ -44,7 +44,7 @@ def test_simulated_loops_slip_as_often(costas):
         count += np.count_nonzero(over) if step >= settling else 0
         phase[over] = 0.0
     simulated_hz = count / (steps * dt * len(phase))
-    raw = keyed_draws.words(1, 2, keyed_draws.MEASUREMENTS, 3, 100_000)[:, 3]
+    raw = Stream(1, 2, "cycle_slips").words(3, 100_000)
     found = slips(parameters, loops, raw, np.full(len(raw), cn0_dbhz), 1.0)
     assert np.mean(found != 0) == pytest.approx(-np.expm1(-simulated_hz), rel=0.06)
     assert set(np.unique(found).tolist()) == ({-1, 0, 1} if costas else {-2, 0, 2})
@@ -52,13 +52,13 @@ def test_simulated_loops_slip_as_often(costas):
 
 
 def test_strong_signals_never_slip():
-    raw = keyed_draws.words(1, 2, keyed_draws.MEASUREMENTS, 3, 10_000)[:, 3]
+    raw = Stream(1, 2, "cycle_slips").words(3, 10_000)
     assert not slips(CycleSlips(), Loops(), raw, np.full(len(raw), 40.0), 60.0).any()
     assert np.isfinite(slip_rate_hz(np.array((1e-3, 1e5)), 15.0)).all()
 
 
 def test_a_rate_may_be_added():
-    raw = keyed_draws.words(1, 2, keyed_draws.MEASUREMENTS, 3, 200_000)[:, 3]
+    raw = Stream(1, 2, "cycle_slips").words(3, 200_000)
     found = slips(CycleSlips(per_hour=360), Loops(), raw, np.full(len(raw), 45.0), 1.0)
     assert np.mean(found != 0) == pytest.approx(-np.expm1(-0.1), rel=0.02)
 
