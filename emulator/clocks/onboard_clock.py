@@ -8,23 +8,15 @@ Source of the walk: white noise of frequency of Allan deviation s at 1 s lets ti
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.emulator.error_models.params_onboard import OnboardClock
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 
 _HOUR = 3600
-
-
-def offset_s(parameters: OnboardClock, t_s: float) -> float:
-    """Offset and drift alone: clock minus GPS time [s], t_s after the start."""
-    return 1e-6 * parameters.offset_us + 1e-9 * parameters.drift_ppb * t_s
 
 
 class Walk:
@@ -49,15 +41,3 @@ def _steps(seed: int, craft_key: int, hour: int) -> NDArray[np.float64]:
     """(3601,) walk through an hour from zero, by seconds."""
     raw = Stream(seed, craft_key, "onboard_clock").words(hour, _HOUR)
     return np.concatenate(((0.0,), np.cumsum(keyed_draws.normal(raw))))
-
-
-def showing(parameters: OnboardClock, seed: int, craft_key: int, interval_ns: int) -> Callable[[int], float]:
-    """The clock of a craft's computer: epoch -> clock minus GPS time [s], `instant.Instant.computer_s`."""
-    walk = Walk(seed, craft_key)
-
-    def computer_s(epoch: int) -> float:
-        t_s = epoch * interval_ns / NS_PER_S
-        wandered_s = parameters.walk * walk.at(t_s) if parameters.walk else 0.0
-        return offset_s(parameters, t_s) + wandered_s
-
-    return computer_s

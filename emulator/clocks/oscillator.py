@@ -17,12 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.registry import table
-from gnss_hil.emulator.clocks.bounded_wander import DOMAINS, Clocks, ClockState
-from gnss_hil.emulator.error_models.params_receiver import ClockInstability
-from gnss_hil.emulator.numerics import keyed_draws
-from gnss_hil.emulator.numerics.keyed_draws import Stream
+from gnss_hil.emulator.clocks.bounded_wander import ClockState
 
 Array = NDArray[np.float64]
 
@@ -78,25 +74,3 @@ def advance(oscillator: Oscillator, state: ClockState, standard: Array, dt_s: fl
 def reset(state: ClockState, step_s: float) -> ClockState:
     """Clocks (2, c) set back by whole steps as soon as they are more than half of one off."""
     return np.stack((state[0] - step_s * np.rint(state[0] / step_s), state[1]))
-
-
-def switched_on(parameters: ClockInstability, standard: Array) -> ClockState:
-    """Clocks (2, c) at the start of a run from (c, 2) standard normal numbers."""
-    return standard.T * np.array(((1e-3 * parameters.offset_ms,), (1e-9 * parameters.frequency_ppb,)))
-
-
-def running(parameters: ClockInstability, seed: int, craft_key: int, interval_ns: int) -> Clocks:
-    """The oscillators of a craft's clock domains; receivers of one domain share one."""
-    oscillator = OSCILLATORS[parameters.oscillator]
-    step_s, dt_s = 1e-3 * parameters.reset_ms, interval_ns / NS_PER_S
-    draws = Stream(seed, craft_key, "clock_instability")
-
-    def clocks(before: ClockState | None, epoch: int) -> ClockState:
-        standard = keyed_draws.normal(draws.of_epoch(epoch, 2 * DOMAINS)).reshape(DOMAINS, 2)
-        if before is None:
-            state = switched_on(parameters, standard)
-        else:
-            state = advance(oscillator, before, standard, dt_s)
-        return reset(state, step_s) if step_s else state
-
-    return clocks

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_loops import CarrierNoise
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream, normal
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.loops import Loops, carrier_sigma_rad
+
+
+class CarrierNoise(Factor):
+    """Thermal noise of the phase lock loop, a Costas loop; no parameters but the loop's."""
 
 
 @dataclass(frozen=True, slots=True)

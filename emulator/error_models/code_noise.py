@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_loops import CodeNoise
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream, normal
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.loops import Loops, code_sigma_chips
+
+
+class CodeNoise(Factor):
+    """Thermal noise of the delay lock loop, non-coherent; no parameters but the loop's."""
 
 
 @dataclass(frozen=True, slots=True)

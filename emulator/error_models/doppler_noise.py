@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_loops import DopplerNoise
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream, normal
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.loops import Loops, doppler_sigma_hz
+
+
+class DopplerNoise(Factor):
+    """Thermal noise of the frequency lock loop; no parameters but the loop's."""
 
 
 @dataclass(frozen=True, slots=True)

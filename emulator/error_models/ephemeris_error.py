@@ -14,9 +14,11 @@ errors of orbits: Colombo, J. Geophys. Res. 94 (1989) 9167
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, by_number, uploads
@@ -29,11 +31,45 @@ from gnss_hil.emulator.error_models.base import (
     Row,
     Stage,
 )
-from gnss_hil.emulator.error_models.params_sky import EphemerisError
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 from gnss_hil.emulator.signal.geometry import spin
 
 Array = NDArray[np.float64]
+
+
+Sigma = Annotated[float, Field(ge=0, le=1000)]
+Triple = tuple[Sigma, Sigma, Sigma]
+Period = Annotated[float, Field(ge=60, le=14 * 86400, multiple_of=60)]
+
+
+class EphemerisError(Factor):
+    """Orbits as broadcast.
+
+    gps_sigma_m, glonass_sigma_m    1 sigma radial, along and cross track [m]. Chosen: with the defaults of
+                                    `SatelliteClockError` they give the ranging errors of 0.7 m and 1.9 m of
+                                    Montenbruck, Steigenberger and Hauschild, GPS Solutions 19 (2015) 321;
+                                    how these are shared out among the components is modelled
+    gps_upload_s, glonass_upload_s  how long an error lasts [s], whole minutes: GPS is uploaded once a
+                                    day; GLONASS is modelled by what broadcast orbits of 2009-04-01 are off,
+                                    which lasts through many half-hourly issues
+    """
+
+    gps_sigma_m: Triple = (0.2, 1.2, 0.6)
+    glonass_sigma_m: Triple = (0.4, 2.8, 1.6)
+    gps_upload_s: Period = 86400.0
+    glonass_upload_s: Period = 43200.0
+
+    @model_validator(mode="after")
+    def _orbits_are_free(self):
+        for system in ("gps", "glonass"):
+            radial, along, _ = getattr(self, f"{system}_sigma_m")
+            if along < 2 * radial:
+                raise ValueError(
+                    f"{system}_sigma_m: along track {along:g} m is less than twice the radial {radial:g} m; "
+                    "a free orbit that oscillates radially does so twice as far along its track"
+                )
+        return self
 
 
 def errors(

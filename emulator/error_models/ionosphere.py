@@ -2,22 +2,109 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
 
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_ionosphere import Ionosphere
+from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.files import ionex, ionosphere_header
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.geometry import spin
+from gnss_hil.emulator.signal.ionosphere import field
 from gnss_hil.emulator.signal.ionosphere.delay import delay_m
-from gnss_hil.emulator.signal.ionosphere.field import Field
-from gnss_hil.emulator.signal.ionosphere.prepare import build_field
+from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients
+from gnss_hil.emulator.signal.ionosphere.map_files import joined
+from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
+from gnss_hil.emulator.signal.ionosphere.profile import Profile
 from gnss_hil.emulator.signal.ionosphere.slant import slant_tec_and_rate
+
+Four = tuple[float, float, float, float]
+Share = Annotated[float, Field(ge=0, lt=1)]
+
+
+class Ionosphere(Factor):
+    """Electrons around the Earth, one sky for all craft.
+
+    model         where the vertical content comes from: the coefficients GPS broadcasts, or measured maps
+    activity      of the Sun: coefficients and profile wherever nothing else is given
+    alpha, beta   coefficients of one's own, as broadcast [s, semicircles]
+    files         "ionex": maps that together cover the run; "klobuchar": one navigation file whose header
+                  has the coefficients
+    the others    heights and scales of the profile, in place of the preset's
+    """
+
+    model: Literal["klobuchar", "ionex"] = "klobuchar"
+    activity: Literal["low", "high"] = "low"
+    alpha: Four | None = None
+    beta: Four | None = None
+    files: tuple[str, ...] = ()
+    peak_height_km: Annotated[float, Field(ge=150, le=600)] | None = None
+    bottomside_scale_km: Annotated[float, Field(ge=10, le=150)] | None = None
+    topside_scale_km: Annotated[float, Field(ge=20, le=300)] | None = None
+    plasmasphere_scale_km: Annotated[float, Field(ge=500, le=20_000)] | None = None
+    plasmasphere_share: Share | None = None
+
+    @model_validator(mode="after")
+    def _sources(self):
+        if (self.alpha is None) != (self.beta is None):
+            raise ValueError("alpha and beta belong together")
+        if self.model == "ionex" and (not self.files or self.alpha):
+            raise ValueError("model 'ionex' takes its content from files alone: name one or more")
+        if self.model == "klobuchar" and len(self.files) > (0 if self.alpha else 1):
+            raise ValueError("model 'klobuchar' takes alpha and beta, or one navigation file")
+        return self
+
+
+_PROFILE = {
+    "peak_height_km": ("peak_m", 1e3),
+    "bottomside_scale_km": ("bottomside_m", 1e3),
+    "topside_scale_km": ("topside_m", 1e3),
+    "plasmasphere_scale_km": ("plasmasphere_m", 1e3),
+    "plasmasphere_share": ("plasmasphere_share", 1.0),
+}
+
+
+def profile_of(params: Ionosphere) -> Profile:
+    """The preset's profile, with what the scenario says in its place."""
+    told = ((scale, unit, getattr(params, name)) for name, (scale, unit) in _PROFILE.items())
+    return replace(
+        PRESETS[params.activity].profile,
+        **{scale: unit * value for scale, unit, value in told if value is not None},
+    )
+
+
+def build_field(params: Ionosphere, files: Sequence[Path], span_ns: tuple[int, int]) -> field.Field:
+    """The field of a run.
+
+    files    the parameters', as paths that can be opened
+    span_ns  first and last GPS time of the run [ns]; maps have to cover it
+    Raises FileError with one line.
+    """
+    profile = profile_of(params)
+    if params.model == "ionex":
+        return field.of_maps(
+            joined([ionex.read(path) for path in files], ", ".join(map(str, files)), span_ns), profile
+        )
+    return field.of_coefficients(_coefficients(params, files), profile)
+
+
+def _coefficients(params: Ionosphere, files: Sequence[Path]) -> Coefficients:
+    if params.alpha is not None and params.beta is not None:
+        return Coefficients(params.alpha, params.beta)
+    if files:
+        header = ionosphere_header.read(files[0])
+        return Coefficients(header.alpha, header.beta)
+    return PRESETS[params.activity].coefficients
 
 
 @dataclass(frozen=True, slots=True)
 class Model(ErrorModel):
-    field: Field
+    electrons: field.Field
 
     def path(self, at: ChannelGeometry) -> PathTerm:
         epochs, place = at.epochs, (at.at, at.receiver)
@@ -26,7 +113,7 @@ class Model(ErrorModel):
         sky, satellite = epochs.sky, (at.at, at.row)
         since_ns = epochs.t_ns[at.at] - epochs.t_ns[0]
         content, rate = slant_tec_and_rate(
-            self.field, int(epochs.t_ns[0]), pos_m, vel_mps, sky.pos_ecef_m[satellite],
+            self.electrons, int(epochs.t_ns[0]), pos_m, vel_mps, sky.pos_ecef_m[satellite],
             sky.vel_ecef_mps[satellite], 1e-9 * since_ns,
         )  # fmt: skip
         carrier_hz = LIGHT_MPS / at.wave_m

@@ -3,10 +3,83 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
+import numpy as np
+from pydantic import Field, model_validator
+
+from gnss_hil.dbc.common.vehicle import Strict, Vector
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_link import Jamming
-from gnss_hil.emulator.signal import equipment
+from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.signal import jamming
+from gnss_hil.emulator.signal.jamming import Jammers
+
+Level = Annotated[float, Field(ge=-300, le=100)]
+
+
+class _Spectrum(Strict):
+    """How a jammer's power is spread.
+
+    kind   "noise": flat over bandwidth_mhz; "tone": a line; "matched": as the signals themselves
+    """
+
+    kind: Literal["noise", "tone", "matched"] = "noise"
+    centre_mhz: Annotated[float, Field(gt=0, le=100_000)] = 1575.42
+    bandwidth_mhz: Annotated[float, Field(gt=0, le=10_000)] = 2.046
+
+
+class EarthJammer(_Spectrum):
+    """A jammer at a place on the Earth or above it, right-handed, equal in all directions."""
+
+    latitude_deg: Annotated[float, Field(ge=-90, le=90)]
+    longitude_deg: Annotated[float, Field(ge=-180, le=360)]
+    height_m: Annotated[float, Field(ge=-500, le=50_000_000)] = 0.0
+    eirp_dbw: Level
+
+
+class BodyJammer(_Spectrum):
+    """A jammer that keeps its direction in body axes, by the power an isotropic antenna receives."""
+
+    direction_body: Vector
+    received_dbw: Level
+
+    @model_validator(mode="after")
+    def _is_a_direction(self):
+        norm = sum(x * x for x in self.direction_body) ** 0.5
+        if abs(norm - 1) > 1e-3:
+            raise ValueError(f"direction_body has length {norm:.4g}; a direction has length 1")
+        return self
+
+
+class Jamming(Factor):
+    """Jammers, one at least."""
+
+    earth: tuple[EarthJammer, ...] = ()
+    body: tuple[BodyJammer, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_some(self):
+        if self.enabled and not (self.earth or self.body):
+            raise ValueError("no jammer: name one in earth or in body")
+        return self
+
+
+def jammers_of(params: Jamming) -> Jammers:
+    """Jammers as arrays, those on the Earth first."""
+    places = [
+        jamming.place_ecef_m(np.radians(one.latitude_deg), np.radians(one.longitude_deg), one.height_m)
+        for one in params.earth
+    ]
+    every = (*params.earth, *params.body)
+    return Jammers(
+        np.array(places).reshape(-1, 3),
+        np.array([one.eirp_dbw for one in params.earth], float),
+        np.array([one.direction_body for one in params.body], float).reshape(-1, 3),
+        np.array([one.received_dbw for one in params.body], float),
+        tuple(one.kind for one in every),
+        np.array([one.centre_mhz * 1e6 for one in every], float),
+        np.array([one.bandwidth_mhz * 1e6 for one in every], float),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +91,7 @@ class Model(ErrorModel):
 
 
 def build(params: Jamming, context: Context) -> ErrorModel:
-    return Model(LinkTerm(jammers=equipment.jammers_of(params)))
+    return Model(LinkTerm(jammers=jammers_of(params)))
 
 
 ROW = Row(

@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_receiver import PhaseWindup
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import phase_windup
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
+
+
+class PhaseWindup(Factor):
+    """Turns of the transmitting and receiving antennas about the way of the signal; no parameters."""
 
 
 @dataclass(frozen=True, slots=True)

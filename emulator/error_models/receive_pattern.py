@@ -3,10 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
 
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_link import ReceivePattern
-from gnss_hil.emulator.signal import equipment
+from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.signal import antenna_patterns, link_budget
+
+
+class ReceivePattern(Factor):
+    """The craft's antennas.
+
+    pattern                    "law" (through gain_dbi and gain_at_90deg_dbi), a shipped name, or a file
+    column                     gain column of a file that has several
+    antennas                   antenna name -> pattern, where it differs
+    floor_dbi                  gain at 180 deg of a table that ends before
+    How weakly left-handed waves are received belongs to reflections: `Multipath.cross_polar_db`.
+    """
+
+    pattern: str = "law"
+    column: str = ""
+    gain_dbi: Annotated[float, Field(ge=-20, le=30)] = 4.0
+    gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
+    antennas: dict[str, str] = Field(default_factory=dict)
+    floor_dbi: Annotated[float, Field(ge=-120, le=30)] = -20.0
+
+
+def antennas_of(params: ReceivePattern, names: tuple[str, ...]) -> antenna_patterns.Receive:
+    """Antennas of these names (m,). ValueError if the parameters name another, FileError if a table is
+    bad."""
+    strangers = sorted(set(params.antennas) - set(names))
+    if strangers:
+        raise ValueError(f"antenna '{strangers[0]}' is not there; there are {', '.join(names)}")
+    wanted = [params.antennas.get(name, params.pattern) for name in names]
+    law_dbi = params.gain_dbi, params.gain_at_90deg_dbi
+    found = {name: link_budget.pattern_of(name, params.column, law_dbi) for name in wanted}
+    return antenna_patterns.receive(tuple(found[name] for name in wanted), params.floor_dbi)
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +51,7 @@ class Model(ErrorModel):
 
 
 def build(params: ReceivePattern, context: Context) -> ErrorModel:
-    return Model(LinkTerm(antennas=equipment.antennas_of(params, context.vehicle.names)))
+    return Model(LinkTerm(antennas=antennas_of(params, context.vehicle.names)))
 
 
 ROW = Row(

@@ -11,9 +11,11 @@ oscillators", IEEE Trans. UFFC 34 (1987) 647, tables of prediction errors (optim
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.registry import table
@@ -27,12 +29,33 @@ from gnss_hil.emulator.error_models.base import (
     Row,
     Stage,
 )
-from gnss_hil.emulator.error_models.params_sky import SatelliteClockError
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
+
+
+Sigma = Annotated[float, Field(ge=0, le=1000)]
+Period = Annotated[float, Field(ge=60, le=14 * 86400, multiple_of=60)]
+
+
+class SatelliteClockError(Factor):
+    """Clocks as broadcast: what they have done since the last upload, and what the upload was off.
+
+    gps_clock, glonass_clock            kind of clock: "rb", "cs", "maser"
+    gps_upload_m, glonass_upload_m      1 sigma of the offset at the upload [m] (modelled, see EphemerisError)
+    gps_upload_s, glonass_upload_s      how long an upload serves [s], whole minutes
+    """
+
+    gps_clock: Literal["rb", "cs", "maser"] = "rb"
+    glonass_clock: Literal["rb", "cs", "maser"] = "cs"
+    gps_upload_m: Sigma = 0.6
+    glonass_upload_m: Sigma = 1.0
+    gps_upload_s: Period = 86400.0
+    glonass_upload_s: Period = 43200.0
+
 
 _DAY_S = 86_400.0
 _MINUTE_S = 60.0

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, Row, Stage, VisibilityTerm
-from gnss_hil.emulator.error_models.params_structure import Shadowing
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
+
+
+class Shadowing(Factor):
+    """Boxes and panels of the craft's structure hide satellites."""
 
 
 class Model(ErrorModel):

@@ -3,11 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import date
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.emulator.constellation import blocks
 from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
-from gnss_hil.emulator.error_models.params_link import TransmitPattern
-from gnss_hil.emulator.signal import equipment
+from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.signal import link_budget
+
+GpsBlock = Literal["gps-iia", "gps-iir", "gps-iir-improved", "gps-iif", "gps-iii"]
+Block = GpsBlock | Literal["glonass-m"]
+
+
+class TransmitPattern(Factor):
+    """Satellites' antennas and powers.
+
+    level    "typical": as their makers and users published; "minimum": what the interface documents promise
+    gps      block of all GPS satellites, or the one each number had on the day the run starts
+    blocks   satellite name ("G05") -> block, where that is not what is wanted
+    """
+
+    level: Literal["typical", "minimum"] = "typical"
+    gps: GpsBlock | Literal["by-date"] = "by-date"
+    blocks: dict[Annotated[str, Field(pattern=r"^[GR]\d\d$")], Block] = Field(default_factory=dict)
+
+
+def transmitters_of(params: TransmitPattern, day: date) -> link_budget.Transmit:
+    """Transmitters of all satellites as they were on that day; ValueError if a block is not the system's."""
+    return link_budget.transmit(blocks.block_rows(day, params.gps, params.blocks), params.level)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +46,7 @@ class Model(ErrorModel):
 
 def build(params: TransmitPattern, context: Context) -> ErrorModel:
     day = gpstime.to_calendar(context.start_ns).date()
-    return Model(LinkTerm(transmitters=equipment.transmitters_of(params, day)))
+    return Model(LinkTerm(transmitters=transmitters_of(params, day)))
 
 
 ROW = Row(

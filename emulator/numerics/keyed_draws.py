@@ -24,6 +24,8 @@ SKY_KEY = 0
 STRETCH = 64
 """Epochs whose draws are made together: one after another in the stream, for they are asked for so."""
 
+_PARTS = satellites.SATELLITES // satellites.NUMBERS * MAX_RECEIVERS
+
 
 def key_of(name: str) -> int:
     """64 bits that stand for a name."""
@@ -51,11 +53,11 @@ class Stream:
         stretch, within = np.divmod(epoch, STRETCH)
         part = satellites.system_of(sat) * MAX_RECEIVERS + receiver
         place = satellites.number_of(sat) * STRETCH + within
-        parts, which = np.unique(np.stack((stretch, part)), axis=1, return_inverse=True)
+        group = stretch * _PARTS + part
         out = np.empty(len(place), np.uint64)
-        for number, one in enumerate(parts.T.tolist()):
-            mine = which.reshape(-1) == number
-            out[mine] = _signals(self, *one)[place[mine]]
+        for one in np.unique(group).tolist():
+            mine = group == one
+            out[mine] = _signals(self, *divmod(one, _PARTS))[place[mine]]
         return out
 
 

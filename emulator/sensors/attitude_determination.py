@@ -13,22 +13,18 @@ and Control (2014), 6
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, inf, pi, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.clocks.oscillator import spread
-from gnss_hil.emulator.error_models.params_onboard import AttitudeError
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import product
 
 Array = NDArray[np.float64]
 
-_DEG = pi / 180
-_HOUR_S = 3600.0
 _AXES = 3
 
 
@@ -65,22 +61,6 @@ class Sensors:
     initial: Array
 
 
-def sensors(parameters: AttitudeError, interval_ns: int) -> Sensors:
-    """Sensors of a craft; a star fix comes in every epoch, or in every second one, and so on."""
-    dt_s = interval_ns / NS_PER_S
-    white = (parameters.angle_walk_deg_rth * _DEG) ** 2 / _HOUR_S
-    walk = (parameters.drift_walk_deg_h_rth * _DEG / _HOUR_S) ** 2 / _HOUR_S
-    star_rad = parameters.star_sigma_arcsec / 3600 * _DEG
-    if parameters.star_interval_s == 0:
-        initial = np.diag((parameters.initial_deg * _DEG, parameters.initial_drift_deg_h * _DEG / _HOUR_S))
-        return Sensors(dt_s, white, walk, inf, star_rad, 0.0, 0.0, initial)
-    epochs = max(1, ceil(parameters.star_interval_s / dt_s - 1e-9))
-    ratio = settled(white, walk, star_rad, epochs * dt_s)
-    angle_gain, drift_gain = 1 - ratio**-2, sqrt(walk * epochs * dt_s) / (ratio * star_rad)
-    after = _after_a_fix(walk, star_rad, epochs * dt_s, ratio, angle_gain, drift_gain)
-    return Sensors(dt_s, white, walk, epochs, star_rad, angle_gain, drift_gain, after)
-
-
 def settled(white: float, walk: float, star_rad: float, interval_s: float) -> float:
     """What remains to be expected of a fix's innovation, 1 sigma, over the star sensor's own.
 
@@ -93,7 +73,7 @@ def settled(white: float, walk: float, star_rad: float, interval_s: float) -> fl
     return gamma + s_u / 4 + sqrt(2 * gamma * s_u + s_v**2 + s_u**2 / 3) / 2
 
 
-def _after_a_fix(
+def after_a_fix(
     walk: float, star_rad: float, interval_s: float, ratio: float, angle_gain: float, drift_gain: float
 ) -> Array:
     """(2, 2) lower triangle of the covariance of attitude and unknown drift after a fix, settled.

@@ -65,6 +65,9 @@ def units_begun(system: Numbers, t_ns: Numbers) -> Numbers:
 
 def _leap_ns(t_ns: Numbers) -> Numbers:
     """GPS - UTC (...,) [ns] at GPS times (...,)."""
-    different, place = np.unique(t_ns, return_inverse=True)
-    leap_s = np.array([gpstime.leap_seconds(t) for t in different.tolist()])
-    return leap_s[place].reshape(np.shape(t_ns)) * NS_PER_S
+    times = np.ravel(t_ns)
+    ends = {gpstime.leap_seconds(int(t)) for t in (times.min(), times.max())} if len(times) else {0}
+    if len(ends) == 1:
+        return np.full(np.shape(t_ns), ends.pop() * NS_PER_S)
+    leap_s = [gpstime.leap_seconds(t) for t in times.tolist()]
+    return np.reshape(leap_s, np.shape(t_ns)) * NS_PER_S

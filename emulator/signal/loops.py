@@ -6,6 +6,10 @@ code loop early minus late, power discriminator, wide front end; Costas loop; fr
 Errors of different epochs are independent: noise is white from epoch to epoch (modelled: loops of 0.5 Hz
 and faster forget within a second). So it is right for intervals of 1 s and more; of closer epochs a real
 loop repeats part of its error, and averages over them come out too good here.
+
+Slips are those of a loop of first order without a steady error, for which the mean time is known exactly;
+other orders slip somewhat more often (modelled). Sources: Viterbi, Proc. IEEE 51 (1963) 1737 (Principles of
+Coherent Communication, 1966, 4.4); Holmes, Coherent Spread Spectrum Systems (1982), 5
 """
 
 from __future__ import annotations
@@ -59,3 +63,20 @@ def doppler_sigma_hz(cn0_hz: Array, loops: Loops) -> Array:
     """1 sigma of a frequency lock loop at high C/N0 [Hz]: sqrt(4 B / C/N0 (1 + 1 / (T C/N0))) / (2 pi T)."""
     squaring = 1 + 1 / (loops.integration_s * cn0_hz)
     return np.sqrt(4 * loops.frequency_bandwidth_hz / cn0_hz * squaring) / (_TWO_PI * loops.integration_s)
+
+
+def jitter_rad(loops: Loops, cn0_hz: Array) -> Array:
+    """1 sigma of a carrier loop, noise and all else."""
+    return np.hypot(carrier_sigma_rad(cn0_hz, loops), np.deg2rad(loops.other_jitter_deg))
+
+
+def slip_rate_hz(snr: Array, bandwidth_hz: float) -> Array:
+    """Slips a second, to either side, of a first-order loop without steady error.
+
+    snr           of the loop: one over the variance of its phase [rad^2] as linear theory has it
+    bandwidth_hz  one-sided noise bandwidth
+    The inverse of the mean time to the first slip, pi^2 snr I0(snr)^2 / (2 B). Viterbi (1963)
+    """
+    from scipy.special import i0e
+
+    return 2 * bandwidth_hz / (np.pi**2 * snr) * np.exp(-2 * snr) / i0e(snr) ** 2

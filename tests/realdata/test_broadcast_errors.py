@@ -11,7 +11,7 @@ from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.error_models import ephemeris_error
-from gnss_hil.emulator.error_models.params_sky import EphemerisError
+from gnss_hil.emulator.error_models.ephemeris_error import EphemerisError
 from tests.support import sp3
 from tests.support.outside import data_file
 

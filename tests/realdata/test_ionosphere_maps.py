@@ -10,10 +10,9 @@ import pyrtklib
 import pytest
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.error_models.params_ionosphere import Ionosphere
+from gnss_hil.emulator.error_models.ionosphere import Ionosphere, build_field
 from gnss_hil.emulator.files import ionex
 from gnss_hil.emulator.signal.ionosphere.delay import delay_m
-from gnss_hil.emulator.signal.ionosphere.prepare import build_field
 from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
 from gnss_hil.emulator.signal.ionosphere.slant import slant_tec_tecu
 from tests.support.ionosphere_sky import craft_m, satellites_m, seen

@@ -161,8 +161,11 @@ def advance(
     since_ns = np.where(found, t_ns, since_ns)
     held_ns = t_ns - since_ns
     lock = np.where(found, BIT_SYNC, lock)
-    to_collect_ns = pace.ephemeris_ns if collection_ns is None else collection_ns(target, since_ns)
-    begins = receives & (lock == BIT_SYNC) & (known | (held_ns >= to_collect_ns))
+    collects = receives & (lock == BIT_SYNC)
+    begins = collects & known
+    if (collects & ~known).any():
+        to_collect_ns = pace.ephemeris_ns if collection_ns is None else collection_ns(target, since_ns)
+        begins |= collects & (held_ns >= to_collect_ns)
     lock = np.where(begins, FULL, lock).astype(np.int8)
     slips = (channels.slips + begins) % SLIPS
     return (

@@ -6,8 +6,7 @@ import allantools
 import numpy as np
 import pytest
 
-from gnss_hil.emulator.clocks.onboard_clock import showing
-from gnss_hil.emulator.error_models.params_onboard import OnboardClock
+from gnss_hil.emulator.error_models.onboard_clock import OnboardClock, showing
 
 S = 10**9
 

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from gnss_hil.emulator.clocks import oscillator
 from gnss_hil.emulator.clocks.bounded_wander import DOMAINS
 from gnss_hil.emulator.clocks.oscillator import OSCILLATORS
-from gnss_hil.emulator.error_models.params_receiver import ClockInstability
+from gnss_hil.emulator.error_models.clock_instability import ClockInstability, running
 
 
 @pytest.mark.parametrize("dt_s", [0.01, 1.0, 60.0])
@@ -50,7 +50,7 @@ def test_chip_scale_clock_is_that_of_its_data_sheet():
 
 
 def run(parameters, epochs, seed=1, key=2, interval_ns=10**9):
-    clocks, state, states = oscillator.running(parameters, seed, key, interval_ns), None, []
+    clocks, state, states = running(parameters, seed, key, interval_ns), None, []
     for epoch in range(epochs):
         state = clocks(state, epoch)
         states.append(state)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.emulator.error_models.code_biases import FREQUENCIES, receiver_code_m, satellite_code_m
-from gnss_hil.emulator.error_models.params_receiver import InterchannelBias
-from gnss_hil.emulator.error_models.params_sky import CodeBias
+from gnss_hil.emulator.error_models.code_bias import CodeBias, satellite_code_m
+from gnss_hil.emulator.error_models.interchannel_bias import FREQUENCIES, InterchannelBias, receiver_code_m
 
 GPS = satellites.index(satellites.GPS, np.arange(1, 33))
 GLONASS = satellites.index(satellites.GLONASS, np.arange(1, 25))

@@ -15,7 +15,8 @@ from gnss_hil.emulator.constellation.sky import GRID
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, uploads
 from gnss_hil.emulator.earth.constants import MU_M3PS2, ROTATION_RPS
 from gnss_hil.emulator.error_models import ephemeris_error, satellite_clock_error
-from gnss_hil.emulator.error_models.params_sky import EphemerisError, SatelliteClockError
+from gnss_hil.emulator.error_models.ephemeris_error import EphemerisError
+from gnss_hil.emulator.error_models.satellite_clock_error import SatelliteClockError
 from gnss_hil.emulator.numerics.chebyshev import fit_matrix
 
 START_NS = gpstime.from_calendar(datetime(2012, 10, 31))

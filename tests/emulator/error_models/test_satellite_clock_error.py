@@ -12,7 +12,7 @@ from gnss_hil.emulator.constellation.sky import GRID
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, uploads
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.error_models import satellite_clock_error
-from gnss_hil.emulator.error_models.params_sky import SatelliteClockError
+from gnss_hil.emulator.error_models.satellite_clock_error import SatelliteClockError
 from tests.emulator.error_models.test_ephemeris_error import BOTH, GPS, START_NS, middles
 
 FORTNIGHT = SatelliteClockError(gps_upload_s=14 * 86400)

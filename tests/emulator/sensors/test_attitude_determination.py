@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 from scipy.spatial.transform import Rotation
 
-from gnss_hil.emulator.error_models.params_onboard import AttitudeError
+from gnss_hil.emulator.error_models.attitude_error import AttitudeError, sensors
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion, quaternion_of_dcm
 from gnss_hil.emulator.sensors import attitude_determination as a
@@ -46,14 +46,14 @@ def riccati(parameters):
 @pytest.mark.parametrize("parameters", CASES)
 def test_gains_and_covariance_are_those_of_the_riccati_equation(parameters):
     gains, after = riccati(parameters)
-    parts = a.sensors(parameters, S)
+    parts = sensors(parameters, S)
     assert (parts.angle_gain, parts.drift_gain) == pytest.approx(gains, rel=1e-6)
     assert parts.initial @ parts.initial.T == pytest.approx(after, rel=1e-5)
 
 
 def play(parameters, epochs, seeds, interval_ns=S):
     """Angles and rates (seeds, epochs, 3)."""
-    parts, angles, rates = a.sensors(parameters, interval_ns), [], []
+    parts, angles, rates = sensors(parameters, interval_ns), [], []
     for seed in range(seeds):
         state, path = None, []
         for epoch in range(epochs):
@@ -83,7 +83,7 @@ def test_without_stars_attitude_runs_away_as_the_textbook_says():
 def test_an_unknown_drift_turns_the_attitude_at_its_rate():
     """1 deg/h for an hour is one degree, the sense of the drift."""
     still = AttitudeError(angle_walk_deg_rth=0, drift_walk_deg_h_rth=0, star_interval_s=0)
-    parts, drift = a.sensors(still, 60 * S), np.array((1.0, -2.0, 0.5)) * DEG / 3600
+    parts, drift = sensors(still, 60 * S), np.array((1.0, -2.0, 0.5)) * DEG / 3600
     state = a.Knowledge(np.zeros(3), drift, drift)
     for epoch in range(1, 61):
         state = a.advance(parts, state, np.zeros((3, 3)), epoch)
@@ -97,7 +97,7 @@ def test_errors_scatter_as_the_settled_filter_says(parameters):
     epochs = int(parameters.star_interval_s)
     angles, _ = play(parameters, 3 * epochs + 1, 120)
     _, after = riccati(parameters)
-    parts = a.sensors(parameters, S)
+    parts = sensors(parameters, S)
     for epoch in (0, epochs, 3 * epochs):
         assert angles[:, epoch].std() == pytest.approx(np.sqrt(after[0, 0]), rel=0.12)
     ratio = a.settled(parts.white, parts.walk, parts.star_rad, parameters.star_interval_s)
@@ -114,7 +114,7 @@ def test_star_fixes_find_the_drift_of_the_gyros():
     the Riccati equation says, and nothing of the first drift is left in them."""
     parameters = AttitudeError()
     _, after = riccati(parameters)
-    parts = a.sensors(parameters, 10 * S)
+    parts = sensors(parameters, 10 * S)
     sigma_rad, sigma_rps = np.sqrt(np.diag(after))
     for seed in range(4):
         state = a.known(parts, None, Stream(seed, 77, "attitude_error"), 0)

@@ -5,7 +5,7 @@ import pytest
 
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.emulator.assemble import FASTEST_TURN_RPS
-from gnss_hil.emulator.error_models.params_structure import Multipath
+from gnss_hil.emulator.error_models.multipath import Multipath
 from gnss_hil.emulator.numerics.rotations import dcm_321
 from gnss_hil.emulator.signal import multipath_engine
 from gnss_hil.emulator.signal.correlation import triangle

@@ -9,11 +9,11 @@ import pytest
 from pydantic import ValidationError
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.error_models.params_ionosphere import Ionosphere
+from gnss_hil.emulator.error_models.ionosphere import Ionosphere, build_field, profile_of
 from gnss_hil.emulator.files.ionex import TecMaps
 from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.signal.ionosphere.map_files import joined
 from gnss_hil.emulator.signal.ionosphere.maps import vertical_tecu
-from gnss_hil.emulator.signal.ionosphere.prepare import build_field, joined, profile_of
 from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
 
 LAT = np.arange(80.0, -81, -20)

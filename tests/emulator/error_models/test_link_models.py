@@ -7,22 +7,21 @@ import pytest
 from pydantic import ValidationError
 
 from gnss_hil.emulator.constellation import blocks
-from gnss_hil.emulator.error_models.params_link import (
-    BodyJammer,
-    EarthJammer,
-    Jamming,
-    LinkBudget,
-    ReceivePattern,
-    TransmitPattern,
-)
+from gnss_hil.emulator.error_models import jamming as jamming_model
+from gnss_hil.emulator.error_models import link_budget as link_model
+from gnss_hil.emulator.error_models import receive_pattern, transmit_pattern
+from gnss_hil.emulator.error_models.jamming import BodyJammer, EarthJammer, Jamming
+from gnss_hil.emulator.error_models.link_budget import LinkBudget
+from gnss_hil.emulator.error_models.receive_pattern import ReceivePattern
+from gnss_hil.emulator.error_models.transmit_pattern import TransmitPattern
 from gnss_hil.emulator.files.text import FileError
-from gnss_hil.emulator.signal import antenna_patterns, equipment, jamming, link_budget
+from gnss_hil.emulator.signal import antenna_patterns, jamming, link_budget
 
 
 def budget_of(transmit, receive, noise, names):
-    transmitters = equipment.transmitters_of(transmit, date(2012, 10, 31))
+    transmitters = transmit_pattern.transmitters_of(transmit, date(2012, 10, 31))
     return link_budget.Budget(
-        transmitters, equipment.antennas_of(receive, names), *equipment.front_end_of(noise)
+        transmitters, receive_pattern.antennas_of(receive, names), *link_model.front_end_of(noise)
     )
 
 
@@ -45,7 +44,7 @@ def test_an_antenna_may_have_a_file_of_its_own(tmp_path):
 
 def test_an_antenna_that_is_not_there_is_told():
     with pytest.raises(ValueError, match="antenna 'aft' is not there; there are fore, zenith"):
-        equipment.antennas_of(ReceivePattern(antennas={"aft": "isotropic"}), ("fore", "zenith"))
+        receive_pattern.antennas_of(ReceivePattern(antennas={"aft": "isotropic"}), ("fore", "zenith"))
 
 
 def test_jammers_keep_their_order_and_units():
@@ -53,7 +52,7 @@ def test_jammers_keep_their_order_and_units():
         earth=(EarthJammer(latitude_deg=90.0, longitude_deg=0.0, eirp_dbw=40.0, kind="tone"),),
         body=(BodyJammer(direction_body=(0.0, 0.0, 1.0), received_dbw=-100.0, bandwidth_mhz=2.0),),
     )
-    jam = equipment.jammers_of(factor)
+    jam = jamming_model.jammers_of(factor)
     assert jam.place_ecef_m[0] == pytest.approx([0, 0, 6_356_752.314], abs=1e-3)
     assert (jam.kind, jam.centre_hz[0], jam.bandwidth_hz[1]) == (("tone", "noise"), 1575.42e6, 2e6)
     arrival = jamming.arrivals(jam, np.array([0.0, 0, 4.2e7]), np.eye(3))

@@ -1,66 +1,18 @@
-"""The ionosphere of a run, from a scenario's parameters and files."""
+"""Maps of files that follow each other as one field of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.error_models.params_ionosphere import Ionosphere
-from gnss_hil.emulator.files import ionex, ionosphere_header
+from gnss_hil.emulator.files import ionex
 from gnss_hil.emulator.files.text import FileError
-from gnss_hil.emulator.signal.ionosphere.field import Field, of_coefficients, of_maps
-from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients
 from gnss_hil.emulator.signal.ionosphere.maps import Maps
-from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
-from gnss_hil.emulator.signal.ionosphere.profile import Profile
 
 Array = NDArray[np.float64]
-
-_PROFILE = {
-    "peak_height_km": ("peak_m", 1e3),
-    "bottomside_scale_km": ("bottomside_m", 1e3),
-    "topside_scale_km": ("topside_m", 1e3),
-    "plasmasphere_scale_km": ("plasmasphere_m", 1e3),
-    "plasmasphere_share": ("plasmasphere_share", 1.0),
-}
-
-
-def profile_of(factor: Ionosphere) -> Profile:
-    """The preset's profile, with what the scenario says in its place."""
-    said = ((field, unit, getattr(factor, name)) for name, (field, unit) in _PROFILE.items())
-    return replace(
-        PRESETS[factor.activity].profile,
-        **{field: unit * value for field, unit, value in said if value is not None},
-    )
-
-
-def build_field(factor: Ionosphere, files: Sequence[Path], span_ns: tuple[int, int]) -> Field:
-    """The field of a run.
-
-    files    the factor's, as paths that can be opened
-    span_ns  first and last GPS time of the run [ns]; maps have to cover it
-    Raises FileError with one line.
-    """
-    profile = profile_of(factor)
-    if factor.model == "ionex":
-        return of_maps(
-            joined([ionex.read(path) for path in files], ", ".join(map(str, files)), span_ns), profile
-        )
-    return of_coefficients(_coefficients(factor, files), profile)
-
-
-def _coefficients(factor: Ionosphere, files: Sequence[Path]) -> Coefficients:
-    if factor.alpha is not None and factor.beta is not None:
-        return Coefficients(factor.alpha, factor.beta)
-    if files:
-        header = ionosphere_header.read(files[0])
-        return Coefficients(header.alpha, header.beta)
-    return PRESETS[factor.activity].coefficients
 
 
 def joined(files: Sequence[ionex.TecMaps], origin: str, span_ns: tuple[int, int]) -> Maps:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from gnss_hil.emulator.error_models.params_receiver import CycleSlips, LossOfLock
+from gnss_hil.emulator.error_models.cycle_slips import CycleSlips, slips
+from gnss_hil.emulator.error_models.loss_of_lock import LossOfLock, holds
 from gnss_hil.emulator.numerics.keyed_draws import Stream
-from gnss_hil.emulator.signal.loops import Loops
-from gnss_hil.emulator.signal.tracking_loss import holds, slip_rate_hz, slips
+from gnss_hil.emulator.signal.loops import Loops, slip_rate_hz
 
 
 @pytest.mark.parametrize("snr", [0.5, 2.0, 5.0])
