@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.tools.decoder.block import Block
 
@@ -22,21 +25,21 @@ class AlmanacLog:
         self._kept: list[dict[str, NDArray]] = []
         self._minute = np.full(satellites.SATELLITES, -1, np.int64)
 
-    def take(self, t_ns: NDArray[np.int64], block: Block) -> None:
+    def take(self, t_ns: I64, block: Block) -> None:
         """The almanac frames of some epochs, t_ns (e,) the times of their marks."""
-        key, first = None, {}
-        parts = {}
+        keys, parts = [], []
         for kind, names in _PARTS.items():
             said = block[kind]
             of_part = (said.epoch * 16 + said.number) * satellites.SATELLITES + said.satellite
-            unique, first[kind] = np.unique(of_part, return_index=True)
-            parts[kind] = (unique, {name: said[name] for name in names})
-            key = unique if key is None else np.intersect1d(key, unique)
+            unique, first = np.unique(of_part, return_index=True)
+            keys.append(unique)
+            parts.append((unique, first, {name: said[name] for name in names}))
+        key = reduce(np.intersect1d, keys)
         if not len(key):
             return
         rows = {"t_ns": t_ns[key // (16 * satellites.SATELLITES)], "sat": key % satellites.SATELLITES}
-        for kind, (unique, columns) in parts.items():
-            at = first[kind][np.searchsorted(unique, key)]
+        for unique, first, columns in parts:
+            at = first[np.searchsorted(unique, key)]
             rows |= {name: column[at] for name, column in columns.items()}
         self._keep(rows)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import I64, U64
 from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.frames import FrameBatch
 
@@ -15,12 +16,12 @@ EPOCHS = 16
 """A frame names its epoch modulo this."""
 
 
-def payloads(frames: FrameBatch) -> NDArray[np.uint64]:
+def payloads(frames: FrameBatch) -> U64:
     """(n,) payloads as little-endian words."""
     return np.ascontiguousarray(frames.data).view("<u8")[:, 0]
 
 
-def epoch_nibbles(words: NDArray[np.uint64]) -> NDArray[np.int64]:
+def epoch_nibbles(words: U64) -> I64:
     """(n,) epoch modulo 16 in the protection header."""
     return ((words >> 12) & 15).astype(np.int64)
 
@@ -34,9 +35,9 @@ class Messages:
     """
 
     layout: Layout
-    epoch: NDArray[np.int64]
-    number: NDArray[np.int64]
-    words: NDArray[np.uint64]
+    epoch: I64
+    number: I64
+    words: U64
 
     def __len__(self) -> int:
         return len(self.words)
@@ -45,7 +46,7 @@ class Messages:
         return self.layout.signal(name, self.words)
 
     @property
-    def satellite(self) -> NDArray[np.int64]:
+    def satellite(self) -> I64:
         """(k,) satellite index (`dbc.common.satellites`)."""
         return satellites.index(self["sat_system"], self["sat_number"])
 
@@ -57,7 +58,7 @@ class Block:
     epochs   how many there are
     """
 
-    def __init__(self, codec: Codec, can_id: NDArray, words: NDArray[np.uint64], epoch: NDArray, epochs: int):
+    def __init__(self, codec: Codec, can_id: NDArray, words: U64, epoch: NDArray, epochs: int):
         """can_id, words, epoch (n,): identifiers of the contract, payloads, rows of epochs, in bus order."""
         kind = codec.kind_of.take(can_id).astype(np.uint8)
         order = np.argsort(kind, kind="stable")  # one byte: radix sort
@@ -75,7 +76,7 @@ class Block:
         return Messages(layout, self._epoch[mine], number, self._words[mine])
 
 
-def of_frames(codec: Codec, frames: FrameBatch, epoch: NDArray[np.int64] | None = None, epochs: int = 1):
+def of_frames(codec: Codec, frames: FrameBatch, epoch: I64 | None = None, epochs: int = 1):
     """The block of accepted frames (n,), all of one epoch unless `epoch` (n,) tells the row of each."""
     row = np.zeros(len(frames), np.int64) if epoch is None else epoch
     return Block(codec, frames.can_id, payloads(frames), row, epochs)

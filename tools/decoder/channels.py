@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64, I64, Bool, Index
 from gnss_hil.dbc.contract.messages import CHANNELS, HEADER_NAMES, MEASUREMENT_KINDS
 from gnss_hil.tools.decoder.block import Block
 
@@ -23,14 +25,14 @@ class Channels:
     values     signals of the measurement kinds by name
     """
 
-    epoch: NDArray[np.int64]
-    receiver: NDArray[np.int64]
-    channel: NDArray[np.int64]
-    sat: NDArray[np.int64]
+    epoch: I64
+    receiver: I64
+    channel: I64
+    sat: I64
     values: dict[str, NDArray]
 
     @property
-    def position_m(self) -> NDArray[np.float64]:
+    def position_m(self) -> F64:
         """(k, 3) satellites at transmission, ECEF."""
         return np.stack([self.values[f"{axis}_m"] for axis in "xyz"], axis=-1)
 
@@ -54,23 +56,24 @@ def channels_of(block: Block) -> Channels:
     )
 
 
-def common(keys: Sequence[NDArray[np.int64]]) -> tuple[NDArray[np.int64], list[NDArray[np.intp] | slice]]:
+def common(keys: Sequence[I64]) -> tuple[I64, list[Index | slice]]:
     """Keys (k,) that every one of the arrays has exactly once, ascending, and where each array has them."""
     first = keys[0]
     if (first[1:] > first[:-1]).all() and all(np.array_equal(key, first) for key in keys[1:]):
         return first, [slice(None)] * len(keys)  # a bus without faults
+    shared = reduce(np.intersect1d, (_once(key) for key in keys))
     orders = [np.argsort(key, kind="stable") for key in keys]
-    shared = None
-    for key in keys:
-        value, count = np.unique(key, return_counts=True)
-        once = value[count == 1]
-        shared = once if shared is None else np.intersect1d(shared, once, assume_unique=True)
-    return shared, [
-        order[np.searchsorted(key[order], shared)] for key, order in zip(keys, orders, strict=True)
-    ]
+    places = zip(keys, orders, strict=True)
+    return shared, [order[np.searchsorted(key[order], shared)] for key, order in places]
 
 
-def used_in_fix(block: Block) -> NDArray[np.bool_]:
+def _once(key: I64) -> I64:
+    """Values that occur exactly once, ascending."""
+    value, count = np.unique(key, return_counts=True)
+    return value[count == 1]
+
+
+def used_in_fix(block: Block) -> Bool:
     """(e, m, CHANNELS) whether a channel's pseudorange is in the fix, by NAV_USED."""
     used = np.zeros((block.epochs, block.codec.receivers, CHANNELS), bool)
     said = block["NAV_USED"]
@@ -81,7 +84,7 @@ def used_in_fix(block: Block) -> NDArray[np.bool_]:
     return used
 
 
-def clock_domains(block: Block) -> NDArray[np.int64]:
+def clock_domains(block: Block) -> I64:
     """(e, m) clock domain of each receiver, by TAG; 0 where it did not come."""
     domain = np.zeros((block.epochs, block.codec.receivers), np.int64)
     tags = block["TAG"]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.block import Block
 
@@ -42,7 +40,7 @@ class CommandLog:
         self._last: dict[tuple[int, int], int] = {}
         self._held: dict[tuple[int, int], int] = {}
 
-    def take(self, t_ns: NDArray[np.int64], block: Block) -> None:
+    def take(self, t_ns: I64, block: Block) -> None:
         """The COMMAND and ACK frames of some epochs, t_ns (e,) the times of their marks."""
         rows = []
         for order, kind in enumerate(("ACK", "COMMAND")):

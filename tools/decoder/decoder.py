@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64, U32, U64
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import Verdict
@@ -23,7 +24,7 @@ from gnss_hil.tools.decoder.screen import Screen
 _HELD_BACK = 2
 """Epochs kept open: an answer may come while the next epoch has begun."""
 
-Held = tuple[NDArray[np.uint32], NDArray[np.uint64], NDArray[np.int64]]
+Held = tuple[U32, U64, I64]
 """Identifiers, payloads and epochs of accepted frames."""
 
 
@@ -51,16 +52,16 @@ class Decoder:
         return self._screen.counters
 
     @property
-    def bits(self) -> NDArray[np.int64]:
+    def bits(self) -> I64:
         """(epochs,) bits on the wire."""
         return self._bits.total(self.epochs)
 
     @property
-    def faults(self) -> NDArray[np.int64]:
+    def faults(self) -> I64:
         """(epochs,) frames rejected."""
         return self._faults.total(self.epochs)
 
-    def feed(self, frames: FrameBatch, bits: NDArray[np.int64] | None = None) -> None:
+    def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,) in bus order; their bits (n,) on the wire if they are known already."""
         if not len(frames):
             return
@@ -86,13 +87,13 @@ class Decoder:
         """Hand over what is still held."""
         self._hand_over(self.epochs)
 
-    def _reject(self, epoch: NDArray[np.int64], reason: str = "") -> None:
+    def _reject(self, epoch: I64, reason: str = "") -> None:
         """Frames of these epochs count as rejected; for a reason if the screen has not counted them."""
         if reason:
             self.counters.reject(reason, len(epoch))
         self._faults.add(epoch, np.ones(len(epoch), np.int64))
 
-    def _hold(self, can_id: NDArray, words: NDArray[np.uint64], epoch: NDArray[np.int64]) -> None:
+    def _hold(self, can_id: NDArray, words: U64, epoch: I64) -> None:
         """Keep accepted frames with the epoch they belong to: the one they are in or the one before."""
         if len(epoch) and epoch[0] < 0:
             begun = epoch >= 0
@@ -126,7 +127,7 @@ class _PerEpoch:
     def __init__(self):
         self._pieces: list[tuple[int, NDArray]] = []
 
-    def add(self, epoch: NDArray[np.int64], values: NDArray[np.int64]) -> None:
+    def add(self, epoch: I64, values: I64) -> None:
         if len(epoch) and epoch.min() < 0:
             inside = epoch >= 0
             epoch, values = epoch[inside], values[inside]
@@ -134,7 +135,7 @@ class _PerEpoch:
             first = int(epoch.min())
             self._pieces.append((first, np.bincount(epoch - first, values).astype(np.int64)))
 
-    def total(self, epochs: int) -> NDArray[np.int64]:
+    def total(self, epochs: int) -> I64:
         """(epochs,)"""
         total = np.zeros(epochs, np.int64)
         for first, values in self._pieces:

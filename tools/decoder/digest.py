@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.almanac import AlmanacLog
@@ -37,7 +38,7 @@ class Digest:
         self.almanac = AlmanacLog()
         self.tags = TagLog()
 
-    def feed(self, frames: FrameBatch, bits: NDArray[np.int64] | None = None) -> None:
+    def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,), and their bits (n,) on the wire if they are known already."""
         self._decoder.feed(frames, bits)
 
@@ -103,7 +104,7 @@ class Digest:
         return self._decoder.counters
 
     @property
-    def bits(self) -> NDArray[np.int64]:
+    def bits(self) -> I64:
         """(epochs,) bits on the wire, of every time mark."""
         return self._decoder.bits
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
 
 _SINGULAR = 1e-9
@@ -13,14 +13,12 @@ _DOMAINS = _SYSTEMS = 8
 """Clock domains and satellite systems that the contract's signals can name."""
 
 
-def distinct_satellites(epoch: NDArray[np.int64], sat: NDArray[np.int64], epochs: int) -> NDArray[np.int64]:
+def distinct_satellites(epoch: I64, sat: I64, epochs: int) -> I64:
     """(epochs,) different satellites among measurements (k,) of an epoch each."""
     return np.bincount(np.unique(epoch * SATELLITES + sat) // SATELLITES, minlength=epochs)
 
 
-def _rank(
-    epoch: NDArray[np.int64], item: NDArray[np.int64], shape: tuple[int, int]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _rank(epoch: I64, item: I64, shape: tuple[int, int]) -> tuple[I64, I64]:
     """(k,) place of a measurement's item among the items of its epoch, and (epochs,) how many these are."""
     present = np.zeros(shape, np.int64)
     present[epoch, item] = 1
@@ -29,12 +27,12 @@ def _rank(
 
 
 def distinct_pdop(
-    epoch: NDArray[np.int64],
-    sat: NDArray[np.int64],
-    domain: NDArray[np.int64],
-    los_m: NDArray[np.float64],
+    epoch: I64,
+    sat: I64,
+    domain: I64,
+    los_m: F64,
     epochs: int,
-) -> NDArray[np.float64]:
+) -> F64:
     """Position dilution of precision over distinct satellites, nan where singular.
 
     epoch    (k,) ascending row of the epoch of each measurement in the fix

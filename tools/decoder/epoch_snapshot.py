@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.dbc.common.arrays import F64, Bool
 from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
 from gnss_hil.tools.decoder.block import EPOCHS, Block
 from gnss_hil.tools.decoder.channels import used_in_fix
@@ -25,7 +26,7 @@ class Fix:
     satellites: int
     measurements: int
     pdop: float
-    position_ecef_m: NDArray[np.float64]
+    position_ecef_m: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,10 +49,10 @@ class EpochSnapshot:
     lock: F64
     cn0_dbhz: F64
     off_rad: F64
-    used: NDArray[np.bool_]
+    used: Bool
 
 
-def snapshot(block: Block, epoch: int, boresight_body: NDArray[np.float64]) -> EpochSnapshot:
+def snapshot(block: Block, epoch: int, boresight_body: F64) -> EpochSnapshot:
     """The accepted frames of one epoch; boresight_body (m, 3) from the vehicle file."""
     fix = _fix(block, epoch)
     position = np.full(3, np.nan) if fix is None else fix.position_ecef_m
@@ -82,9 +83,7 @@ def off_boresight_rad(los_ecef: NDArray, q_body_from_ecef: NDArray, boresight_bo
     return np.arctan2(across, (los_ecef * boresight).sum(axis=-1))
 
 
-def _last(
-    block: Block, kind: str, names: Sequence[str], nibble: int | None = None
-) -> dict[str, float] | None:
+def _last(block: Block, kind: str, names: Sequence[str], nibble: int | None = None) -> dict[str, Any] | None:
     """Signals of the last frame of a kind, of the epoch modulo 16 if that is given; None if none came."""
     said = block[kind]
     rows = np.arange(len(said))
@@ -109,8 +108,9 @@ def _fix(block: Block, epoch: int) -> Fix | None:
         return None
     nibble = status["epoch_mod16"]
     axes = [_last(block, f"NAV_{axis.upper()}", (f"{axis}_m",), nibble) for axis in "xyz"]
-    whole = status["mode"] != 0 and all(axes)
-    position = [a[f"{axis}_m"] for a, axis in zip(axes, "xyz", strict=True)] if whole else [np.nan] * 3
+    position = [part[f"{axis}_m"] for part, axis in zip(axes, "xyz", strict=True) if part is not None]
+    if status["mode"] == 0 or len(position) < 3:
+        position = [np.nan] * 3
     return Fix(
         epoch - (epoch - nibble) % EPOCHS,
         VALUES["NavMode"].get(status["mode"], str(status["mode"])),
@@ -122,7 +122,7 @@ def _fix(block: Block, epoch: int) -> Fix | None:
     )
 
 
-def _quaternion(block: Block) -> NDArray[np.float64]:
+def _quaternion(block: Block) -> F64:
     """(4,), unit; nan if its frames did not come."""
     at = attitudes(block)
     q = np.array([at[f"q{i}"][0] for i in range(4)])

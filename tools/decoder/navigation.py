@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.block import Block
 from gnss_hil.tools.decoder.time_marks import joined_ns, second_ns
@@ -66,7 +67,7 @@ def fixes(block: Block) -> dict[str, NDArray]:
     return out
 
 
-def mark_times_ns(block: Block) -> NDArray[np.int64]:
+def mark_times_ns(block: Block) -> I64:
     """(e,) GPS time of the marks [ns], -1 where their time frames are missing."""
     coarse, fine = np.full((2, block.epochs), -1, np.int64)
     said = block["TIME_GPS"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.tools.decoder.block import Block
 
 
@@ -14,7 +15,7 @@ class TagLog:
     def __init__(self):
         self._pieces: list[dict[str, NDArray]] = []
 
-    def take(self, t_ns: NDArray[np.int64], block: Block) -> None:
+    def take(self, t_ns: I64, block: Block) -> None:
         """The tags of some epochs, t_ns (e,) the times of their marks, -1 where unknown."""
         tag = block["TAG"]
         known = t_ns[tag.epoch] >= 0
@@ -23,7 +24,7 @@ class TagLog:
         self._pieces.append({name: values[known] for name, values in columns.items()})
 
     @property
-    def rows(self) -> dict[str, NDArray[np.int64]]:
+    def rows(self) -> dict[str, I64]:
         """One row per tag: t_ns, receiver (1-based), tag_offset_ns, clock_domain."""
         names = ("t_ns", "receiver", "tag_offset_ns", "clock_domain")
         return {n: np.concatenate([np.zeros(0, np.int64), *(p[n] for p in self._pieces)]) for n in names}

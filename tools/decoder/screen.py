@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import Index
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import Screened
@@ -12,7 +12,7 @@ from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.tools.decoder.counters import Counters
 
 
-def intact(codec: Codec, frames: FrameBatch, kind: str, number: int = 0) -> NDArray[np.intp]:
+def intact(codec: Codec, frames: FrameBatch, kind: str, number: int = 0) -> Index:
     """(k,) rows of the frames of a kind whose length and CRC are right, whatever their counters.
 
     For all that must know an epoch before its frames are checked: recorder, order of frames, replay.

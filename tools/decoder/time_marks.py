@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64, U64, Index
 from gnss_hil.dbc.common.gpstime import NS_PER_S, NS_PER_WEEK
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -19,9 +20,9 @@ from gnss_hil.tools.decoder.screen import intact
 class Marks:
     """Intact time marks of a batch: rows (n,), sessions (n,), epochs (n,)."""
 
-    rows: NDArray[np.intp]
-    session: NDArray[np.int64]
-    epoch: NDArray[np.int64]
+    rows: Index
+    session: I64
+    epoch: I64
 
 
 def marks_in(codec: Codec, frames: FrameBatch) -> Marks:
@@ -44,24 +45,24 @@ def with_session(codec: Codec, frames: FrameBatch, session: int) -> FrameBatch:
     return replace(frames, data=data)
 
 
-def second_ns(week: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.int64]:
+def second_ns(week: I64, second: I64) -> I64:
     """GPS time [ns] of TIME_GPS."""
     return week * NS_PER_WEEK + second * NS_PER_S
 
 
-def joined_ns(coarse_ns: NDArray[np.int64], fine_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+def joined_ns(coarse_ns: I64, fine_ns: I64) -> I64:
     """(e,) GPS time [ns] of TIME_GPS and TIME_FINE together; -1 where one of them is (-1)."""
     return np.where((coarse_ns >= 0) & (fine_ns >= 0), coarse_ns + fine_ns, -1)
 
 
-def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: NDArray) -> NDArray[np.int64]:
+def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: NDArray) -> I64:
     """(e,) GPS time [ns] of epochs numbered (e,) that hold counts (e,) of the frames; -1 if not reported.
 
     Only intact frames of the epoch's own number count, the first of each kind.
     """
     ends = np.cumsum(counts)
 
-    def of(kind: str) -> tuple[NDArray[np.intp], NDArray[np.uint64]]:
+    def of(kind: str) -> tuple[Index, U64]:
         rows = intact(codec, frames, kind)
         epoch = np.searchsorted(ends, rows, side="right")
         own = frames.data[rows, 1] >> 4 == numbers[epoch] % EPOCHS
@@ -77,9 +78,7 @@ def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: N
     return joined_ns(coarse, fine)
 
 
-def reckoned_ns(
-    reported: NDArray[np.int64], numbers: NDArray[np.int64], interval_ns: int, anchor: tuple[int, int]
-) -> NDArray[np.int64]:
+def reckoned_ns(reported: I64, numbers: I64, interval_ns: int, anchor: tuple[int, int]) -> I64:
     """(e,) GPS time [ns] of epochs: as reported, else reckoned by number from the last one that was.
 
     anchor  number and time [ns] of an epoch before all of these

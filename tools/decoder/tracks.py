@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
 from gnss_hil.tools.decoder.block import Block
@@ -29,7 +29,7 @@ class Tracks:
         self.since = np.zeros(shape, np.int64)
         self.asked = np.full(shape, NONE)
 
-    def take(self, epochs: NDArray[np.int64], block: Block) -> None:
+    def take(self, epochs: I64, block: Block) -> None:
         """The frames of epochs numbered (e,)."""
         said = block["SV_CLOCK"]
         grid = np.full((len(epochs) + 1, *self.sat.shape), NONE)

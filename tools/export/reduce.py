@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
@@ -35,13 +36,13 @@ def one_clock(data: CraftData) -> bool:
     """Whether all receivers that measure run on one oscillator and tell the same time."""
     at = data.rows.epoch, data.rows.receiver
     domains, offset_ns = data.domain[at], data.tag_offset_ns[at]
-    said = ~np.isnan(offset_ns)
-    epoch, offset_ns = data.rows.epoch[said], offset_ns[said]
+    tagged = ~np.isnan(offset_ns)
+    epoch, offset_ns = data.rows.epoch[tagged], offset_ns[tagged]
     begins = np.flatnonzero(np.r_[True, epoch[1:] != epoch[:-1]]) if len(epoch) else np.zeros(0, int)
     if not len(begins):
         return True
     apart = np.maximum.reduceat(offset_ns, begins) - np.minimum.reduceat(offset_ns, begins)
-    return len(np.unique(domains[said])) == 1 and not apart.any()
+    return len(np.unique(domains[tagged])) == 1 and not apart.any()
 
 
 def reduced(data: CraftData, shapiro: bool) -> Reduced:
@@ -50,9 +51,10 @@ def reduced(data: CraftData, shapiro: bool) -> Reduced:
     shapiro   leave the relativistic delay of the path in (True), as a receiver measures it, or take it out
     """
     every = data.rows
-    told = ~np.isnan(data.position_m).any(axis=1) & ~np.isnan(data.quaternion).any(axis=1)
-    said = ~np.isnan(data.tag_offset_ns[every.epoch, every.receiver])
-    placed = every[told[every.epoch] & said]
+    known = np.hstack((data.position_m, data.quaternion))
+    located: Bool = np.isfinite(known.sum(axis=1))
+    tagged = ~np.isnan(data.tag_offset_ns[every.epoch, every.receiver])
+    placed = every[located[every.epoch] & tagged]
     rows = distinct(placed)
     lever_m, lever_mps = _levers(data, rows)
     centre_m, centre_mps = data.position_m[rows.epoch], data.velocity_mps[rows.epoch]
@@ -74,7 +76,7 @@ def reduced(data: CraftData, shapiro: bool) -> Reduced:
         phase_cyc=rows.phase_cyc + nearer_m / codes_of(rows).wave_m,
     )
     measured = np.unique(every.epoch)
-    return Reduced(moved, int((~told[measured]).sum()), len(placed) - len(rows))
+    return Reduced(moved, int((~located[measured]).sum()), len(placed) - len(rows))
 
 
 def distinct(rows: Rows) -> Rows:

@@ -117,10 +117,10 @@ def _add_satellites(
         remarks.append(f"no {NAVIGATION}: {error}")
         files.append(table)
         return
-    apart_m = {craft.name: navigation.disagreement_m(plain, craft) for craft in data}
-    apart_m = {name: value for name, value in apart_m.items() if value is not None}
+    compared = {craft.name: navigation.disagreement_m(plain, craft) for craft in data}
+    apart_m = {name: value for name, value in compared.items() if value is not None}
     worst_m = max(apart_m.values(), default=0.0)
-    where = f"satellites on the bus of {max(apart_m, key=apart_m.get)}" if apart_m else ""
+    where = f"satellites on the bus of {max(apart_m, key=lambda name: apart_m[name])}" if apart_m else ""
     if worst_m > _STRANGE_M:
         remarks.append(
             f"no {NAVIGATION}, no {SATELLITES}: {where} are {worst_m:.3g} m (median) from those of the "

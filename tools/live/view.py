@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
@@ -54,7 +56,7 @@ class _Craft:
             snapshot=seen,
             sat=tracks.sat,
             asked=tracks.asked,
-            age_s=(seen.epoch - tracks.since) * (self._interval_ns / 1e9),
+            age_s=np.asarray((seen.epoch - tracks.since) * (self._interval_ns / 1e9), np.float64),
             error_m=self._live_error.error_m,
             load_percent=bus.load_percent,
             load_most_percent=bus.load_most_percent,
@@ -91,8 +93,8 @@ class LiveView:
         now = time.monotonic()
         if self._begun and now >= self._next:
             self._next = now + DRAW_S
-            craft = [one.look() for one in self._craft]
-            if self._terminal.ready and all(craft):
+            craft = [seen for one in self._craft if (seen := one.look()) is not None]
+            if self._terminal.ready and len(craft) == len(self._craft):
                 self._draw(now, unanswered, craft)
 
     def _draw(self, now: float, unanswered: int, craft: Sequence[CraftSummary]) -> None:

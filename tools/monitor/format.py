@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from decimal import Decimal
 
 import numpy as np
@@ -54,7 +54,7 @@ class Formatter:
     def sender(self, can_id: int) -> str:
         return self._codec.sender_of[can_id] if can_id <= SFF_MASK else ""
 
-    def values(self, frames: FrameBatch, verdict: Sequence[int]) -> list[str]:
+    def values(self, frames: FrameBatch, verdict: NDArray[np.uint8]) -> list[str]:
         """(n,) 'channel=3 lock=FULL' of frames that passed the checks, the bytes of others."""
         texts = [""] * len(frames)
         ids = frames.can_id.tolist()
@@ -90,10 +90,11 @@ def _writers(codec: Codec, kind: str) -> list[tuple[str, Callable[[float], str]]
 
 def _writer(name: str, labels: dict[int, str] | None, decimals: int) -> Callable[[float], str]:
     if labels is not None:
-        return lambda value: f"{name}={labels.get(value, value)}"
+        return lambda value: f"{name}={labels.get(int(value), value)}"
     return lambda value: f"{name}={value:.{decimals}f}"
 
 
 def _decimals(step: float) -> int:
     """Digits behind the point that a step needs: 4 for 0.0001, 0 for 250."""
-    return max(0, -Decimal(repr(float(step))).normalize().as_tuple().exponent)
+    exponent = Decimal(repr(float(step))).normalize().as_tuple().exponent
+    return max(0, -exponent) if isinstance(exponent, int) else 0

@@ -5,11 +5,13 @@ from __future__ import annotations
 import gc
 import time
 from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
 
 from gnss_hil.dbc.contract.frames import EMPTY, concat
 from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.emulator import assemble
-from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.step import emulate_step
 from gnss_hil.flightsw.app.state import initial_state
 from gnss_hil.flightsw.app.step import flight_step
@@ -19,10 +21,17 @@ from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.run_config.plan import Plan
 
 
+class TruthSink(Protocol):
+    """Takes the truth of each epoch."""
+
+    def add(self, rows: np.ndarray, now_s: float) -> None:
+        """Rows of the craft, at a wall-clock time."""
+
+
 def play(
     plan: Plan,
     recorder: Recorder,
-    truth: TruthLog,
+    truth: TruthSink,
     display: Display,
     stop: Callable[[], bool],
 ) -> Outcome:

@@ -17,7 +17,7 @@ from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, TRUTH, RunFolder, naming, write_json
 from gnss_hil.tools.replay.players import Keep, Played
 from gnss_hil.tools.replay.recorded_run import RecordedRun
-from gnss_hil.tools.replay.source import Source
+from gnss_hil.tools.replay.source import Source, scenario_of
 from gnss_hil.tools.run_config.config import OURS, ReplayConfig
 from gnss_hil.tools.run_config.plan import vehicle_name
 
@@ -79,11 +79,12 @@ def recording_at(recorded: RecordedRun, out: Path | None) -> Iterator[Keep]:
 def make_folder(path: Path, source: Source, truth: bool) -> RunFolder:
     """A run folder that describes what is replayed; `truth` belongs to a recorded emulator only."""
     folder = RunFolder(path, "--report")
-    names = [craft.name for craft in source.scenario.craft]
-    shutil.copy(source.folder / SCENARIO, folder / SCENARIO)
-    shutil.copy(source.vehicle, folder / vehicle_name(names, 0))
-    if truth and (source.folder / TRUTH).exists():
-        shutil.copy(source.folder / TRUTH, folder / TRUTH)
+    run, scenario = scenario_of(source)
+    names = [craft.name for craft in scenario.craft]
+    shutil.copy(run / SCENARIO, folder / SCENARIO)
+    shutil.copy(source.vehicle or run / vehicle_name(names, 0), folder / vehicle_name(names, 0))
+    if truth and (run / TRUTH).exists():
+        shutil.copy(run / TRUTH, folder / TRUTH)
     return folder
 
 
@@ -97,10 +98,10 @@ def report(folder: RunFolder, source: Source, config: ReplayConfig, played: Play
 
 def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, Any]:
     """What the replay alone knows; as `tools.commands.run.facts_of` has it of a run."""
-    scenario, latency = source.scenario, played.tally.latency
+    (run, scenario), latency = scenario_of(source), played.tally.latency
     interface, _, channel = config.bus.partition(":")
     simulated_s = played.epochs * source.recorded.interval_ns / 1e9
-    recorded = f"replay of {source.folder}"
+    recorded = f"replay of {run}"
 
     def milliseconds(percent: int) -> float | None:
         value_s = latency.percentile_s(percent)

@@ -17,7 +17,7 @@ from gnss_hil.tools.common.errors import Failed, Mistake
 from gnss_hil.tools.processes.bus_tap import LISTEN_S
 from gnss_hil.tools.processes.children import LEAVE_S, Child, start, told_of_bus
 from gnss_hil.tools.recording.run_folder import SCENARIO
-from gnss_hil.tools.replay.source import Source
+from gnss_hil.tools.replay.source import Source, scenario_of
 
 FAREWELL_S = 1.0
 """Its last frames may still be under way when a process is gone."""
@@ -156,7 +156,7 @@ def told(source: Source, spec: str, of_run: bool) -> dict[str, str]:
     if of_run:
         words["GNSS_HIL_SCENARIO"] = str(need_scenario(source).absolute())
         words["GNSS_HIL_PACE"] = "lockstep"
-        words["GNSS_HIL_DURATION"] = f"{source.scenario.time.duration_s:.12g}"
+        words["GNSS_HIL_DURATION"] = f"{scenario_of(source)[1].time.duration_s:.12g}"
     return words
 
 

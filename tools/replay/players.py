@@ -143,9 +143,8 @@ class _Seeker:
         while self._here is None or self._here.number < number:
             last, self._here = self._here, next(self._rest, None)
             if self._here is None:
-                raise Failed(
-                    f"epoch {number} is on the bus; the recording has {self._recorded.first} to {last.number}"
-                )
+                known = f"{self._recorded.first} to {last.number}" if last else "none"
+                raise Failed(f"epoch {number} is on the bus; the recording has {known}")
         if self._here.number != number:
             raise Failed(
                 f"epoch {number} is on the bus; the recording has none, its next is {self._here.number}"

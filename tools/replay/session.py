@@ -17,9 +17,6 @@ from gnss_hil.tools.run_config.config import EXTERNAL, OURS, ReplayConfig
 Say = Callable[[str], None]
 Stop = Callable[[], bool]
 
-_ROLES = {"emulator": "flight software", "flight": "emulator"}
-"""Who is on the other side of what is played."""
-
 
 def play(
     config: ReplayConfig, source: Source, spec: str, private: Path, say: Say, stop: Stop
@@ -29,16 +26,17 @@ def play(
     nodes = {"emulator": senders - {"FLIGHT"}, "flight": {"FLIGHT"}, None: senders}[config.only]
     with peer.joined(spec, source.recorded.codec, nodes) as link:
         if config.only is None:
-            return players.play_all(source.recorded, link, parse_pace(config.pace), stop), None
+            pace = parse_pace(config.pace or "realtime") or 1.0
+            return players.play_all(source.recorded, link, pace, stop), None
         with _other_side(config, source, spec, private / "words", say) as other:
             return _against(config, source, link, other, stop)
 
 
 def _other_side(config: ReplayConfig, source: Source, spec: str, words: Path, say: Say):
-    """Whoever will hear the recorded run."""
-    role = _ROLES[config.only]
+    """The software that the recorded run is played to."""
     emulating = config.only == "emulator"
-    whose = config.flight if emulating else config.emulator
+    role = "flight software" if emulating else "emulator"
+    whose = (config.flight if emulating else config.emulator) or OURS
     if whose == EXTERNAL:
         if config.require != "none":
             say(f"waiting for the {role} on {spec}")
@@ -73,7 +71,7 @@ def _against(
 
             if emulating:
                 how = players.Mastery(
-                    parse_pace(config.pace),
+                    parse_pace(config.pace or "lockstep"),
                     config.require == "FLIGHT",
                     config.wait_s or (BARRIER_S if other.started else None),
                     config.limit_s,

@@ -38,6 +38,13 @@ class Source:
         return self.scenario is not None and len(self.scenario.craft) == 1
 
 
+def scenario_of(source: Source) -> tuple[Path, Scenario]:
+    """Run folder and scenario of a source; Mistake for a recording alone."""
+    if source.folder is None or source.scenario is None:
+        raise Mistake(f"{source.recorded.recording.path}: is in no run folder; its scenario is needed")
+    return source.folder, source.scenario
+
+
 def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
     """The source of a command line; Mistake says what does not fit.
 

@@ -38,15 +38,12 @@ class RunDigest:
     """
 
     def __init__(self, folder: Path | None, craft: Sequence[str], codecs: Sequence[Codec]):
-        self._table = None if folder is None else tables.ParquetTable(folder / CHANNELS)
+        self._table = table = None if folder is None else tables.ParquetTable(folder / CHANNELS)
         self._craft = tuple(craft)
         self._digests = [
-            Digest(codec, None if folder is None else self._taker(section, name))
+            Digest(codec, None if table is None else _taker(table, section, name))
             for section, (name, codec) in enumerate(zip(craft, codecs, strict=True))
         ]
-
-    def _taker(self, section: int, craft: str) -> Callable[[Columns], None]:
-        return lambda channels: self._table.add(tables.channel_columns(craft, channels), section)
 
     def feed(self, bus: int, frames: FrameBatch, bits: NDArray[np.int64] | None = None) -> None:
         """Frames (n,) of a bus in its order, and their bits (n,) on the wire if they are known already."""
@@ -64,6 +61,10 @@ class RunDigest:
         """Leave no unfinished table behind."""
         if self._table is not None:
             self._table.discard()
+
+
+def _taker(table: tables.ParquetTable, section: int, craft: str) -> Callable[[Columns], None]:
+    return lambda channels: table.add(tables.channel_columns(craft, channels), section)
 
 
 def from_log(path: Path, craft: Sequence[str], codecs: Sequence[Codec]) -> dict[str, Digest]:

@@ -21,7 +21,7 @@ from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.parquet import Columns, Labelled
 from gnss_hil.tools.results.truth import Truth
 
-_ROWS_PER_PART = 100_000
+_ROWS_PER_PART = 50_000
 _TRUTH_ROWS = 10_000
 
 

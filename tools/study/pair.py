@@ -69,8 +69,8 @@ class _Craft:
         position, velocity = np.full((2, len(t_ns), 3), np.nan)
         position[row] = np.column_stack([fixes[f"{axis}_m"][valid] for axis in "xyz"])
         velocity[row] = np.column_stack([fixes[f"v{axis}_mps"][valid] for axis in "xyz"])
-        error_m, error_mps = position - truth["position_ecef_m"], velocity - truth["velocity_ecef_mps"]
-        return error_m, error_mps, ~np.isnan(position).any(axis=1)
+        fixed: Bool = np.isfinite(position.sum(axis=1))
+        return position - truth["position_ecef_m"], velocity - truth["velocity_ecef_mps"], fixed
 
 
 class _Truth:
@@ -121,5 +121,5 @@ def play(plan: Plan, told: Callable[[int], None] = lambda epoch: None) -> Errors
     alike = fixed[0] & fixed[1]
     for row, _ in craft[0].used(t_ns) ^ craft[1].used(t_ns):
         alike[row] = False
-    t_s = np.arange(len(t_ns)) * time.epoch_interval_s
+    t_s: F64 = np.arange(float(len(t_ns))) * time.epoch_interval_s
     return Errors(t_s, np.stack(position), np.stack(velocity), alike)

@@ -52,7 +52,7 @@ def _played(job: Job) -> Errors:
 
 def play_all(jobs: Sequence[Job], at_a_time: int, stream: TextIO | None) -> list[Errors]:
     """What the jobs show, in their order; a line for each that is done."""
-    found: list[Errors | None] = [None] * len(jobs)
+    found: dict[int, Errors] = {}
     with ProcessPoolExecutor(min(at_a_time, os.cpu_count() or 1)) as pool:
         try:
             waiting = {pool.submit(_played, job): k for k, job in enumerate(jobs)}
@@ -66,4 +66,4 @@ def play_all(jobs: Sequence[Job], at_a_time: int, stream: TextIO | None) -> list
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return found
+    return [found[place] for place in range(len(jobs))]

@@ -111,7 +111,7 @@ def _line_type(bus_characters: int, id_digits: int, with_remote: bool) -> np.dty
 def _irregular(unix_us, frames: FrameBatch, bus: str) -> bytes:
     """Lines of differing length: every character has its place, some are left out."""
     lines = _records(unix_us, frames, bus, id_digits=8, with_remote=True)
-    at = {name: offset for name, (_, offset) in lines.dtype.fields.items()}
+    at = {name: field[1] for name, field in (lines.dtype.fields or {}).items()}
     text = lines.view(np.uint8).reshape(len(lines), -1)
     remote = frames.can_id & RTR_FLAG != 0
     keep = np.ones(text.shape, bool)
@@ -163,7 +163,7 @@ def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None =
             line, f"{origin}: line {i + 1}"
         )
         frames.data[i] = list(payload.ljust(WIDTH, b"\0"))
-    if too_long.any():
+    if omitted is not None and too_long.any():
         omitted[FD] += int(too_long.sum())
         return unix_us[~too_long], bus[~too_long], frames[~too_long]
     return unix_us, bus, frames
@@ -218,7 +218,7 @@ def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
 
 
 def read_chunks(
-    log: BinaryIO, origin: str, chunk_bytes: int = 1 << 23, omitted: Counter[str] | None = None
+    log: BinaryIO, origin: str, chunk_bytes: int = 1 << 21, omitted: Counter[str] | None = None
 ) -> Iterator[Piece]:
     """Parsed pieces of a log of any size; a last line cut short (a crash) is left out."""
     rest, lines = b"", 0

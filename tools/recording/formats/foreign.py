@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 import can
 
@@ -20,7 +20,7 @@ _BLF_SIZE = slice(16, 24)
 """Where the file header has the size of the whole file, little-endian."""
 
 
-def _position(file: BinaryIO) -> int | None:
+def _position(file: IO[bytes] | io.BufferedIOBase) -> int | None:
     """Bytes read; python-can closes a file that it has read."""
     return None if file.closed else file.tell()
 

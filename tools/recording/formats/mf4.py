@@ -50,7 +50,7 @@ def open_reader(path: Path):
             gc.collect()
     finally:
         sys.unraisablehook = hook
-    if fault:
+    if reader is None:
         raise LogError(f"{path}: not ASAM MDF 4, or damaged: {fault}")
     return reader
 
@@ -80,25 +80,25 @@ class Mf4Writer:
         self._mdf = MDF(version="4.10")
         self._start_us: int | None = None
 
-    def _begin(self, unix_us: int) -> None:
+    def _begin(self, unix_us: int) -> int:
         from asammdf import Signal
         from asammdf.blocks.v4_blocks import SourceInformation
         from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
 
-        self._start_us = unix_us // _SECOND_US * _SECOND_US
-        self._mdf.header.start_time = datetime.fromtimestamp(self._start_us / _SECOND_US, UTC)
+        self._start_us = start_us = unix_us // _SECOND_US * _SECOND_US
+        self._mdf.header.start_time = datetime.fromtimestamp(start_us / _SECOND_US, UTC)
         for name, fields in _GROUPS.items():
             samples = np.empty(0, [(f"{name}.{field}", kind) for field, kind in fields])
             source = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
             self._mdf.append(Signal(name=name, samples=samples, timestamps=np.empty(0), source=source))
+        return start_us
 
     def write(self, piece: Piece) -> None:
         unix_us, bus, frames = piece
         if not len(frames):
             return
-        if self._start_us is None:
-            self._begin(int(unix_us[0]))
-        elapsed_s = (unix_us - self._start_us) / _SECOND_US
+        start_us = self._begin(int(unix_us[0])) if self._start_us is None else self._start_us
+        elapsed_s = (unix_us - start_us) / _SECOND_US
         error, remote = frames.can_id & ERR_FLAG != 0, frames.can_id & RTR_FLAG != 0
         names, number = np.unique(bus, return_inverse=True)
         values = {
