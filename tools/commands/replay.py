@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from gnss_hil.tools.command_line.arguments import pace, seconds
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
@@ -100,10 +102,19 @@ def run(arguments: Namespace) -> int:
         print(line)
     if folder is not None:
         print(flush=True)
-        output.report(folder, found, config, played)
+        _report(folder, output.facts_of(found, config, played))
     if stop():
         return INTERRUPTED
     return 1 if config.same and played.comparison.different else 0
+
+
+def _report(folder, facts: Mapping[str, Any]) -> None:
+    """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them."""
+    from gnss_hil.tools.commands import report
+    from gnss_hil.tools.recording.run_folder import FACTS, write_json
+
+    write_json(folder / FACTS, facts)
+    report.run(Namespace(run=folder.path, other=None, out=None))
 
 
 def config_of(a: Namespace) -> ReplayConfig:

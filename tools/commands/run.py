@@ -76,7 +76,7 @@ def run(arguments: Namespace) -> int:
     recording = _Recording()
     try:
         with naming(folder.path):
-            folder.describe(plan)
+            folder.describe(plan.scenario, plan.vehicle_texts)
             outcome, digests = _play(plan, config, folder, recording)
     except BaseException:
         if recording.begun:

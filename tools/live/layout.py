@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.contract.messages import VALUES
-from gnss_hil.tools.live.progress import clock
+from gnss_hil.tools.common.durations import clock
 from gnss_hil.tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
 from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 

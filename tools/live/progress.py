@@ -9,19 +9,13 @@ from typing import TextIO
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.tools.common.durations import clock
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact
 from gnss_hil.tools.run_config.plan import Plan
 
 TERMINAL_S = 0.2
 PIPE_S = 10.0
-
-
-def clock(seconds: float) -> str:
-    """'1 d 02:03:04', '00:10:00'."""
-    days, rest = divmod(int(seconds), 86400)
-    text = f"{rest // 3600:02d}:{rest // 60 % 60:02d}:{rest % 60:02d}"
-    return f"{days} d {text}" if days else text
 
 
 def last_fix(codec: Codec, frames: FrameBatch) -> str:

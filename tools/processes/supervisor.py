@@ -28,10 +28,10 @@ from gnss_hil.tools.processes.children import (
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.processes.supervision import ReportingMaster, Watch, WatchedMaster
 from gnss_hil.tools.recording.recorder import Recorder
-from gnss_hil.tools.recording.run_folder import SCENARIO, RunFolder
+from gnss_hil.tools.recording.run_folder import SCENARIO, RunFolder, vehicle_name
 from gnss_hil.tools.recording.sequence import Sequencer
 from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig
-from gnss_hil.tools.run_config.plan import Plan, vehicle_name
+from gnss_hil.tools.run_config.plan import Plan
 
 
 def play(

@@ -5,18 +5,23 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common import toml
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.run_config.plan import Plan, vehicle_name
 
 LOG, TRUTH, SUMMARY, SCENARIO, FACTS = "bus.log", "truth", "summary.json", "scenario.toml", "run.json"
 SCHEMA_LINE = re.compile(r"^#:schema .*\n", re.M)
+
+
+def vehicle_name(craft: Sequence[str], i: int) -> str:
+    """Name of a craft's vehicle file in a run folder."""
+    return "vehicle.toml" if len(craft) == 1 else f"vehicle-{craft[i]}.toml"
 
 
 def default_path(scenario: str) -> Path:
@@ -49,12 +54,13 @@ class RunFolder:
     def __truediv__(self, name: str) -> Path:
         return self.path / name
 
-    def describe(self, plan: Plan) -> None:
-        """scenario.toml and vehicle files: enough to play the run again."""
-        for i, text in enumerate(plan.vehicle_texts):
+    def describe(self, scenario: Scenario, vehicle_texts: Sequence[str]) -> None:
+        """scenario.toml and the vehicle file of each craft: enough to play the run again."""
+        names = [craft.name for craft in scenario.craft]
+        for i, text in enumerate(vehicle_texts):
             own = SCHEMA_LINE.sub("", text)  # it names a file beside the original
-            (self / vehicle_name(plan.names, i)).write_text(own, "utf-8")
-        document = plan.scenario.model_dump(mode="json", exclude_none=True)
+            (self / vehicle_name(names, i)).write_text(own, "utf-8")
+        document = scenario.model_dump(mode="json", exclude_none=True)
         (self / SCENARIO).write_text(toml.dumps(document), "utf-8")
 
     def discard(self) -> None:

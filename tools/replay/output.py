@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,12 +13,17 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.recording import Recording, format_of
 from gnss_hil.tools.recording.recorder import Recorder
-from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, TRUTH, RunFolder, naming, write_json
+from gnss_hil.tools.recording.run_folder import (
+    SCENARIO,
+    TRUTH,
+    RunFolder,
+    naming,
+    vehicle_name,
+)
 from gnss_hil.tools.replay.players import Keep, Played
 from gnss_hil.tools.replay.recorded_run import RecordedRun
 from gnss_hil.tools.replay.source import Source, scenario_of
 from gnss_hil.tools.run_config.config import OURS, ReplayConfig
-from gnss_hil.tools.run_config.plan import vehicle_name
 
 
 def check(out: Path | None, report: Path | None, force: bool, source: Source) -> None:
@@ -86,14 +90,6 @@ def make_folder(path: Path, source: Source, truth: bool) -> RunFolder:
     if truth and (run / TRUTH).exists():
         shutil.copy(run / TRUTH, folder / TRUTH)
     return folder
-
-
-def report(folder: RunFolder, source: Source, config: ReplayConfig, played: Played) -> int:
-    """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them; its status."""
-    from gnss_hil.tools.commands import report as command
-
-    write_json(folder / FACTS, facts_of(source, config, played))
-    return command.run(Namespace(run=folder.path, other=None, out=None))
 
 
 def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, Any]:

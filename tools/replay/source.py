@@ -10,11 +10,10 @@ from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.recording import Recording
-from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
+from gnss_hil.tools.recording.run_folder import LOG, SCENARIO, vehicle_name
 from gnss_hil.tools.replay.recorded_run import RecordedRun, open_run
 from gnss_hil.tools.results import assemble
 from gnss_hil.tools.results.run_digest import bus_names
-from gnss_hil.tools.run_config.plan import vehicle_name
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from gnss_hil.tools.live.progress import clock
+from gnss_hil.tools.common.durations import clock
 
 
 def figure(value, digits: int = 2) -> str:

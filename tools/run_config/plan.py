@@ -18,6 +18,7 @@ from gnss_hil.emulator.step import World
 from gnss_hil.flightsw.app.config import FlightConfig, configure
 from gnss_hil.flightsw.assignment.registry import POLICIES
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.recording.run_folder import vehicle_name
 from gnss_hil.tools.results.summary import metric_names
 from gnss_hil.tools.run_config.config import UNCHANGED, Overrides
 from gnss_hil.tools.run_config.frame_budget import Budget, budget
@@ -49,11 +50,6 @@ class Plan:
     @property
     def codecs(self) -> tuple[Codec, ...]:
         return tuple(craft.codec for craft in self.world.craft)
-
-
-def vehicle_name(craft: Sequence[str], i: int) -> str:
-    """Name of a craft's vehicle file in a run folder."""
-    return "vehicle.toml" if len(craft) == 1 else f"vehicle-{craft[i]}.toml"
 
 
 def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = True) -> Plan:

@@ -19,7 +19,8 @@ from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.truth import TRUTH
 from gnss_hil.tools.common import toml
-from gnss_hil.tools.live.progress import Progress, clock
+from gnss_hil.tools.common.durations import clock
+from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.results import truth
 from gnss_hil.tools.results.summary import errors_against_truth, judge, metrics, statistics
 from gnss_hil.tools.run_config.frame_budget import WORST_BITS, budget, typical_bits
