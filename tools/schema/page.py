@@ -10,8 +10,11 @@ import sys
 from typing import Any
 
 from gnss_hil.emulator.error_models.registry import FACTORS
+from gnss_hil.flightsw.app.config import Options
+from gnss_hil.flightsw.assignment.registry import POLICIES
+from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 from gnss_hil.tools.schema.examples import examples
-from gnss_hil.tools.schema.json_schema import KINDS, file_name, resolved, schema, table_in, tables
+from gnss_hil.tools.schema.json_schema import KINDS, file_name, of_model, resolved, schema, table_in, tables
 from gnss_hil.tools.schema.units import unit
 
 SWITCH = "enabled"
@@ -49,10 +52,38 @@ x fore, y starboard, z nadir in orbital attitude; origin in the centre of mass."
 vehicle file; every part as it stands when all joints are at zero.""",
 }
 
+FLIGHT = """### Policies, navigators, options
+
+What `policy` and `options` of `[craft.flight]` may be with our flight software. Each policy has a navigator;
+`gnss-hil fly --navigator NAME` takes another. The last options are those of `patent` alone,
+which has no `ionosphere_free`: it commands each satellite on one signal and one channel."""
+
 
 def page() -> str:
     """The page, Markdown."""
-    return "\n".join([LEAD, *(part for kind in KINDS for part in _kind(kind))])
+    scenario, *others = ([*_kind(kind)] for kind in KINDS)
+    return "\n".join([LEAD, *scenario, *_flight(), *(part for other in others for part in other)])
+
+
+def _flight() -> list[str]:
+    """Policies, navigators and their options, which `[craft.flight]` chooses among."""
+    common = of_model(Options)
+    rows = [_row(common, common, "", name, value, {}) for name, value in common["properties"].items()]
+    for policy in POLICIES.values():
+        own = of_model(policy.options)
+        further = {
+            name: own["properties"][name] for name in own["properties"] if name not in common["properties"]
+        }
+        rows += [_row(own, own, "", name, value, {}) for name, value in further.items()]
+    return [
+        f"{FLIGHT}\n\n| policy | who tracks what | navigator | source |\n|---|---|---|---|",
+        *(f"| `{p.name}` | {p.summary} | `{p.navigator}` | {p.source} |" for p in POLICIES.values()),
+        "\n| navigator | how measurements become a fix | source |\n|---|---|---|",
+        *(f"| `{n.name}` | {n.summary} | {n.source} |" for n in NAVIGATORS.values()),
+        f"\n{HEAD}",
+        *rows,
+        "",
+    ]
 
 
 def _kind(kind: str) -> list[str]:

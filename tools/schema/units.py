@@ -24,6 +24,8 @@ UNITS = {
     "body": "body axes",
     "per_channel": "m per frequency number",
     "per_hour": "1/h",
+    "mps": "m/s",
+    "epochs": "epochs",
     "us": "us",
     "arcsec": "arcsec",
     "deg_h": "deg/h",

@@ -7,6 +7,9 @@ import re
 import pytest
 
 from gnss_hil.emulator.error_models.registry import FACTORS
+from gnss_hil.flightsw.app.config import options_of
+from gnss_hil.flightsw.assignment.registry import POLICIES
+from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 from gnss_hil.tools.schema.json_schema import KINDS, schema, table_in, tables
 from gnss_hil.tools.schema.page import SWITCH, allowed, page
 from gnss_hil.tools.schema.units import unit
@@ -37,7 +40,8 @@ def test_every_factor_has_its_section_with_source_and_state():
 
 
 def test_every_row_has_six_cells():
-    rows = [line for line in page().splitlines() if line.startswith("| `")]
+    named = tuple(f"| `{name}` |" for name in (*POLICIES, *NAVIGATORS))
+    rows = [line for line in page().splitlines() if line.startswith("| `") and not line.startswith(named)]
     assert len(rows) > 100
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {7}
 
@@ -70,3 +74,10 @@ def test_every_key_has_a_meaning(kind):
         for name, value in table["properties"].items():
             if table_in(made, value) is None and name != SWITCH and not header.startswith(JAMMERS):
                 assert value.get("description") or name in LATER, f"{header} {name}"
+
+
+def test_every_option_of_the_flight_software_has_its_row():
+    text = page()
+    for policy in POLICIES.values():
+        assert f"| `{policy.name}` | {policy.summary} |" in text
+        assert all(f"| `{name}` |" in text for name in options_of(policy.options).model_fields)
