@@ -174,10 +174,13 @@ class Flight(Strict):
     """Handed to the flight software on its command line.
 
     policy   "patent", "prototype", "analogue", "single": see docs/patent.md; `--policy` counts more
+    navigator  "all_in_view", "receiver_mean", "best_antenna"; by default the
+               policy's; `--navigator` counts more
     options  of the policy, by name; `--option NAME=VALUE` counts more
     """
 
     policy: str = "patent"
+    navigator: str | None = None
     options: dict[str, float | str | bool] = Field(default_factory=dict)
 
 

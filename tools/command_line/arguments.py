@@ -63,6 +63,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     from gnss_hil.emulator.error_models.registry import FACTORS
     from gnss_hil.emulator.receivers.emulated.search import RULES
     from gnss_hil.flightsw.assignment.registry import POLICIES
+    from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 
     add = parser.add_argument
     add("--duration", type=seconds, metavar="S", help="simulated time: seconds, or 10m, 24h, 1d")
@@ -92,6 +93,11 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     add("--vehicle", metavar="FILE", help="vehicle file, or name of a shipped one, instead of the scenario's")
     add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
     add(
+        "--navigator",
+        metavar="N",
+        help=f"how a fix is made, if not as the policy has it: {', '.join(NAVIGATORS)}",
+    )
+    add(
         "--option", action="append", type=option, default=[], metavar="K=V",
         help="option of the policy; repeatable",
     )  # fmt: skip
@@ -114,5 +120,6 @@ def overrides_of(a: argparse.Namespace) -> Overrides:
     return Overrides(
         duration_s=a.duration, interval_s=a.interval, seed=a.seed, nav=tuple(a.nav), sp3=tuple(a.sp3),
         obs=a.obs, reference=a.reference, ionosphere_free=a.ionosphere_free, vehicle=a.vehicle,
-        policy=a.policy, options=tuple(a.option), autonomous=a.autonomous, on=tuple(a.on), off=tuple(a.off),
+        policy=a.policy, navigator=a.navigator, options=tuple(a.option), autonomous=a.autonomous,
+        on=tuple(a.on), off=tuple(a.off),
     )  # fmt: skip

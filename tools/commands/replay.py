@@ -133,7 +133,12 @@ def config_of(a: Namespace) -> ReplayConfig:
     if other:
         from gnss_hil.tools.run_config.sides import check
 
-        check(sides["flight"] or OURS, sides["emulator"] or OURS, a.bus, a.policy, a.option)
+        check(
+            sides["flight"] or OURS,
+            sides["emulator"] or OURS,
+            a.bus,
+            {"policy": a.policy, "option": a.option},
+        )
     return ReplayConfig(
         recording=a.run, only=a.only, bus=a.bus, **sides, pace=pace, craft=a.craft, vehicle=a.vehicle,
         policy=a.policy, options=tuple(a.option), session=a.session, require=a.require, wait_s=a.wait,

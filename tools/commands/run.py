@@ -115,7 +115,8 @@ def check_combination(config: RunConfig) -> None:
         from gnss_hil.tools.run_config import sides
 
         changes = config.overrides
-        sides.check(config.flight, config.emulator, config.bus, changes.policy, changes.options)
+        own = {"policy": changes.policy, "navigator": changes.navigator, "option": changes.options}
+        sides.check(config.flight, config.emulator, config.bus, own)
 
 
 def _check_junit(path: Path) -> None:

@@ -140,6 +140,7 @@ def flight_command(plan: Plan, vehicle: Path, number: int, spec: str) -> list[st
         sys.executable, "-P", "-m", "gnss_hil.flightsw",
         "--vehicle", str(vehicle), "--bus", spec,
         "--once", "--quiet", "--policy", flight.policy,
+        *(() if flight.navigator is None else ("--navigator", flight.navigator)),
         *(word for option in options for word in ("--option", option)),
     ]  # fmt: skip
 

@@ -125,15 +125,18 @@ def words_of(command: str) -> list[str]:
 
 
 def flight_command(source: Source, spec: str, policy: str | None, options: Sequence[str]) -> list[str]:
-    """Our flight software; as the run had it, unless told otherwise."""
+    """Our flight software; as the run had it, unless another policy is asked for."""
+    navigator = None
     if source.scenario is not None and policy is None:
         flight = source.scenario.craft[source.number].flight
-        policy = flight.policy
+        policy, navigator = flight.policy, flight.navigator
         options = [*(f"{key}={_text(value)}" for key, value in flight.options.items()), *options]
     return [
         sys.executable, "-P", "-m", "gnss_hil.flightsw",
         "--vehicle", str(need_vehicle(source)), "--bus", spec, "--once",
-        "--quiet", "--policy", policy or "patent", *(word for o in options for word in ("--option", o)),
+        "--quiet", "--policy", policy or "patent",
+        *(() if navigator is None else ("--navigator", navigator)),
+        *(word for o in options for word in ("--option", o)),
     ]  # fmt: skip
 
 

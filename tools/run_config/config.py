@@ -37,6 +37,7 @@ class Overrides:
     ionosphere_free: bool = False
     vehicle: str | None = None
     policy: str | None = None
+    navigator: str | None = None
     options: tuple[tuple[str, OptionValue], ...] = ()
     autonomous: str | None = None
     on: tuple[str, ...] = ()

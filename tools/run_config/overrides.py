@@ -41,7 +41,10 @@ def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, A
 def _override_craft(craft: dict[str, Any], number: int, overrides: Overrides) -> None:
     if overrides.policy is not None:
         craft.setdefault("flight", {})["policy"] = overrides.policy
-        craft["flight"].pop("options", None)  # they belong to the policy that was replaced
+        for own in ("options", "navigator"):  # they belong to the policy that was replaced
+            craft["flight"].pop(own, None)
+    if overrides.navigator is not None:
+        craft.setdefault("flight", {})["navigator"] = overrides.navigator
     if overrides.options:
         options = craft.setdefault("flight", {}).setdefault("options", {})
         options.update(_once(overrides.options))

@@ -88,7 +88,8 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
 
 def _flight(craft: scenarios.Craft, vehicle: Vehicle) -> FlightConfig:
     try:
-        return configure(vehicle, craft.flight.policy, craft.flight.options)
+        flight = craft.flight
+        return configure(vehicle, flight.policy, flight.options, navigator_name=flight.navigator)
     except ValueError as error:
         raise Mistake("\n".join(f"craft {craft.name}: {line}" for line in str(error).splitlines())) from None
 

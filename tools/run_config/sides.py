@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import shlex
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import EXTERNAL, OURS
 
 
-def check(flight: str, emulator: str, bus: str, policy: str | None, options: Sequence) -> None:
-    """Mistake if somebody else's software cannot be started, or other options leave it no place."""
+def check(flight: str, emulator: str, bus: str, own: Mapping[str, object]) -> None:
+    """Mistake if somebody else's software cannot be started, or other options leave it no place.
+
+    own   arguments that belong to our own flight software, by name
+    """
     for side, whose in (("flight", flight), ("emulator", emulator)):
         if whose == OURS:
             continue
@@ -20,7 +23,7 @@ def check(flight: str, emulator: str, bus: str, policy: str | None, options: Seq
             raise Mistake(f"--{side} {whose} with --bus inline: inline has no bus to join; use embedded")
         if whose != EXTERNAL:
             _check_command(side, whose)
-    for name, given in (("policy", policy), ("option", options)) if flight != OURS else ():
+    for name, given in own.items() if flight != OURS else ():
         if given:
             raise Mistake(f"--{name} with --flight {flight}: it belongs to our own flight software")
 

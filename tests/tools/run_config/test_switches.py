@@ -35,3 +35,17 @@ def test_a_jammer_that_the_scenario_places_is_one_of_all():
 def test_on_and_off_at_once_is_a_mistake(name):
     with pytest.raises(Mistake, match=f"--on {name} with --off {name}: one of the two"):
         left(on=[name], off=[name])
+
+
+def test_policy_and_navigator_are_overridden_apart():
+    document = {"craft": [{"flight": {"policy": "patent", "navigator": "receiver_mean", "options": {}}}]}
+
+    def flight(**overrides):
+        return overridden(document, Overrides(**overrides))["craft"][0]["flight"]
+
+    assert flight(policy="single") == {"policy": "single"}, "what belonged to the other policy goes"
+    assert flight(navigator="best_antenna") == {**document["craft"][0]["flight"], "navigator": "best_antenna"}
+    assert flight(policy="single", navigator="all_in_view") == {
+        "policy": "single",
+        "navigator": "all_in_view",
+    }
