@@ -12,7 +12,7 @@ that factor is on.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from math import radians
 
 import numpy as np
@@ -120,7 +120,7 @@ def steady(angles: Triple) -> Turning:
     return lambda t_ns: (angles, _STILL)
 
 
-def profile(turns: list[scenario.Turn], start_ns: int) -> Turning:
+def profile(turns: Sequence[scenario.Turn], start_ns: int) -> Turning:
     """Angles held before the first turn and after the last, joined by quintics between."""
     times_s = [turn.t_s for turn in turns]
     angles = [_angles(turn) for turn in turns]
@@ -134,10 +134,15 @@ def profile(turns: list[scenario.Turn], start_ns: int) -> Turning:
         part, slope = quintic((t_s - times_s[after - 1]) / span_s)
         before = angles[after - 1]
         change = [end - start for start, end in zip(before, angles[after], strict=True)]
-        now = tuple(start + part * by for start, by in zip(before, change, strict=True))
-        return now, tuple(slope / span_s * by for by in change)
+        now = _triple(start + part * by for start, by in zip(before, change, strict=True))
+        return now, _triple(slope / span_s * by for by in change)
 
     return turning
+
+
+def _triple(values: Iterable[float]) -> Triple:
+    first, second, third = values
+    return first, second, third
 
 
 def _angles(turn: scenario.Turn | scenario.Attitude) -> Triple:

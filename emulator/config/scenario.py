@@ -62,11 +62,16 @@ class _Switched(Strict):
 
 def _factors(scope: str) -> type[_Switched]:
     rows = of_scope(scope).items()
-    fields = {name: (row.params, row.params(enabled=row.default)) for name, row in rows}
+    fields: dict[str, Any] = {name: (row.params, row.params(enabled=row.default)) for name, row in rows}
     return create_model(f"{scope.capitalize()}Factors", __base__=_Switched, **fields)
 
 
-SkyFactors, CraftFactors = _factors("sky"), _factors("craft")
+class SkyFactors(_factors("sky")):
+    """Errors of satellites and of what lies between them and every craft."""
+
+
+class CraftFactors(_factors("craft")):
+    """Errors of one craft."""
 
 
 Source = str | list[str]
@@ -83,8 +88,8 @@ def _of_each_system() -> type[Strict]:
     """Keys of [sky] for every system that receivers track: its source, and its offset unless it is the
     reference."""
     tracked = systems.tracked()
-    sources = {s.name: (Source, _SKY.get(s.name, "none")) for s in tracked}
-    offsets = {
+    sources: dict[str, Any] = {s.name: (Source, _SKY.get(s.name, "none")) for s in tracked}
+    offsets: dict[str, Any] = {
         f"{s.name}_offset_ns": (Offset, _OFFSET_NS.get(s.name, 0.0)) for s in tracked if not s.reference
     }
     return create_model("OfEachSystem", __base__=Strict, **sources, **offsets)
@@ -143,7 +148,7 @@ class Receivers(Strict):
     noise_temperature_k   of antenna and receiver together, without `link_budget`
     """
 
-    autonomous: Literal[tuple(RULES)] = "elevation"
+    autonomous: Literal[tuple(RULES)] = "elevation"  # pyright: ignore[reportInvalidTypeForm]
     hot_s: Annotated[float, Field(ge=0, le=120)] = 1.0
     warm_s: Annotated[float, Field(ge=0, le=120)] = 3.0
     cold_s: Annotated[float, Field(ge=0, le=600)] = 12.0
@@ -166,7 +171,10 @@ class ObservationFile(Strict):
     """
 
     file: str
-    signals: Annotated[tuple[Literal[tuple(SIGNALS)], ...], Field(min_length=1)] = ("L1CA",)
+    signals: Annotated[
+        tuple[Literal[tuple(SIGNALS)], ...],  # pyright: ignore[reportInvalidTypeForm]
+        Field(min_length=1),
+    ] = ("L1CA",)
     reference: TrajectoryFile | None = None
 
 

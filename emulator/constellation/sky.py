@@ -73,7 +73,8 @@ class TrueOrbits(Protocol):
     message: positions (s, k, n, 3), clocks (s, k, n), available (s, n). Numbers are nan or without meaning
     where nothing is available."""
 
-    index: NDArray[np.int64]
+    @property
+    def index(self) -> NDArray[np.int64]: ...
 
     def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, NDArray]: ...
 
@@ -183,18 +184,20 @@ class Sky:
         )
         columns = _columns(positions, clocks)
         if self._truth is not None:
-            broadcast, columns = self._flown(middles_ns, nodes_s, positions, clocks, broadcast)
+            broadcast, columns = self._flown(self._truth, middles_ns, nodes_s, positions, clocks, broadcast)
         if self._misreports:
             columns = self._misreported(middles_ns, nodes_s, columns)
         return _Chunk(GRID.fit(columns), broadcast)
 
-    def _flown(self, middles_ns, nodes_s, positions, clocks, broadcast) -> tuple[Broadcast, Array]:
+    def _flown(
+        self, truth: TrueOrbits, middles_ns, nodes_s, positions, clocks, broadcast
+    ) -> tuple[Broadcast, Array]:
         """Broadcast and columns of a sky that flies `truth` and reports that or what it broadcasts.
 
         A truth without jumps needs no number of its ephemeris: one for all.
         """
-        flown_m, flown_clock_m, flies = self._truth.sample(middles_ns, nodes_s)
-        place = {index: column for column, index in enumerate(self._truth.index.tolist())}
+        flown_m, flown_clock_m, flies = truth.sample(middles_ns, nodes_s)
+        place = {index: column for column, index in enumerate(truth.index.tolist())}
         column = np.array([place.get(index, -1) for index in self.index.tolist()])
         there = (column >= 0) & flies[:, column] & broadcast.available
         true_m = np.where(there[:, None, :, None], flown_m[:, :, column], positions)

@@ -51,7 +51,8 @@ def lobatto_nodes(degree: int) -> NDArray[np.float64]:
 @lru_cache(maxsize=16)
 def fit_matrix(degree: int) -> NDArray[np.float64]:
     """(degree + 1, degree + 1) values at the Lobatto nodes -> Chebyshev coefficients."""
-    matrix = np.linalg.solve(chebyshev.chebvander(lobatto_nodes(degree), degree), np.eye(degree + 1))
+    values = chebyshev.chebvander(lobatto_nodes(degree), degree)
+    matrix = np.asarray(np.linalg.solve(values, np.eye(degree + 1)), np.float64)
     matrix.flags.writeable = False
     return matrix
 
@@ -137,7 +138,7 @@ class Grid:
         """Values and derivatives (q, 3, w) at times (q,); coefficients of a segment by its number. The same
         numbers as `evaluate`, one product for each segment."""
         segments = self.segment(t_ns)
-        out = np.empty((len(t_ns), 3, 0))
+        out: NDArray[np.float64] = np.empty((len(t_ns), 3, 0))
         for segment in np.unique(segments).tolist():
             middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
             here = segments == segment

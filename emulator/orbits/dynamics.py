@@ -172,6 +172,7 @@ def semi_major_axis_m(orbit: scenario.Orbit) -> float:
     """Semi-major axis [m]: said, or an altitude above the Earth's."""
     if orbit.semi_major_axis_km is not None:
         return 1e3 * orbit.semi_major_axis_km
+    assert orbit.altitude_km is not None, "the scenario's model wants one of the two"
     return EQUATORIAL_RADIUS_M + 1e3 * orbit.altitude_km
 
 

@@ -143,10 +143,13 @@ FORCES: dict[str, Callable[[scenario.Orbit], Force]] = {
 
 def zonals(names: Sequence[str]) -> Acceleration:
     """The sum of the central attraction and the named rows of ZONALS."""
-    parts = (central, *(ZONALS[name] for name in names))
+    parts = [ZONALS[name] for name in names]
 
     def acceleration(t_ns, pos_eci_m, vel_eci_mps):
-        return sum(part(t_ns, pos_eci_m, vel_eci_mps) for part in parts)
+        acc = central(t_ns, pos_eci_m, vel_eci_mps)
+        for part in parts:
+            acc = acc + part(t_ns, pos_eci_m, vel_eci_mps)
+        return acc
 
     return acceleration
 

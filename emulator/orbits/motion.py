@@ -34,25 +34,32 @@ Span = tuple[int, int]
 """GPS time of a run's first instant and of its last [ns]."""
 
 
-def _oem(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
-    return trajectory.of_ephemeris(oem.read(Path(given.oem)), given.oem, measured)
+Maker = Callable[[str, scenario.TrajectoryFile, Span, Orientation | None], Trajectory]
 
 
-def _tle(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
-    chosen = tle.choose(tle.read(Path(given.tle)), given.object, given.tle)
+def _oem(
+    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None
+) -> Trajectory:
+    return trajectory.of_ephemeris(oem.read(Path(name)), name, measured)
+
+
+def _tle(
+    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None
+) -> Trajectory:
+    chosen = tle.choose(tle.read(Path(name)), given.object, name)
     return trajectory.of_elements(chosen.line1, chosen.line2, *span_ns, measured)
 
 
-def _csv(given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None) -> Trajectory:
-    table = csv_table.read(Path(given.csv), _AXES)
+def _csv(
+    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None
+) -> Trajectory:
+    table = csv_table.read(Path(name), _AXES)
     pos_m = _METRES[given.unit] * table.columns
     return Trajectory(table.t_ns, trajectory.in_ecef("J2000", table.t_ns, pos_m, measured))
 
 
-KINDS: dict[str, Callable[[scenario.TrajectoryFile, Span, Orientation | None], Trajectory]] = {
-    "oem": _oem, "tle": _tle, "csv": _csv,
-}  # fmt: skip
-"""Kind of file -> its trajectory over a run."""
+KINDS: dict[str, Maker] = {"oem": _oem, "tle": _tle, "csv": _csv}
+"""Kind of file -> its trajectory over a run, from the file's name and what else is given."""
 
 
 def read_trajectory(
@@ -62,10 +69,10 @@ def read_trajectory(
 
     measured  the Earth's orientation, None without a file of it
     """
-    kind = next(kind for kind in KINDS if getattr(given, kind) is not None)
+    kind, name = next((kind, name) for kind in KINDS if (name := getattr(given, kind)) is not None)
     try:
-        found = KINDS[kind](given, span_ns, measured)
-        found.check(*span_ns, getattr(given, kind))
+        found = KINDS[kind](name, given, span_ns, measured)
+        found.check(*span_ns, name)
     except (FileError, TrajectoryError) as error:
         raise ScenarioError(f"{key}: {error}") from None
     return found
@@ -79,9 +86,11 @@ def build_motion(
     measured: Orientation | None,
 ) -> Motion:
     """The motion of a craft by its orbit or by a file; ScenarioError with one line if there is none."""
-    if file is None:
-        return build_orbit(orbit, time.start_ns)
-    return read_trajectory(file, time.span_ns, measured, f"craft.{name}.trajectory")
+    if file is not None:
+        return read_trajectory(file, time.span_ns, measured, f"craft.{name}.trajectory")
+    if orbit is None:
+        raise ScenarioError(f"craft.{name}: has neither an orbit nor a trajectory")
+    return build_orbit(orbit, time.start_ns)
 
 
 def build_turning(
@@ -92,7 +101,7 @@ def build_turning(
     measured: Orientation | None,
 ) -> Attitude | TabulatedAttitude:
     """The attitude of a craft; ScenarioError with one line if its table does not serve."""
-    if attitude.mode != "table":
+    if attitude.file is None:
         return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
     try:
         table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)

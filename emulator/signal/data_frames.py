@@ -12,29 +12,44 @@ Frames are timed where they are sent; the tenth of a second on the way is left o
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import gpstime, satellites, systems
+from gnss_hil.dbc.common import gpstime, systems
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 
 Numbers = NDArray[np.int64]
 
-FRAMES = {satellites.GPS: (6, 3, 5), satellites.GLONASS: (2, 4, 15)}
-"""Length of a unit [s], how many from the first on are needed, units of a frame."""
 
-_SYSTEMS = satellites.SATELLITES // satellites.NUMBERS
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """How one system's message is framed.
+
+    unit_s   length of a unit [s];  needed  how many from the first on;  units  of a frame
+    by_utc   frames begin with days of UTC, not with weeks of GPS time
+    """
+
+    unit_s: int
+    needed: int
+    units: int
+    by_utc: bool = False
 
 
-def _columns() -> tuple[Numbers, Numbers, Numbers]:
-    """FRAMES as columns (8,) over systems, lengths in ns; 0 where a system has no row."""
-    table = np.zeros((3, _SYSTEMS), np.int64)
-    for system, row in FRAMES.items():
-        table[:, system] = row
-    return table[0] * NS_PER_S, table[1], table[2]
+FRAMES = {"gps": Frame(6, 3, 5), "glonass": Frame(2, 4, 15, by_utc=True)}
+"""By name of the system. GLONASS frames begin with days of UTC + 3 h, hence with half minutes of UTC."""
 
 
-_UNIT_NS, _NEEDED, _UNITS = _columns()
+def _column(of: Callable[[Frame], int]) -> Numbers:
+    """A property of FRAMES as (8,) over systems; 0 where a system has no row."""
+    return systems.column(lambda system: of(FRAMES[system.name]) if system.name in FRAMES else 0, 0)
+
+
+_UNIT_NS = NS_PER_S * _column(lambda frame: frame.unit_s)
+_NEEDED, _UNITS = _column(lambda frame: frame.needed), _column(lambda frame: frame.units)
+_BY_UTC = _column(lambda frame: frame.by_utc) != 0
 
 
 def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
@@ -47,10 +62,7 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
         unknown = int(np.asarray(system)[unit_ns == 0].flat[0])
         row = systems.by_value(unknown)
         raise ValueError(f"no frame structure of system {row.name if row else unknown}")
-    # GPS frames begin with GPS weeks; GLONASS frames with days of UTC + 3 h, hence with half minutes of UTC.
-    of_frame_ns = (begins_ns - np.where(np.equal(system, satellites.GLONASS), _leap_ns(begins_ns), 0)) % (
-        units * unit_ns
-    )
+    of_frame_ns = (begins_ns - np.where(_BY_UTC[system], _leap_ns(begins_ns), 0)) % (units * unit_ns)
     # Units that have begun: all that are over, and the one that is cut.
     under_way = -(-of_frame_ns // unit_ns)
     ends = np.where(under_way == 0, needed, units + np.minimum(under_way, needed))
@@ -59,8 +71,8 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
 
 def units_begun(system: Numbers, t_ns: Numbers) -> Numbers:
     """How many units (subframes, strings) satellites of these systems (...,) have begun until t_ns (...,),
-    GPS time, counted from anywhere."""
-    return (t_ns - np.where(np.equal(system, satellites.GLONASS), _leap_ns(t_ns), 0)) // _UNIT_NS[system]
+    GPS time, counted from anywhere; where frames are not known, one every nanosecond."""
+    return (t_ns - np.where(_BY_UTC[system], _leap_ns(t_ns), 0)) // np.maximum(_UNIT_NS[system], 1)
 
 
 def _leap_ns(t_ns: Numbers) -> Numbers:
