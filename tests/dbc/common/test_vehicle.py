@@ -66,3 +66,19 @@ def test_shipped_vehicles_are_found_by_name(tmp_path):
     assert find("soyuz-ms.toml", tmp_path) == tmp_path / "soyuz-ms.toml"
     with pytest.raises(VehicleError, match=r"vehicle 'mir': no such file; shipped are .*soyuz-ms-4clocks"):
         find("mir", tmp_path)
+
+
+def test_directions_have_length_one():
+    """Of a file whose directions are rounded to four digits, as people write them."""
+    vehicle = parse(
+        TEXT.replace("0.573576436351046", "0.5736").replace("0.819152044288992", "0.8192"), "a file"
+    )
+    assert np.linalg.norm(vehicle.boresight_body, axis=1) == pytest.approx(1, abs=1e-12)
+
+
+def test_rows_are_receivers_whatever_the_order_in_the_file():
+    head, *antennas = TEXT.split("[[antenna]]")
+    turned = parse("[[antenna]]".join([head, *(f"{part}\n" for part in reversed(antennas))]), "a file")
+    written = load(SOYUZ)
+    assert turned.names == written.names
+    assert turned.lever_arm_body_m.tolist() == written.lever_arm_body_m.tolist()

@@ -111,6 +111,22 @@ def test_a_corrupted_frame_does_not_disturb_its_stream():
     ]
 
 
+def test_after_a_corrupted_frame_the_stream_goes_on_in_the_next_block():
+    frames, _ = stream(1, 4)
+    data = frames.data.copy()
+    data[1, 5] ^= 0x40
+    first = screen(CODEC, FrameBatch(frames.t_ns, frames.can_id, frames.length, data)[:3], fresh_counters())
+    assert verdicts(frames[3:], first.counters) == [Verdict.OK]
+
+
+def test_a_counter_that_the_profile_has_not_is_corruption():
+    frames, _ = stream(1, 1)
+    data = frames.data.copy()
+    data[0, 1] |= COUNTERS
+    data[:, 0] = crc(frames.can_id, data)
+    assert verdicts(FrameBatch(frames.t_ns, frames.can_id, frames.length, data)) == [Verdict.CORRUPTED]
+
+
 @pytest.mark.parametrize(
     ("can_id", "length", "expected"),
     [

@@ -29,6 +29,13 @@ def test_rows_are_batches():
     assert concat([]) == EMPTY
 
 
+def test_batches_one_after_another_are_rows_of_one():
+    first, second = (batch([k], bytes([k] * k), t_ns=10 * k) for k in (3, 5))
+    both = concat((first, second))
+    assert (both.t_ns.tolist(), both.can_id.tolist(), both.length.tolist()) == ([30, 50], [3, 5], [3, 5])
+    assert both[0] == first and both[1] == second
+
+
 @pytest.mark.parametrize(("name", "system", "number"), [("G07", 0, 7), ("R24", 1, 24), ("E63", 2, 63)])
 def test_satellite_names(name, system, number):
     index = satellites.parse(name)

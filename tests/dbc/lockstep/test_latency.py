@@ -41,3 +41,7 @@ def test_percentiles_are_good_to_half_a_percent():
         assert latency.percentile_s(percent) == pytest.approx(
             np.percentile(durations_s, percent, method="inverted_cdf"), rel=5.1e-3
         )
+
+
+def test_the_middle_of_three_is_the_second():
+    assert filled([1e-3, 1e-2, 1e-1]).percentile_s(50) == pytest.approx(1e-2, rel=5.1e-3)
