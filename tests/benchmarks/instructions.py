@@ -26,8 +26,8 @@ from pathlib import Path
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.step import emulate_step
-from gnss_hil.flightsw.app import step as flight
-from gnss_hil.tools.command_line.arguments import unchanged
+from gnss_hil.flightsw.app.state import initial_state
+from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.tools.recording import recorder
 from gnss_hil.tools.run_config.plan import Plan, make
 
@@ -47,11 +47,11 @@ Tape = Sequence[tuple[FrameBatch, FrameBatch]]
 def taped(plan: Plan, epochs: int) -> Tape:
     """The first epochs of a run."""
     (name,), (config,) = plan.names, plan.flights
-    emulated, flown, answer = assemble.initial_state(plan.world), flight.initial_state(config), EMPTY
+    emulated, flown, answer = assemble.initial_state(plan.world), initial_state(config), EMPTY
     tape = []
     for epoch in range(epochs):
         emulated, sent, _ = emulate_step(plan.world, emulated, {name: answer}, epoch)
-        flown, answer = flight.flight_step(config, flown, sent[name])
+        flown, answer = flight_step(config, flown, sent[name])
         tape.append((sent[name], answer))
     return tape
 
@@ -59,7 +59,7 @@ def taped(plan: Plan, epochs: int) -> Tape:
 def parts(plan: Plan, tape: Tape) -> dict[str, Callable[[range], None]]:
     """Each part, as what plays its next epochs."""
     (name,), (config,) = plan.names, plan.flights
-    emulated, flown = assemble.initial_state(plan.world), flight.initial_state(config)
+    emulated, flown = assemble.initial_state(plan.world), initial_state(config)
     log = recorder.Recorder(
         {"can0": config.codec}, plan.scenario.time.start_ns, plan.scenario.time.interval_ns, io.BytesIO()
     )
@@ -73,7 +73,7 @@ def parts(plan: Plan, tape: Tape) -> dict[str, Callable[[range], None]]:
     def fly(epochs: range) -> None:
         nonlocal flown
         for epoch in epochs:
-            flown, _ = flight.flight_step(config, flown, tape[epoch][0])
+            flown, _ = flight_step(config, flown, tape[epoch][0])
 
     def record(epochs: range) -> None:
         for epoch in epochs:
@@ -86,7 +86,7 @@ def parts(plan: Plan, tape: Tape) -> dict[str, Callable[[range], None]]:
 def counted(file: Path) -> None:
     """Inside valgrind: plays what is counted, and prints which process played what."""
     recorder.FLUSH_S = math.inf  # by number alone: valgrind is slow
-    plays = parts(make(unchanged("soyuz")), pickle.loads(file.read_bytes()))
+    plays = parts(make("soyuz"), pickle.loads(file.read_bytes()))
     for play in plays.values():
         play(range(WARM_UP))
     gc.collect()
@@ -104,7 +104,7 @@ def measured() -> dict[str, float]:
     """Million instructions an epoch of each part."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "tape"
-        file.write_bytes(pickle.dumps(taped(make(unchanged("soyuz")), WARM_UP + EPOCHS)))
+        file.write_bytes(pickle.dumps(taped(make("soyuz"), WARM_UP + EPOCHS)))
         command = [
             "valgrind", "--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=/dev/null",
             f"--log-file={folder}/%p.log", sys.executable, "-m", "tests.benchmarks.instructions", str(file),

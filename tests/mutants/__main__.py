@@ -22,7 +22,7 @@ from tests.mutants.workspace import FAILED, PASSED, Hung, Workspace, made
 
 KILLED, SURVIVED, HUNG, BROKEN = "killed", "SURVIVED", "HUNG", "BROKEN"
 
-SECONDS = 600.0
+SECONDS = 300.0
 """For the tests of a row: a guard against mutants that hang, not a judgement of how fast they are."""
 
 

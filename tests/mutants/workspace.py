@@ -21,6 +21,9 @@ from tests.support.outside import DATA
 
 NOT_COPIED = (".*", "__pycache__", "build", "dist", "runs", "*.egg-info")
 
+HANG_S = 60.0
+"""So long a test waits for a state before it fails, see `tests.support.waiting`."""
+
 PASSED, FAILED = 0, 1
 """Exit statuses of pytest; others say that tests could not be run."""
 
@@ -46,7 +49,7 @@ class Workspace:
             "no:cacheprovider",
             *tests,
         ]
-        environment = {**os.environ, "GNSS_HIL_DATA": str(DATA)}
+        environment = {**os.environ, "GNSS_HIL_DATA": str(DATA), "GNSS_HIL_HANG_S": str(HANG_S)}
         process = subprocess.Popen(
             command, cwd=self.root, env=environment, text=True, start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import contextmanager, suppress
 
 import pytest
@@ -14,6 +15,7 @@ from gnss_hil.dbc.bus.probe import occupied
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, concat
 from gnss_hil.dbc.lockstep.master_loop import Bus, Conductor, MissingNodes, parse_pace
+from gnss_hil.dbc.lockstep.messages import SYNC_ID
 from gnss_hil.dbc.lockstep.slave import Follower
 from gnss_hil.dbc.lockstep.slave_loop import follow
 from tests.support.lockstep_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
@@ -21,10 +23,13 @@ from tests.support.waiting import HANG_S, finished, pause, until
 
 
 class Flight:
-    """A flight node in a thread: answers with as many frames as epochs it has flown since it was fresh."""
+    """A flight node in a thread: answers with as many frames as epochs it has flown since it was fresh.
 
-    def __init__(self, bus: InlineBus, delay_s: float = 0.0, **more):
-        self.blocks, self.fresh, self.delay_s = [], [], delay_s
+    before  what it does with each block before it answers
+    """
+
+    def __init__(self, bus: InlineBus, before: Callable[[], object] = lambda: None, **more):
+        self.blocks, self.fresh, self._before = [], [], before
         self._leave = False
         self.link = bus.connect()
         self._thread = threading.Thread(target=self._run, kwargs=more)
@@ -35,7 +40,7 @@ class Flight:
             follow(self.link, Follower(CODEC), heartbeat(), self._play, lambda: self._leave, **more)
 
     def _play(self, heard, fresh):
-        pause(self.delay_s)
+        self._before()
         self.blocks.append(heard)
         self.fresh.append(fresh)
         return navigation(len(self.blocks))
@@ -82,10 +87,20 @@ def test_lockstep_answers_every_epoch(bus):
 
 
 def test_a_slow_node_is_asked_again_and_answers_once(bus):
-    with flight(bus, delay_s=0.12) as node:
+    """It answers each epoch only when it was asked for it twice."""
+    spy, heard, over = bus.connect(), [], threading.Event()
+
+    def asked_twice():
+        heard.append(spy.receive(0.02))
+        return over.is_set() or sum((f.can_id == SYNC_ID).sum() for f in heard) >= 2 * (len(node.blocks) + 1)
+
+    with flight(bus, before=lambda: until(asked_twice)) as node:
         master = conductor(bus, repeat_s=0.02)
         master.assemble(timeout_s=HANG_S)
-        assert play(master, range(4)) == [navigation(k + 1) for k in range(4)]
+        try:
+            assert play(master, range(4)) == [navigation(k + 1) for k in range(4)]
+        finally:
+            over.set()
     assert len(node.blocks) == 4
 
 
@@ -117,14 +132,12 @@ def test_a_node_that_started_anew_is_not_waited_for(bus):
 
 def test_announcements_that_waited_somewhere_are_no_restart(bus):
     """A bus that stood still delivers all at once what a node said before it heard the block."""
-    with flight(bus, delay_s=0.6) as node:
-        master, stranger = conductor(bus), bus.connect()
+    stranger = bus.connect()
+    with flight(bus, before=lambda: stranger.send(concat([heartbeat()] * 20))) as node:
+        master = conductor(bus)
         master.assemble(timeout_s=HANG_S)
-        waited = threading.Timer(0.3, lambda: stranger.send(concat([heartbeat()] * 20)))
-        waited.start()
         play(master, [0])
         assert master.tally.unanswered == 0 and len(node.blocks) == 1
-        waited.join()
 
 
 def test_a_stop_ends_waiting_without_blaming_the_node(bus):
@@ -149,7 +162,7 @@ def test_free_running_keeps_wall_time_and_answers(bus):
 
 
 def test_a_node_too_slow_for_the_pace_is_counted_and_still_heard(bus):
-    with flight(bus, delay_s=0.03) as node:
+    with flight(bus, before=lambda: pause(0.03)) as node:
         master = conductor(bus, pace=100.0)
         master.assemble(timeout_s=HANG_S)
         play(master, range(10))

@@ -116,6 +116,15 @@ def test_an_answer_given_twice_counts_once():
     assert e.inbox() == navigation(6)
 
 
+def test_the_first_answer_stands_where_the_second_lost_a_frame():
+    e = exchange()
+    e.open(5, block(5))
+    e.hear(concat((navigation(5), done(5, 3))))
+    e.hear(concat((navigation(5)[:2], done(5, 3))))
+    assert e.inbox() == navigation(5)
+    assert e.lost == 0
+
+
 def test_when_done_was_lost_the_repeated_answer_stands_alone():
     e = exchange()
     e.open(5, block(5))

@@ -1,0 +1,81 @@
+"""The tests of a module are where the module is: tests/<package>/<room>/test_<module>[_<aspect>].py."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from tests.support.programs import ROOT
+
+PACKAGES = ("dbc", "emulator", "flightsw", "tools")
+
+ACROSS = {
+    "emulator/constellation/broadcast/test_user_algorithms.py": "gps, glonass and ephemerides",
+    "emulator/error_models/test_thermal_noise.py": "noise of codes, rates and phases",
+    "emulator/receivers/recorded/test_group_delays.py": "receiver and signals",
+    "emulator/signal/ionosphere/test_relative.py": "all ionosphere models beside each other",
+    "emulator/test_process.py": "the emulator as a process",
+    "flightsw/app/test_fuzz.py": "the whole flight software under random frames",
+    "flightsw/assignment/test_geometry.py": "angles, boresight and patent",
+    "flightsw/estimation/test_navigators.py": "all navigators beside each other",
+    "flightsw/estimation/test_seam.py": "what a navigator is asked for, by one of the test's own",
+    "flightsw/test_process.py": "the flight software as a process",
+    "tools/export/test_command.py": "gnss-hil export",
+    "tools/export/test_courses.py": "sp3, oem and time series",
+    "tools/icd/test_browser.py": "the page in a browser",
+    "tools/icd/test_command.py": "gnss-hil icd",
+    "tools/icd/test_document.py": "the document of all chapters",
+    "tools/monitor/test_monitor.py": "gnss-hil monitor",
+    "tools/report/test_palette.py": "colours of all figures",
+    "tools/results/test_timeline.py": "tables and text along a run",
+    "tools/run_config/test_switches.py": "--on and --off",
+}
+"""Test files of a room's modules together, or of the room's command, and what they test."""
+
+
+def across(file: str) -> bool:
+    """Whether there is no module that a test file is named after."""
+    folder, _, name = file.rpartition("/")
+    parts = name.removeprefix("test_").removesuffix(".py").split("_")
+    stems = {"_".join(parts[:count]) for count in range(1, len(parts) + 1)}
+    return not any(
+        (ROOT / folder / stem).is_dir() or (ROOT / folder / f"{stem}.py").is_file() for stem in stems
+    )
+
+
+def test_every_test_file_is_named_after_a_module_or_listed():
+    files = (path.relative_to(ROOT / "tests").as_posix() for path in (ROOT / "tests").rglob("test_*.py"))
+    assert {file for file in files if file.split("/")[0] in PACKAGES and across(file)} == set(ACROSS)
+
+
+PAUSES = re.compile(r"time\.sleep|\bmonotonic|perf_counter|timeout=\d|timeout_s=\d\d|\.wait\(\d|\.join\(\d")
+"""Waiting for a time, and looking at one."""
+
+ALLOWED = {
+    "tests/support/waiting.py": "the one place that waits",
+    "tests/support/terminals.py": "waits for what is drawn, until HANG_S",
+    "tests/conformance/test_links.py": "waits for frames until HANG_S; receive(0.2) lasts 0.2 s at least",
+    "tests/conformance/test_embedded.py": "python-can's own limit of a held-back sender",
+    "tests/system/test_receiver_py.py": "rubbish in a rhythm of its own",
+    "tests/system/test_socketcan.py": "a limit of five seconds, which a command is to outlast",
+    "tests/system/test_foreign.py": "a player of its own rhythm",
+    "tests/system/test_lockstep_threads.py": "fifty epochs at a pace last half a second at least",
+    "tests/system/test_run.py": "forty epochs at a pace last two seconds at least",
+    "tests/system/test_socketcan_inside.py": "a paced link takes 0.12 s at least",
+}
+
+
+def test_nothing_judges_by_the_clock():
+    """On a busy machine all takes longer: tests wait for states. Least times alone may be asked for."""
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for path in (ROOT / "tests").rglob("*.py")
+        if PAUSES.search(path.read_text("utf-8")) and not path.is_relative_to(ROOT / "tests" / "benchmarks")
+    }
+    assert found - {"tests/contract/test_mirror.py", "tests/results/__main__.py"} == set(ALLOWED)
+
+
+@pytest.mark.parametrize(("file", "alone"), [("dbc/bus/test_hub.py", False), ("dbc/bus/test_no.py", True)])
+def test_a_module_is_found_by_its_name(file, alone):
+    assert across(file) == alone
