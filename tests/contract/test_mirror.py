@@ -27,6 +27,7 @@ ACROSS = {
     "tools/icd/test_command.py": "gnss-hil icd",
     "tools/icd/test_document.py": "the document of all chapters",
     "tools/monitor/test_monitor.py": "gnss-hil monitor",
+    "tools/packaging/test_wheel.py": "what a wheel holds",
     "tools/report/test_palette.py": "colours of all figures",
     "tools/results/test_timeline.py": "tables and text along a run",
     "tools/run_config/test_switches.py": "--on and --off",
