@@ -228,6 +228,7 @@ def test_two_nodes_that_flood_each_other_get_through(hub):
     b.close()
 
 
+@pytest.mark.verifies(what="The embedded bus")
 def test_pythoncan_api_keeps_its_promises(hub):
     """Filters, iteration timeouts and errors as python-can documents them."""
     with (
@@ -266,6 +267,27 @@ def test_a_sender_held_back_may_give_up(hub):
     sleeper.close()
 
 
+@pytest.mark.verifies(
+    "dbc/contract/frames.py",
+    "dbc/common/satellites.py",
+    what="Frame batches, wire form",
+    by="`struct can_frame` of linux/can.h; a C program on the embedded bus",
+    status="validated",
+)
+@pytest.mark.verifies(
+    "dbc/bus/base.py",
+    "dbc/bus/inline.py",
+    "dbc/bus/embedded.py",
+    "dbc/bus/hub.py",
+    "dbc/bus/plugin.py",
+    "dbc/bus/runtime_dir.py",
+    what="The embedded bus",
+    by=(
+        "a C program with connect, read and write; filters, timeouts and errors as python-can documents "
+        "them; one suite of promises for every bus"
+    ),
+    status="validated",
+)
 def test_a_c_program_joins_with_connect_read_and_write(hub, tmp_path):
     compiler = shutil.which("cc")
     if compiler is None:

@@ -12,6 +12,8 @@ from gnss_hil.dbc.bus.base import LinkClosed
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
 from tests.support.waiting import HANG_S, pause
 
+pytestmark = pytest.mark.verifies(what="The embedded bus")
+
 
 def numbered(n: int, can_id: int = 0x100, first: int = 0) -> FrameBatch:
     """n frames whose payloads count up."""

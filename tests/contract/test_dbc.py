@@ -24,6 +24,13 @@ def test_cantools_loads_every_size(receivers):
     assert len(database.messages) == len(list(messages(receivers)))
 
 
+@pytest.mark.verifies(
+    "dbc/contract/messages.py",
+    "dbc/contract/generate.py",
+    what="DBC file",
+    by="cantools (strict) and canmatrix load it without a warning",
+    status="validated",
+)
 def test_canmatrix_loads_without_a_warning(caplog):
     import canmatrix.formats
 

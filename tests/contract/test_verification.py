@@ -1,17 +1,16 @@
-"""VERIFICATION.md is complete and true: every module is in it, every file and test it names exists."""
+"""Every module is judged by a test that says so, or has nothing to judge; see tests/verification."""
 
 from __future__ import annotations
 
 import ast
-import re
 from pathlib import Path
 
 import pytest
 
+from tests.verification.page import PACKAGES, pages, scores
+from tests.verification.rows import rows
+
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("dbc", "emulator", "flightsw", "tools")
-HEAD = ["what", "where", "status", "judged by", "test"]
-STATUS = ("validated", "modelled")
 
 NOTHING_TO_JUDGE = {
     "dbc/common/arrays.py": "names of array types",
@@ -26,19 +25,8 @@ NOTHING_TO_JUDGE = {
 """Folder or file -> why it has no row. A package's `__init__.py` that imports and no more has none either."""
 
 
-def rows_of(text: str) -> list[list[str]]:
-    """All rows of all tables, cells stripped, without heads and rules; ValueError for one of another form."""
-    lines = [line.strip() for line in text.splitlines() if line.strip().startswith("|")]
-    rows = [[cell.strip() for cell in line[1:].removesuffix("|").split("|")] for line in lines]
-    rows = [row for row in rows if row != HEAD and set("".join(row)) != {"-"}]
-    for row in rows:
-        if len(row) != len(HEAD) or row[2] not in STATUS or not all(row[:4]):
-            raise ValueError(f"no row of VERIFICATION.md: {row}")
-    return rows
-
-
-ROWS = rows_of((ROOT / "VERIFICATION.md").read_text("utf-8"))
-NAMED = {name for row in ROWS for name in re.findall(r"`([^`]+)`", row[1])}
+ROWS = rows()
+NAMED = {place for row in ROWS for place in row.where}
 
 
 def does_something(path: Path) -> bool:
@@ -62,7 +50,10 @@ MODULES = [
 @pytest.mark.parametrize("module", MODULES)
 def test_every_module_has_a_row_or_nothing_to_judge(module):
     exempt = any(module.startswith(place) for place in NOTHING_TO_JUDGE)
-    assert (module in NAMED) != exempt, f"{module}: needs a row in VERIFICATION.md, or a reason, not both"
+    assert (module in NAMED) != exempt, (
+        f"{module}: name it in a marker `verifies` on the test that judges it (see tests/verification), or "
+        "give a reason here, not both"
+    )
 
 
 @pytest.mark.parametrize("place", NOTHING_TO_JUDGE)
@@ -77,46 +68,27 @@ def test_modules_are_found_in_every_folder():
     assert "tools/report/__init__.py" not in MODULES
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])
-def test_every_row_names_what_exists(row):
-    _, where, status, _, test = row
-    places = re.findall(r"`([^`]+)`", where)
-    assert places
-    for place in places:
-        assert (ROOT / place).exists(), place
-    named = re.findall(r"`(tests/[^`:]*test_\w+\.py)(?:::(test_\w+))?`", test)
-    assert len(named) == test.count("`") / 2, f"not the name of a test: {test}"
-    assert named or status == "modelled"
-    for file, function in named:
-        text = (ROOT / file).read_text("utf-8")
-        assert not function or f"def {function}(" in text, f"{file}::{function}"
+def test_no_row_is_validated_without_a_test():
+    assert all(row.tests or row.status == "modelled" for row in ROWS)
 
 
-def test_no_two_rows_have_one_name():
-    names = [row[0] for row in ROWS]
-    assert sorted(set(names)) == sorted(names)
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_row_is_on_the_page_of_its_packages(package):
+    lines = pages()[f"docs/verification/{package}.md"].splitlines()
+    for row in ROWS:
+        if any(place.startswith(f"{package}/") for place in row.where):
+            (line,) = (one for one in lines if one.startswith(f"| {row.what} |"))
+            assert row.status in line and all(test.split("::")[0] in line for test in row.tests)
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "| Sun | `a.py` | checked | a book | `tests/test_a.py` |",
-        "| Sun | `a.py` | Validated | a book | `tests/test_a.py` |",
-        "| Sun | `a.py` | validated | a book |",
-        "| Sun | `a.py` | validated | | `tests/test_a.py` |",
-        "  | Sun | `a.py` | to do | a book | `tests/test_a.py` |",
-        "| Sun | `a.py` | validated | half | a book | `tests/test_a.py` |",
-    ],
-)
-def test_a_row_of_another_form_is_not_passed_over(line):
-    head = "| what | where | status | judged by | test |\n|---|---|---|---|---|\n"
-    good = "| Moon | `b.py` | modelled | our choice | |"
-    assert len(rows_of(head + good)) == 1
-    with pytest.raises(ValueError, match="Sun"):
-        rows_of(f"{head}{good}\n{line}\n")
+def test_scores_of_mutants_are_beside_the_rows(tmp_path):
+    path = tmp_path / "scores.toml"
+    assert scores(path) == {}
+    path.write_text("[dbc]\nkilled = 11\nof = 12\n")
+    assert scores(path) == {"dbc": "11 of 12"}
 
 
 def test_more_than_two_thirds_are_validated():
-    validated = sum(row[2] == "validated" for row in ROWS)
+    validated = sum(row.status == "validated" for row in ROWS)
     print(f"{validated} of {len(ROWS)} rows are validated: {validated / len(ROWS):.1%}")
     assert validated > 2 / 3 * len(ROWS)

@@ -7,6 +7,7 @@ from pathlib import Path
 from gnss_hil.dbc.contract import document as messages
 from gnss_hil.tools.schema import json_schema, page
 from tests.results import page as results
+from tests.verification import page as verification
 
 ROOT = Path(__file__).parents[2]
 SCHEMAS = {
@@ -24,6 +25,7 @@ def generated() -> dict[str, str]:
         "docs/scenario.md": page.page(),
         "docs/results.md": results.page(),
         "README.md": results.readme(),
+        **verification.pages(),
         **{
             f"{folder}/{json_schema.file_name(kind)}": json_schema.text(kind)
             for kind, folder in SCHEMAS.items()

@@ -5,6 +5,17 @@ import pytest
 from gnss_hil.emulator.config.scenario import ScenarioError
 from tests.support import emulated
 
+pytestmark = [
+    pytest.mark.verifies(what="Scenario files"),
+    pytest.mark.verifies(
+        "emulator/orbits/motion.py",
+        "emulator/config/named_files.py",
+        what="Motion of a craft, files a scenario names",
+        by="choice of the reader",
+        status="modelled",
+    ),
+]
+
 
 @pytest.mark.parametrize(
     ("tables", "says"),

@@ -5,6 +5,7 @@ import signal
 import subprocess
 
 import numpy as np
+import pytest
 
 from gnss_hil.dbc.bus.base import open_link
 from gnss_hil.dbc.bus.hub import Hub
@@ -12,6 +13,8 @@ from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
 from tests.support import emulated
 from tests.support.programs import EMULATOR
 from tests.support.waiting import until
+
+pytestmark = pytest.mark.verifies(what="Truth and status, as streams")
 
 
 def another_epoch(status, link, emulator) -> None:

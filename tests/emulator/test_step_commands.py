@@ -13,6 +13,13 @@ from gnss_hil.emulator.state import commands_rejected
 from tests.support import emulated
 from tests.support.emulated import AUTONOMOUS, RELEASE, TRACK, command, sealed
 
+pytestmark = pytest.mark.verifies(
+    "emulator/receivers/emulated/commands.py",
+    what="Commands and answers",
+    by="rules of docs/contract.md",
+    status="modelled",
+)
+
 ACCEPTED = RESULT["ACCEPTED"]
 QUICK = {"hot_s": 0, "warm_s": 0, "cold_s": 0, "ephemeris_s": 0}
 

@@ -13,6 +13,13 @@ import pytest
 from gnss_hil.tools.command_line.main import main
 from tests.support.waiting import HANG_S
 
+pytestmark = pytest.mark.verifies(
+    "tools/recording/formats/candump.py",
+    what="Recorded log",
+    by="cantools' command line and can-utils' log2long read every line",
+    status="validated",
+)
+
 LINES = 1500
 
 

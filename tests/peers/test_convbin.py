@@ -12,7 +12,10 @@ from gnss_hil.emulator.files.text import read_text
 from tests.support.outside import data_file, program
 from tests.support.waiting import HANG_S
 
-pytestmark = pytest.mark.realdata
+pytestmark = [
+    pytest.mark.realdata,
+    pytest.mark.verifies(what="Observation files"),
+]
 
 SAME = {"C1W": "P1", "C2W": "P2", "L1W": "L1", "L2W": "L2"}
 """RTKLIB keeps the P code of each band, and names it as version 3 does."""

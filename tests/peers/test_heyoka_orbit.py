@@ -16,6 +16,16 @@ import pytest
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.orbits.dynamics import build_orbit, state_of_elements
 
+pytestmark = pytest.mark.verifies(
+    "emulator/orbits/dynamics.py",
+    what="Craft orbit: integration",
+    by=(
+        "heyoka (Taylor, own EGM2008, Sun and Moon): a day of low, geosynchronous, Molniya and 100 000 km "
+        "orbits to 4 um; SciPy DOP853; closed two-body solution"
+    ),
+    status="validated",
+)
+
 hy = pytest.importorskip("heyoka")
 
 START_UTC = datetime(2012, 10, 31)

@@ -17,6 +17,33 @@ from gnss_hil.dbc.common import vehicle
 from gnss_hil.tools.command_line.main import main
 from tests.support.rtklib import OWN_WEIGHTS, solve
 
+pytestmark = [
+    pytest.mark.verifies(
+        "tools/export/rinex_obs.py",
+        "tools/export/rinex.py",
+        "tools/export/rinex_text.py",
+        "tools/export/codes.py",
+        "tools/export/run_data.py",
+        "tools/export/reduce.py",
+        "tools/export/navigation.py",
+        "tools/export/satellite_orbits.py",
+        what="Exported RINEX files, reduction to the centre of mass",
+        by=(
+            "RTKLIB reads them without a complaint: 3.0 mm rms without errors, with equal weights the errors "
+            "of our fixes to 0.02 %; Hatanaka's RNX2CRX takes them"
+        ),
+        status="validated",
+    ),
+    pytest.mark.verifies(what="One epoch of an emulated craft, from scenario to frames"),
+    pytest.mark.verifies(
+        "emulator/constellation/messages.py",
+        "emulator/constellation/nominal_messages.py",
+        what="Navigation records of a sky",
+        by="RTKLIB computes positions from the exported records and ranges: 3 mm",
+        status="validated",
+    ),
+]
+
 ALL_ALIKE = (
     "code_noise_m=0", "code_floor_m=1", "ura_scale=0", "exclude_satellites=0", "inconsistent=fix",
 )  # fmt: skip

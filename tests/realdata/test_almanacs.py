@@ -28,6 +28,15 @@ def yuma_and_sem():
     return [almanacs.read(data_file(name), IN_2016) for name in names]
 
 
+@pytest.mark.verifies(
+    "emulator/files/almanacs.py",
+    what="Almanac files (YUMA, SEM, AGL)",
+    by=(
+        "YUMA and SEM of 2016, two files in two units, meet halfway at 18 km (median); the two roll-overs of "
+        "GPS weeks; any text is read or refused in words. AGL by a maker's description and the nominal slots"
+    ),
+    status="validated",
+)
 def test_almanacs_of_two_months_meet():
     """Halfway between, each 16 days from its own reference: two files, two units, one sky."""
     yuma, sem = yuma_and_sem()
@@ -147,6 +156,15 @@ def test_frames_carry_the_old_almanac_and_its_age(run):
     assert 5e3 < np.median(from_sky_m) < 200e3
 
 
+@pytest.mark.verifies(
+    "emulator/receivers/emulated/almanac.py",
+    what="Old almanacs in a run",
+    by=(
+        "satellites of April 2016 with the almanac of March: 46 km off (median), satellites nobody has "
+        "tracked are assigned by it and found; frames read by cantools"
+    ),
+    status="validated",
+)
 def test_satellites_never_tracked_are_assigned_by_the_old_almanac(run):
     """Nothing else on the bus says where they are. G19 is not found, nor with an almanac without errors."""
     tracked, by_almanac = set(), set()

@@ -17,7 +17,12 @@ from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion
 from tests.support.outside import data_file
 
-pytestmark = pytest.mark.realdata
+pytestmark = [
+    pytest.mark.realdata,
+    pytest.mark.verifies(
+        what="Measured orientation of the Earth, from file to flown orbit and attitude",
+    ),
+]
 
 FILE = "environment/finals2000A.all.gz"
 

@@ -137,6 +137,18 @@ def errors(observations, orbits, truth):
     return np.linalg.norm(miss, axis=1), np.einsum("ej,ej->e", miss, up)
 
 
+@pytest.mark.verifies(
+    "emulator/files/rinex_obs.py",
+    "emulator/files/rinex_obs_header.py",
+    "emulator/files/rinex_epochs.py",
+    "emulator/files/columns.py",
+    what="Observation files",
+    by=(
+        "fixes from a day of GRACE-B and CODE orbits, solved apart: median 0.98 m, 95 % 3.1 m; from centres "
+        "of mass 1.82 m, independently found 1.71 m; RTKLIB's convbin reads the same 262,860 numbers"
+    ),
+    status="validated",
+)
 def test_ionosphere_free_fixes_against_the_published_orbit(observations, product, truth):
     """Independently found with the same files, from centres of mass: median 1.71 m, 95 % 5.3 m, radial mean
     +0.63 m (the antenna is above the craft's centre of mass). From phase centres it must come out better."""

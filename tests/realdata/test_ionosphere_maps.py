@@ -50,6 +50,16 @@ def test_nodes_are_what_the_producer_wrote(name):
         assert read == pytest.approx(written, abs=1e-6)
 
 
+@pytest.mark.verifies(
+    "emulator/signal/ionosphere/maps.py",
+    "emulator/files/ionex.py",
+    what="Ionosphere: measured maps, their reader",
+    by=(
+        "every node of two producers' maps; RTKLIB's interpolation in place and time at 2,000 places, 1e-6 "
+        "TECU"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize("name", sorted(NAMES))
 def test_between_nodes_as_rtklib(name, tmp_path):
     """RTKLIB's iontec along the vertical, with its correction for the turning Earth."""
@@ -82,6 +92,15 @@ def test_between_nodes_as_rtklib(name, tmp_path):
     assert worst < 1e-6
 
 
+@pytest.mark.verifies(
+    "emulator/files/ionosphere_header.py",
+    what="Ionosphere: coefficients in headers",
+    by=(
+        "real broadcast of 2022-01-01; CODE's coefficients of 2017-01-01 leave less than half of JPL's maps "
+        "of that day (rms)"
+    ),
+    status="validated",
+)
 def test_coefficients_of_code_are_the_maps_in_short():
     """CODE fitted the eight coefficients to its own maps of the day that JPL's show too. Klobuchar's model is
     said to take away half of the effect: what is left is less than half of the maps' rms content."""

@@ -50,6 +50,13 @@ def craft_state(t_ns, pos_eci_m, vel_eci_mps):
     return CraftState(pos, relative, acc - 2 * np.cross(spin, relative) - np.cross(spin, np.cross(spin, pos)))
 
 
+@pytest.mark.verifies(
+    "emulator/attitude/profile.py",
+    "emulator/numerics/rotations.py",
+    what="Attitude and rotations",
+    by="SciPy rotations; the attitude and rates of the ISS as flown",
+    status="validated",
+)
 def test_the_orbital_frame_is_the_one_the_iss_holds(ephemeris):
     """The station trims itself to the torque of gravity and air: constant yaw, pitch and roll of some
     degrees from x fore, y starboard, z nadir, and turns with the orbital frame."""
@@ -76,6 +83,7 @@ def test_the_orbital_frame_is_the_one_the_iss_holds(ephemeris):
     assert off_rps.max() < 2e-5  # of 1.13e-3
 
 
+@pytest.mark.verifies(what="Craft orbit: forces")
 def test_two_body_and_zonals_carry_the_iss_for_an_orbit(ephemeris):
     """Left out are tesserals, drag, Sun and Moon, and the state's own noise: about a kilometre in an orbit,
     where J2 moves tens.

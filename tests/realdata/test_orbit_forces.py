@@ -53,6 +53,16 @@ def propagated(t_ns, state, names, drag_area_m2):
     return eci_to_ecef(ecef, -rotation_angle_rad(t_ns, gpstime.leap_seconds(start_ns)))
 
 
+@pytest.mark.verifies(
+    "emulator/orbits/forces.py",
+    what="Craft orbit: forces",
+    by=(
+        "GRACE-B as it flew on 2010-07-27: a day to 1.6 m rms (degree 50, start and drag area fitted); ISS "
+        "telemetry; secular rates of node and perigee. No tides, no relativity; the pole stays that of the "
+        "run's start"
+    ),
+    status="validated",
+)
 def test_the_forces_carry_grace_for_a_day(flown):
     """Start and drag area are fitted (nobody knows the air of that day), nothing else. What is left: tides of
     the solid Earth and the oceans, degrees above 50, the air's real course."""

@@ -42,6 +42,16 @@ def test_two_readers_agree(name, system):
         assert np.allclose(ours.clock_s[:, column] * LIGHT_MPS, theirs.clock_m, atol=1e-7, equal_nan=True)
 
 
+@pytest.mark.verifies(
+    "emulator/files/sp3.py",
+    "emulator/constellation/precise.py",
+    what="Precise orbits, between their instants",
+    by=(
+        "ESA SP3 of 2023-03-23, two instants of three left out: 0.8 mm RMS, 37 mm in the last interval; a "
+        "second reader"
+    ),
+    status="validated",
+)
 def test_a_day_of_five_minutes_from_every_third_of_its_instants():
     """GPS and GLONASS, 15 min apart: the instants between are the product's own, good to a millimetre."""
     full = product(ESA_2023)
@@ -100,6 +110,17 @@ CASES = [
 ]
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/phase_centre.py",
+    "emulator/constellation/antenna_offsets.py",
+    "emulator/constellation/space_vehicles.py",
+    what="Phase centres of satellites",
+    by=(
+        "offsets of igs05.atx and IGS mails; broadcast orbits, which belong to antennas: radial mean -1.19 "
+        "to +0.16 m (GPS 2023), -2.19 to +0.10 m (GLONASS 2009)"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize(("system", "navigation", "name", "day"), CASES, ids=["gps", "glonass"])
 def test_phase_centres_take_the_radial_bias_away(system, navigation, name, day):
     """Broadcast orbits belong to the antenna: a metre or two above what centres of mass say."""

@@ -56,6 +56,15 @@ def run(tmp_path_factory):
     return out
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/precise_sky.py",
+    what="Precise orbits as sky, real observations played",
+    by=(
+        "GRACE-B of 2010-07-27 on the bus, ionosphere-free, against CODE's published orbit: 8,638 of 8,640 "
+        "epochs, 0.73 m median, 2.29 m 95 %"
+    ),
+    status="validated",
+)
 def test_fixes_are_within_the_goals(run):
     summary = json.loads((run / "summary.json").read_text())
     error = summary["craft"]["observed"]["position_error_m"]

@@ -15,6 +15,17 @@ from scipy.spatial.transform import Rotation
 
 from gnss_hil.tools.command_line.main import main
 
+pytestmark = pytest.mark.verifies(
+    "emulator/files/finals.py",
+    what="Measured orientation of the Earth, from file to flown orbit and attitude",
+    by=(
+        "published lines of finals2000A; a run by an OEM in EME2000 and a table of attitude is erfa.c2t06a's "
+        "with pole and UT1, 0.01 mm; brahe with the same file, 2001 to 2025: TEME 0.04 mm, EME2000 7 mm "
+        "median (its pole of date is corrected by observation)"
+    ),
+    status="validated",
+)
+
 # finals2000A.all of the IERS, to the end of bulletin A's columns for UT1.
 FINALS = """\
 21 6 9 59374.00 I  0.171621 0.000018  0.436495 0.000034  I-0.1825979 0.0000079

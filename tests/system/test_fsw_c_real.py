@@ -110,6 +110,13 @@ def test_a_mark_shown_by_a_clock_moves_both_alike(fsw, epochs, tmp_path):
     assert len(moved_m) > 5 and min(moved_m) > 0.01
 
 
+@pytest.mark.verifies(
+    "flightsw/measurement/observables.py",
+    "flightsw/records/ranges.py",
+    what="One signal of a satellite counts",
+    by="a rule of ours; the C flight software has it too",
+    status="modelled",
+)
 def test_a_second_signal_of_a_satellite_is_not_another_satellite(fsw, epochs, tmp_path):
     """A channel of receiver 1 made to deliver on L2P, 10 m longer, the satellite that another has."""
     until = first_fix(our_answers(epochs)) + 1  # before any channel obeys

@@ -26,6 +26,18 @@ from tests.support.programs import GNSS_HIL
 from tests.support.runs import FILES, alive, children_of, recorded
 from tests.support.waiting import exit_status, until
 
+pytestmark = pytest.mark.verifies(
+    "tools/processes/supervisor.py",
+    "tools/processes/children.py",
+    "tools/processes/parent_death.py",
+    "tools/run_config/sides.py",
+    "tools/processes/supervision.py",
+    "tools/processes/outcome.py",
+    what="Processes of a run and their ends",
+    by="rules of ours; they hold through fifty random kills of emulator, flight software and supervisor",
+    status="modelled",
+)
+
 KILLS, SEED, AT_ONCE = 50, 3, 2
 NAMES = {"emulator": "emulator", "flightsw": "flight software of soyuz"}
 VICTIMS = ("emulator", "flightsw", "supervisor")

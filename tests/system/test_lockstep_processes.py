@@ -25,6 +25,17 @@ from gnss_hil.dbc.lockstep import messages
 from tests.support.programs import EMULATOR, FLIGHT
 from tests.support.waiting import HANG_S, exit_status, pause, until
 
+pytestmark = pytest.mark.verifies(
+    "emulator/__main__.py",
+    "flightsw/__main__.py",
+    "dbc/process/command_line.py",
+    "dbc/process/shutdown.py",
+    "dbc/bus/probe.py",
+    what="The emulator and the flight software as processes",
+    by="rules of ours: paces, stops, who is on a bus already",
+    status="modelled",
+)
+
 CODEC = codec(4)
 VEHICLE = vehicle.find("soyuz-ms")
 EPOCHS = 150

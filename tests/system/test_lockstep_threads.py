@@ -21,6 +21,8 @@ from gnss_hil.dbc.lockstep.slave_loop import follow
 from tests.support.lockstep_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
 from tests.support.waiting import HANG_S, finished, pause, until
 
+pytestmark = pytest.mark.verifies(what="The emulator and the flight software as processes")
+
 
 class Flight:
     """A flight node in a thread: answers with as many frames as epochs it has flown since it was fresh.

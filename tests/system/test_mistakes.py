@@ -12,6 +12,27 @@ from tests.support.mistakes import gets_its_line_and_status, label, table
 from tests.support.programs import PROGRAM
 from tests.support.waiting import HANG_S
 
+pytestmark = [
+    pytest.mark.verifies(
+        "emulator/config/scenario.py",
+        "emulator/config/tables.py",
+        what="Scenario files",
+        by="form and ranges are ours; every mistake is one line",
+        status="modelled",
+    ),
+    pytest.mark.verifies(
+        "tools/command_line/arguments.py",
+        "tools/run_config/plan.py",
+        "tools/recording/run_folder.py",
+        "tools/run_config/recorded_receiver.py",
+        "tools/run_config/config.py",
+        "tools/run_config/overrides.py",
+        what="What a run will be: arguments, plan, folder",
+        by="rules of ours; a run folder repeats its run",
+        status="modelled",
+    ),
+]
+
 TABLE = table(r"""
 [2]
 no such command

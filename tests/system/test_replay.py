@@ -20,6 +20,8 @@ from tests.support.programs import GNSS_HIL
 from tests.support.runs import children_of, recorded, summary_of
 from tests.support.waiting import ended, exit_status, until
 
+pytestmark = pytest.mark.verifies(what="Replay")
+
 DURATION = "50"
 
 
@@ -69,6 +71,12 @@ def test_a_difference_is_told_and_counts(run, capsys):
     assert "differs from the recording in " in capsys.readouterr().out
 
 
+@pytest.mark.verifies(
+    "tools/replay/output.py",
+    what="What a replay leaves",
+    by="a recording, or a run folder like that of a run",
+    status="modelled",
+)
 def test_a_replay_can_be_reported_like_a_run(run, tmp_path, capsys):
     folder = tmp_path / "report"
     words = ["--only", "emulator", "--flight", f"{sys.executable} -m tests.support.replayed", "--quiet"]

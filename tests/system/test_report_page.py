@@ -13,6 +13,28 @@ import pytest
 from gnss_hil.tools.command_line.main import main
 from tests.support import browser
 
+pytestmark = [
+    pytest.mark.verifies(
+        "tools/report/run_report.py",
+        "tools/report/craft.py",
+        "tools/report/time_series.py",
+        "tools/report/ground_track.py",
+        "tools/report/figure.py",
+        "tools/report/figures.py",
+        "tools/report/compare.py",
+        "tools/report/channels.py",
+        what="Report: what its plots and tables show",
+        by="choice of ours; values come from the tables of the run",
+        status="modelled",
+    ),
+    pytest.mark.verifies(
+        "tools/report/document.py",
+        what="Report as drawn",
+        by="headless Chromium: no script error, no request, every plot drawn",
+        status="validated",
+    ),
+]
+
 TITLES = (
     "Assignment", "Sky of antenna fore", "Sky of antenna starboard", "Sky of antenna aft",
     "Sky of antenna port", "Position error", "Satellites", "Dilution of precision", "Ground track", "Orbit",

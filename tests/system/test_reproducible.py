@@ -18,7 +18,11 @@ from tests.support.runs import children_of, recorded
 from tests.support.waiting import ended, pause
 from tests.system.test_socketcan import shell, uml  # noqa: F401  (a fixture)
 
-pytestmark = pytest.mark.slow
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.verifies(what="Lockstep: barrier, epochs, repetitions, both sides"),
+    pytest.mark.verifies(what="Record: canonical order and stamps of frames"),
+]
 
 DURATION_S = 300
 FLY = f"{shlex.quote(sys.executable)} -m gnss_hil.flightsw --quiet --once"

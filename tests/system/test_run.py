@@ -45,6 +45,12 @@ def test_tables_have_the_promised_columns(inline):
     assert fixes.filter(~pl.col("valid"))["x_ecef_m"].null_count() == fixes.filter(~pl.col("valid")).height
 
 
+@pytest.mark.verifies(
+    "tools/results/summary.py",
+    what="Summary: errors against truth, statistics",
+    by="polars and NumPy over the tables",
+    status="validated",
+)
 def test_the_summary_agrees_with_its_tables(inline):
     summary = summary_of(inline)
     fixes = pl.read_parquet(inline / "fixes.parquet").filter(pl.col("valid"))
@@ -71,6 +77,7 @@ def test_the_flight_softwares_pdop_is_the_geometrys(inline):
     ).abs().max() < 0.005 + 1e-6  # one digit on the bus is 0.01
 
 
+@pytest.mark.verifies(what="Frame budget")
 def test_no_epoch_exceeds_the_frame_budget(inline):
     (budget,) = make("soyuz").budgets
     seconds = [line.split(b".")[0] for line in (inline / "bus.log").read_bytes().splitlines()]
@@ -90,6 +97,7 @@ def test_processes_on_a_bus_leave_the_same_bytes(inline, embedded):
     assert its["epoch_latency_ms"]["p50"] > 0
 
 
+@pytest.mark.verifies(what="What a run will be: arguments, plan, folder")
 def test_a_run_folder_repeats_its_run(inline, tmp_path):
     again = tmp_path / "again"
     assert (
@@ -141,6 +149,13 @@ def test_without_a_log_the_figures_are_the_same(inline, tmp_path):
     }
 
 
+@pytest.mark.verifies(
+    "tools/results/text.py",
+    "tools/results/junit.py",
+    what="Verdict in words and as JUnit",
+    by="limits and words are ours; the XML is read by Python's parser",
+    status="modelled",
+)
 def test_expectations_give_the_verdict(tmp_path, capsys):
     text = shipped()["soyuz"].read_text().replace("duration_s = 600", "duration_s = 60")
     text = text.replace(

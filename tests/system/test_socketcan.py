@@ -19,6 +19,16 @@ from tests.support.outside import missing
 from tests.support.programs import ROOT
 from tests.support.waiting import HANG_S, exit_status, until
 
+pytestmark = pytest.mark.verifies(
+    "dbc/bus/socketcan.py",
+    "dbc/bus/mmsg.py",
+    "dbc/bus/pythoncan.py",
+    "tools/processes/vcan.py",
+    what="SocketCAN, and a kernel that has it",
+    by="Linux vcan in user-mode Linux; candump, cansend, python-can",
+    status="validated",
+)
+
 IMPORTS = "import signal, sys; from gnss_hil.tools.processes import vcan"
 
 

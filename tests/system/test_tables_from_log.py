@@ -10,6 +10,22 @@ import pytest
 
 from tests.support import buslog
 
+pytestmark = pytest.mark.verifies(
+    "tools/decoder/digest.py",
+    "tools/decoder/decoder.py",
+    "tools/decoder/block.py",
+    "tools/decoder/channels.py",
+    "tools/decoder/navigation.py",
+    "tools/results/tables.py",
+    "tools/decoder/command_log.py",
+    "tools/results/assemble.py",
+    "tools/results/run_digest.py",
+    "tools/results/parquet.py",
+    what="Tables of a run: fixes, channels, commands",
+    by="cantools, every epoch of a run's log",
+    status="validated",
+)
+
 AXES = ("x", "y", "z")
 DBC = Path(str(resources.files("gnss_hil.dbc.contract") / "gnss.dbc"))
 

@@ -9,6 +9,13 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime
 
+pytestmark = pytest.mark.verifies(
+    "dbc/common/gpstime.py",
+    what="Time scales",
+    by="week roll-overs, IERS Bulletin C",
+    status="validated",
+)
+
 
 @pytest.mark.parametrize(
     ("moment", "week", "second"),

@@ -11,6 +11,14 @@ from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.dbc.common.signals import SIGNALS
 from gnss_hil.dbc.common.systems import SYSTEMS
 
+pytestmark = pytest.mark.verifies(
+    "dbc/common/systems.py",
+    "dbc/common/signals.py",
+    what="Systems and signals as one table",
+    by="the contract file's value tables, byte for byte; carriers of GLONASS ICD 5.1, table 3.1",
+    status="validated",
+)
+
 DBC = Path(__file__).parents[3] / "dbc/contract/gnss.dbc"
 
 

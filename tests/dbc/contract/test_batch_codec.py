@@ -11,6 +11,13 @@ from gnss_hil.dbc.contract.batch_codec import form, reader
 from gnss_hil.dbc.contract.codec import codec, of_messages
 from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS, Kind, Message, Signal
 
+pytestmark = pytest.mark.verifies(
+    "dbc/contract/batch_codec.py",
+    what="Many kinds at once, both directions",
+    by="the codec, which cantools judges, every kind and random mixes of kinds",
+    status="validated",
+)
+
 CODEC = codec(4)
 KINDS = tuple(CODEC.kinds)
 SHARED = [MEASUREMENT_KINDS, ("TIME_MARK", "TIME_GPS", "TIME_FINE"), ("TAG", "STATUS"), ("ACK",),

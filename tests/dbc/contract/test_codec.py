@@ -13,6 +13,13 @@ from hypothesis import strategies as st
 from gnss_hil.dbc.contract.codec import CodecError, codec
 from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, FLIGHT_NODE, MAX_RECEIVERS, TIME_NODE
 
+pytestmark = pytest.mark.verifies(
+    "dbc/contract/codec.py",
+    what="DBC layout, both directions",
+    by="cantools, every message, random payloads",
+    status="validated",
+)
+
 CODEC = codec(4)
 CANTOOLS = load_string(CODEC.text, "dbc")
 

@@ -24,6 +24,12 @@ def test_published_example(counter, expected):
     assert crc(np.array([0x123]), data)[0] == expected
 
 
+@pytest.mark.verifies(
+    "dbc/contract/e2e.py",
+    what="End-to-end protection",
+    by="AUTOSAR PRS example (0xCC, 0x91); the library autosar-e2e",
+    status="validated",
+)
 @given(payload=st.binary(min_size=8, max_size=8), data_id=st.integers(0, 2047))
 def test_agrees_with_autosar_e2e(payload, data_id):
     theirs = bytearray(payload)

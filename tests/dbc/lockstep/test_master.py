@@ -21,6 +21,17 @@ from tests.support.lockstep_frames import (
     sync,
 )
 
+pytestmark = pytest.mark.verifies(
+    "dbc/lockstep/messages.py",
+    "dbc/lockstep/master.py",
+    "dbc/lockstep/slave.py",
+    "dbc/lockstep/master_loop.py",
+    "dbc/lockstep/slave_loop.py",
+    what="Lockstep: barrier, epochs, repetitions, both sides",
+    by="a protocol of our own, docs/contract.md; the same bytes whoever pauses or comes late",
+    status="modelled",
+)
+
 
 def test_bench_frames_are_laid_out_as_the_database_says():
     for kind, can_id in (("BENCH_SYNC", messages.SYNC_ID), ("BENCH_DONE", messages.DONE_ID)):

@@ -24,6 +24,8 @@ from tests.support.lockstep_frames import (
     sync,
 )
 
+pytestmark = pytest.mark.verifies(what="Lockstep: barrier, epochs, repetitions, both sides")
+
 
 def play(follower: Follower, *pieces: FrameBatch, now_s: float = 0.0) -> list:
     """Hears the pieces and does the work; what was done, as (task, block, fresh, sent)."""

@@ -11,6 +11,13 @@ from gnss_hil.emulator.files.csv_table import Table
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion
 
+pytestmark = pytest.mark.verifies(
+    "emulator/attitude/table.py",
+    what="Attitude from a table",
+    by="SciPy rotations and Slerp",
+    status="validated",
+)
+
 START_NS = 1_300_000_000 * gpstime.NS_PER_S
 
 

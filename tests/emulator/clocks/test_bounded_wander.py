@@ -5,6 +5,13 @@ import pytest
 
 from gnss_hil.emulator.clocks import bounded_wander
 
+pytestmark = pytest.mark.verifies(
+    "emulator/clocks/bounded_wander.py",
+    what="Receiver clocks",
+    by="bounded sinusoidal wander",
+    status="modelled",
+)
+
 
 def test_wander_is_bounded_and_its_rate_is_its_derivative():
     wander = bounded_wander.Wander(1e-3, 2 * np.pi / 5400, np.linspace(0, 6, bounded_wander.DOMAINS))

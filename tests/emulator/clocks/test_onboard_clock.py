@@ -8,6 +8,13 @@ import pytest
 
 from gnss_hil.emulator.error_models.onboard_clock import OnboardClock, showing
 
+pytestmark = pytest.mark.verifies(
+    "emulator/clocks/onboard_clock.py",
+    what="On-board computer's clock",
+    by="Allan deviation by allantools, 5 %",
+    status="validated",
+)
+
 S = 10**9
 
 

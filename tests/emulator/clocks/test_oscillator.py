@@ -12,6 +12,16 @@ from gnss_hil.emulator.clocks.bounded_wander import DOMAINS
 from gnss_hil.emulator.clocks.oscillator import OSCILLATORS
 from gnss_hil.emulator.error_models.clock_instability import ClockInstability, running
 
+pytestmark = pytest.mark.verifies(
+    "emulator/clocks/oscillator.py",
+    what="Free receiver oscillators",
+    by=(
+        "Allan deviation by allantools against the densities, 3 %; covariance of a step by matrix "
+        "exponential. No flicker of frequency"
+    ),
+    status="validated",
+)
+
 
 @pytest.mark.parametrize("dt_s", [0.01, 1.0, 60.0])
 def test_what_a_step_adds_has_the_exact_covariance(dt_s):

@@ -8,6 +8,13 @@ import pytest
 from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.constellation import blocks
 
+pytestmark = pytest.mark.verifies(
+    "emulator/constellation/blocks.py",
+    what="GPS III antennas",
+    by="stand in as IIR-M; the maker's tables were not at hand",
+    status="modelled",
+)
+
 IIF, IIR, IIR_M, III = "gps-iif", "gps-iir", "gps-iir-improved", "gps-iii"
 
 # PRN -> block in January 2021, as Stanford's LuPNT has it (data/gnss/gps_table.csv); IIR of PRN 2, 19 and 22
@@ -19,6 +26,12 @@ JANUARY_2021 = {
 }  # fmt: skip
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/blocks.py",
+    what="Blocks of GPS numbers by date",
+    by="a published table of January 2021; other dates by JPL's list of numbers",
+    status="validated",
+)
 def test_january_2021_against_a_published_table():
     found = blocks.gps_blocks(date(2021, 1, 15))
     assert {number: found[number] for number in JANUARY_2021} == JANUARY_2021

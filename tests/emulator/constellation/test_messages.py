@@ -14,6 +14,17 @@ from gnss_hil.emulator.constellation.broadcast import glonass, gps
 from gnss_hil.emulator.constellation.messages import Stretch
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
 
+pytestmark = pytest.mark.verifies(
+    "emulator/constellation/messages.py",
+    "emulator/constellation/nominal_messages.py",
+    what="Navigation records in use, or made for nominal satellites",
+    by=(
+        "RTKLIB finds the craft with them; SciPy DOP853 in inertial axes; the user algorithms that ESA "
+        "orbits judge"
+    ),
+    status="validated",
+)
+
 START_NS = gpstime.from_calendar(datetime(2012, 10, 31, 0, 15))
 MINUTE_NS = 60 * gpstime.NS_PER_S
 

@@ -11,6 +11,13 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.constellation import phase_centre
 from gnss_hil.emulator.constellation.blocks import gps_blocks
 
+pytestmark = pytest.mark.verifies(
+    "emulator/constellation/antenna_offsets.py",
+    what="Phase centres of IIF beyond the first two, of GLONASS-K, and of L1 alone",
+    by="block mean; as M (0.4 m off); as of L1 with L2",
+    status="modelled",
+)
+
 SUN_M = np.array((1.2e11, -0.7e11, 0.5e11))
 PLACES_M = 26_560e3 * np.array(((1.0, 0, 0), (0.6, 0, 0.8), (-0.48, 0.6, -0.64)))
 

@@ -15,6 +15,30 @@ from gnss_hil.emulator.constellation.sky import GRID, Sky, build_sky
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
 from tests.emulator.files.test_rinex_nav import GLONASS_2, GPS_2, MIXED_3
 
+pytestmark = [
+    pytest.mark.verifies(
+        "emulator/constellation/nominal.py",
+        what="Nominal GPS node rate",
+        by=(
+            "reference rate of IS-GPS-200 (-2.6e-9 semicircles/s), chosen after comparing it and the J2 rate "
+            "with real skies"
+        ),
+        status="modelled",
+    ),
+    pytest.mark.verifies(
+        "emulator/constellation/nominal.py",
+        what="Nominal satellite clocks",
+        by="small constants; no published nominal exists",
+        status="modelled",
+    ),
+    pytest.mark.verifies(
+        "emulator/constellation/sky.py",
+        what="Broadcast ephemerides as the true sky",
+        by="without `orbits` and factors; coordinates step where ephemerides change",
+        status="modelled",
+    ),
+]
+
 START = datetime(2012, 10, 31, 2, 0)
 TIME = scenario.Time(start_gps=START, duration_s=600)
 DAY_NS = 86_400 * gpstime.NS_PER_S
@@ -92,6 +116,14 @@ def test_nominal_clocks_differ_and_fit_the_bus():
 # --- the table ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/sky.py",
+    "emulator/constellation/base.py",
+    "emulator/numerics/chebyshev.py",
+    what="Sky as a table, switches of ephemerides",
+    by="direct evaluation, 3e-8 m",
+    status="validated",
+)
 def test_the_table_gives_what_the_constellations_give():
     """Within 10 um and 1 um of clock, anywhere in a day, in any order."""
     sky, parts = sky_of(), (nominal_gps(TIME.start_ns), nominal_glonass(TIME.start_ns))

@@ -10,6 +10,13 @@ import pytest
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.earth import constants
 
+pytestmark = pytest.mark.verifies(
+    "emulator/earth/constants.py",
+    what="Earth rotation",
+    by="erfa: era00 to 1e-11 rad, gmst82",
+    status="validated",
+)
+
 erfa = pytest.importorskip("erfa")
 GPS_EPOCH_JD = 2_444_244.5
 MOMENTS = [datetime(1993, 7, 1), datetime(2012, 10, 31, 0, 15), datetime(2026, 2, 3, 4, 5, 6)]

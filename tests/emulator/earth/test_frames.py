@@ -12,6 +12,16 @@ from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.earth import constants, frames
 from gnss_hil.emulator.files import finals
 
+pytestmark = pytest.mark.verifies(
+    "emulator/earth/frames.py",
+    what="Celestial and terrestrial frames",
+    by=(
+        "erfa.c2t06a to 0.01 mm; Vallado's example 3-15: TEME to 9 mm, GCRF to 16 mm; frame bias of the IERS "
+        "Conventions"
+    ),
+    status="validated",
+)
+
 ARCSEC = np.pi / 648_000
 ROUNDING = 1e-12
 """7 um in low orbit."""

@@ -11,6 +11,17 @@ import pytest
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.earth import frames, sun_moon
 
+pytestmark = pytest.mark.verifies(
+    "emulator/earth/sun_moon.py",
+    "emulator/earth/sun_table.py",
+    what="Sun and Moon",
+    by=(
+        "Meeus' worked examples 25.b and 47.a within 0.3 arcsec; heyoka's VSOP2013 and ELP2000: Sun 10 km, "
+        "Moon 17 km at most in 30 years"
+    ),
+    status="validated",
+)
+
 J2000_TT_NS = gpstime.from_calendar(datetime(2000, 1, 1, 11, 59, 8, 816000))
 """2000-01-01 12:00 TT on the GPS scale."""
 

@@ -17,6 +17,26 @@ from gnss_hil.emulator.error_models.transmit_pattern import TransmitPattern
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.signal import antenna_patterns, jamming, link_budget
 
+pytestmark = [
+    pytest.mark.verifies(
+        "emulator/error_models/transmit_pattern.py",
+        "emulator/error_models/receive_pattern.py",
+        "emulator/error_models/link_budget.py",
+        "emulator/error_models/jamming.py",
+        what="Link budget from a scenario's words",
+        by="default temperatures and losses are typical, not ASN-M's",
+        status="modelled",
+    ),
+    pytest.mark.verifies(
+        "emulator/error_models/params.py",
+        "emulator/error_models/base.py",
+        "emulator/error_models/registry.py",
+        what="Parameters of factors, their registry",
+        by="ranges are ours; so are defaults, but for those whose source stands beside them",
+        status="modelled",
+    ),
+]
+
 
 def budget_of(transmit, receive, noise, names):
     transmitters = transmit_pattern.transmitters_of(transmit, date(2012, 10, 31))

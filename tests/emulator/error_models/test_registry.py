@@ -14,6 +14,33 @@ from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.error_models.registry import FACTORS, of_scope
 from tests.support import emulated
 
+pytestmark = pytest.mark.verifies(
+    "emulator/signal/channel_geometry.py",
+    "emulator/signal/epoch_geometry.py",
+    "emulator/error_models/code_bias.py",
+    "emulator/error_models/interchannel_bias.py",
+    "emulator/error_models/multipath.py",
+    "emulator/error_models/shadowing.py",
+    "emulator/error_models/loss_of_lock.py",
+    "emulator/error_models/cycle_slips.py",
+    "emulator/error_models/phase_windup.py",
+    "emulator/error_models/data_collection.py",
+    "emulator/error_models/clock_instability.py",
+    "emulator/error_models/attitude_error.py",
+    "emulator/error_models/onboard_clock.py",
+    "emulator/error_models/transmit_pattern.py",
+    "emulator/error_models/receive_pattern.py",
+    "emulator/error_models/link_budget.py",
+    "emulator/error_models/jamming.py",
+    "emulator/receivers/emulated/phase.py",
+    "emulator/environment/models.py",
+    "emulator/environment/link.py",
+    "emulator/signal/structure_effects.py",
+    what="Measured signals, effects, latch",
+    by="wiring of what is judged elsewhere; every factor, switched on by itself, shows on the bus",
+    status="modelled",
+)
+
 EPOCHS = 3
 STATION = {"vehicle": "iss-asn-m.toml", "structure": "iss"}
 JAMMER = {"direction_body": [0.0, 0.0, -1.0], "received_dbw": -100.0, "bandwidth_mhz": 20.0}

@@ -30,6 +30,16 @@ def free_for_days(days):
     return GPS[before == after]
 
 
+@pytest.mark.verifies(
+    "emulator/error_models/satellite_clock_error.py",
+    what="Errors of broadcast clocks: wandering since the upload",
+    by=(
+        "Allan deviation by allantools, 5 %: that of the kind of clock over a day, and the law of white "
+        "noise of frequency below; growth since the upload by Allan's prediction errors. Straight within a "
+        "minute"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize(("kind", "day"), [("rb", 1e-14), ("cs", 1e-13)])
 def test_allan_deviation_over_a_day_is_the_clocks(kind, day):
     """Rubidium of GPS IIF 1e-14, caesium of GLONASS-M 1e-13 over a day; before that the square-root law of
@@ -49,6 +59,7 @@ def test_allan_deviation_over_a_day_is_the_clocks(kind, day):
     assert deviation[3:] == pytest.approx(day * np.sqrt(86400 / taus[3:]), rel=0.3)
 
 
+@pytest.mark.verifies(what="Errors of broadcast clocks: wandering since the upload")
 def test_the_error_grows_from_its_upload():
     """Variance: of the offset, and twice tau^2 sigma_y(tau)^2 at a day (free run, frequency of a day)."""
     parameters = SatelliteClockError()

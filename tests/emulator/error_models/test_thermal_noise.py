@@ -10,6 +10,19 @@ from gnss_hil.emulator.error_models.base import Context
 from gnss_hil.emulator.signal import loops
 from gnss_hil.emulator.signal.loops import Loops
 
+pytestmark = pytest.mark.verifies(
+    "emulator/signal/loops.py",
+    "emulator/error_models/code_noise.py",
+    "emulator/error_models/carrier_noise.py",
+    "emulator/error_models/doppler_noise.py",
+    what="Loop noise",
+    by=(
+        "simulated early-minus-late and Costas correlators, 1 %; frequency loop by hand only; white from "
+        "epoch to epoch, so for intervals of 1 s and more"
+    ),
+    status="validated",
+)
+
 RNG = np.random.Generator(np.random.PCG64(20121031))
 
 

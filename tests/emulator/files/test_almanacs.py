@@ -11,6 +11,8 @@ from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.emulator.files import almanacs
 from gnss_hil.emulator.files.text import FileError
 
+pytestmark = pytest.mark.verifies(what="Almanac files (YUMA, SEM, AGL)")
+
 # PRN 1 as the US Coast Guard published it for 2016-04-02 and 2016-03-02.
 YUMA = """******** Week 866 almanac for PRN-01 ********
 ID:                         01

@@ -11,6 +11,10 @@ from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.files.text import FileError
 
+pytestmark = pytest.mark.verifies(
+    what="Measured orientation of the Earth, from file to flown orbit and attitude",
+)
+
 # finals2000A.all of the IERS, three days of 2011, to the end of bulletin A's columns for UT1.
 TEXT = """\
 11 5 2 55683.00 I -0.043247 0.000036  0.344046 0.000028  I-0.2458739 0.0000066  0.9811 0.0052

@@ -10,6 +10,21 @@ import pytest
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.text import FileError
 
+pytestmark = pytest.mark.verifies(
+    "emulator/files/rinex_nav.py",
+    "emulator/files/rinex_blocks.py",
+    "emulator/files/rinex_layouts.py",
+    "emulator/files/text.py",
+    "emulator/constellation/sources.py",
+    "emulator/constellation/registry.py",
+    what="RINEX navigation reader",
+    by=(
+        "every record of five real files; of version 4 one real GPS record, GLONASS by the tables; each cut "
+        "of a file is read or refused in words"
+    ),
+    status="validated",
+)
+
 GPS_2 = """\
      2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE
                                                             END OF HEADER

@@ -10,6 +10,13 @@ from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 
 
+@pytest.mark.verifies(
+    "emulator/numerics/keyed_draws.py",
+    "emulator/numerics/walk.py",
+    what="Keyed draws, states that walk",
+    by="NumPy's Philox 4x64-10 gives the published vector; how draws are keyed is ours",
+    status="modelled",
+)
 def test_generator_is_philox_4x64_10():
     """Random123's known answer (kat_vectors): philox4x64-10, counter and key zero. NumPy counts up before
     it draws, so the counter before zero is asked for."""

@@ -65,6 +65,7 @@ def test_without_forces_the_motion_is_keplers(orbit, t_s):
     assert vel == pytest.approx(expected_vel, abs=1e-6)
 
 
+@pytest.mark.verifies(what="Craft orbit: integration")
 @pytest.mark.parametrize("orbit", [ISS, MOLNIYA], ids=["low", "molniya"])
 def test_the_full_field_agrees_with_dop853(orbit):
     """scipy's DOP853 at 1e-13 on a potential differentiated numerically by nobody but itself."""

@@ -13,6 +13,19 @@ from gnss_hil.emulator.files.oem import Ephemeris
 from gnss_hil.emulator.orbits import trajectory
 from gnss_hil.emulator.orbits.trajectory import Trajectory, TrajectoryError, lagrange
 
+pytestmark = [
+    pytest.mark.verifies(
+        "emulator/files/oem.py",
+        "emulator/files/tle.py",
+        "emulator/files/csv_table.py",
+        "emulator/orbits/trajectory.py",
+        what="Orbits from files: OEM, two-line elements, tables",
+        by="SGP4 verification case and TEME example of AIAA 2006-6753; polynomials",
+        status="validated",
+    ),
+    pytest.mark.verifies(what="Celestial and terrestrial frames"),
+]
+
 START_NS = gpstime.from_utc(datetime(2020, 1, 1))
 EARTH_RPS = 7.292115e-5
 

@@ -16,6 +16,12 @@ def of(*rows):
     return Pattern(angle, gain, "test")
 
 
+@pytest.mark.verifies(
+    "emulator/signal/antenna_patterns.py",
+    what="Receive patterns",
+    by="NumPy interpolation; the law of the plain budget",
+    status="validated",
+)
 @given(st.lists(st.floats(0, np.pi), min_size=1, max_size=50))
 def test_look_up_is_linear_interpolation(angles):
     table = antenna_patterns.on_grid(of((0, 12), (20, 3), (25, -40), (60, -5), (180, -20)), 0.0)
@@ -43,6 +49,9 @@ def test_the_law_is_that_of_the_simple_budget():
     assert table == pytest.approx(simple_link_budget.gain_dbi(np.cos(angle), 4.0, -6.0), abs=1e-12)
 
 
+@pytest.mark.verifies(
+    what="Transmit patterns: GPS IIA and IIF, side lobes of GLONASS-M, all beyond",
+)
 @pytest.mark.parametrize("name", TRANSMIT)
 def test_no_antenna_radiates_more_than_it_is_fed(name):
     """The mean of the gain over the sphere is the efficiency; means in dB make it a little less."""

@@ -28,6 +28,12 @@ def by_listening(unit_s, needed, units, starts_at):
                 return t / 10 - starts_at
 
 
+@pytest.mark.verifies(
+    "emulator/signal/data_frames.py",
+    what="Time to collect an ephemeris",
+    by="listening to the frames of IS-GPS-200 and the GLONASS ICD in steps of 0.1 s",
+    status="validated",
+)
 @pytest.mark.parametrize(
     ("system", "frame", "shift_s"),
     [(satellites.GPS, (6, 3, 5), 0), (satellites.GLONASS, (2, 4, 15), LEAP_S)],

@@ -13,6 +13,12 @@ def figure_db(receiver_k):
     return 10 * np.log10(1 + receiver_k / 290.0)
 
 
+@pytest.mark.verifies(
+    "emulator/signal/frontend.py",
+    what="System noise temperature",
+    by="Roddy's worked example of a cable before the amplifier, 1136 K; thermal balance of a line",
+    status="validated",
+)
 def test_a_cable_before_the_amplifier_costs_what_the_textbook_says():
     """Antenna of 35 K, cable of 5 dB at 290 K, amplifier of 150 K: 1136 K at the cable's input.
 

@@ -7,6 +7,13 @@ import pytest
 
 from gnss_hil.emulator.signal import geometry
 
+pytestmark = pytest.mark.verifies(
+    "emulator/signal/geometry.py",
+    what="Light time, Sagnac, Shapiro, range rate",
+    by="80-bit brute force (1 um); quadrature of the potential",
+    status="validated",
+)
+
 L = np.longdouble
 C = L(299_792_458)
 OMEGA = L("7.2921151467e-5")

@@ -8,6 +8,13 @@ from scipy.integrate import quad
 from gnss_hil.emulator.signal import antenna_patterns, jamming, link_budget
 from gnss_hil.emulator.signal.jamming import Jammers
 
+pytestmark = pytest.mark.verifies(
+    "emulator/signal/jamming.py",
+    what="Jamming: overlap of spectra, effective C/N0, geometry",
+    by="textbook factors 1, 1.5, 2.22; quadrature; simulated correlators; ERFA's places, ITU-R P.525",
+    status="validated",
+)
+
 CHIP_HZ = 1.023e6
 ISOTROPIC = antenna_patterns.receive((link_budget.shipped("isotropic"),), 0.0)
 

@@ -41,6 +41,16 @@ def radius_of(block):
     return band_of(blocks.BLOCKS[block].system).radius_m
 
 
+@pytest.mark.verifies(
+    "emulator/signal/link_budget.py",
+    "emulator/constellation/blocks.py",
+    what="Transmit powers: what is promised, GPS IIR and IIR-M",
+    by=(
+        "interface documents at 5 deg, by plane trigonometry; a book's levels and the maker's directivities "
+        "give one power (0.2 dB)"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize("block", blocks.NAMES)
 def test_the_least_level_is_the_documents_promise(block):
     """IS-GPS-200 table 3-Va: -158.5 dBW; GLONASS ICD 3.3.1.6: -161 dBW, 5 deg above the horizon."""
@@ -49,6 +59,16 @@ def test_the_least_level_is_the_documents_promise(block):
     assert found == pytest.approx(promised, abs=0.05)
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/blocks.py",
+    what="Transmit powers: GPS IIA and IIF, GLONASS-M; levels in the geostationary orbit",
+    by=(
+        "worked out from published powers (14.3 dBW into the antenna; EIRP of a handbook), which the test "
+        "repeats; -184 dBW at 23.5 deg of the Space Service Volume within 0.6 dB, and the shape over "
+        "elevation, from memory"
+    ),
+    status="modelled",
+)
 @pytest.mark.parametrize("block, feed_dbw", (("gps-iia", 14.3), ("gps-iif", 14.3), ("glonass-m", 0.0)))
 def test_levels_were_worked_out_from_power_gain_and_free_space(block, feed_dbw):
     """Friis' transmission formula with the power into the antenna; the table of GLONASS is EIRP itself.
@@ -67,6 +87,7 @@ def test_levels_were_worked_out_from_power_gain_and_free_space(block, feed_dbw):
     assert found == pytest.approx(feed_dbw + gain_db - space_db, abs=0.05)
 
 
+@pytest.mark.verifies(what="Transmit powers: what is promised, GPS IIR and IIR-M")
 @pytest.mark.parametrize("block", ("gps-iir", "gps-iir-improved"))
 def test_the_makers_power_into_the_two_panels_is_one(block):
     """Levels come from one book, directivities from the maker: both give 14.3 dBW radiated."""
@@ -84,6 +105,9 @@ def test_power_over_elevation_has_the_documents_shape():
         assert at[4] - at[0] == pytest.approx(0.0, abs=1.3), block
 
 
+@pytest.mark.verifies(
+    what="Transmit powers: GPS IIA and IIF, GLONASS-M; levels in the geostationary orbit",
+)
 def test_blocks_at_the_geostationary_orbit_keep_the_space_service_volume():
     """L1 C/A at least -184 dBW to 23.5 deg off nadir, written so that no later block be worse than II to IIR.
 

@@ -146,6 +146,15 @@ def test_the_code_is_that_of_the_interface_document():
     assert "".join(map(str, gold()[:10])) == f"{0o1440:010b}"
 
 
+@pytest.mark.verifies(
+    "emulator/signal/multipath.py",
+    what="Multipath through the discriminator",
+    by=(
+        "envelopes of van Nee and Braasch (a d / 2, zero at 1 + d / 2, asin a); correlators run on the "
+        "sampled C/A code, 3e-3 chips. Loops settle at once, at the strongest place"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize("kind", ["coherent", "power"])
 @pytest.mark.parametrize("direct", [1.0, 0.0])
 def test_loops_rest_where_correlators_on_a_code_do(kind, direct):
@@ -191,6 +200,12 @@ def test_every_rest_is_a_zero_that_brings_back():
         assert (value(code + 1e-5) > -1e-9)[sure].all()
 
 
+@pytest.mark.verifies(
+    "emulator/signal/correlation.py",
+    what="Correlation through a front end",
+    by="quadrature of the transform, 1e-4",
+    status="validated",
+)
 @pytest.mark.parametrize("bandwidth", [2.0, 8.0, 20.0])
 def test_band_limited_correlation(bandwidth):
     """Against quadrature of the transform; wide bands give the triangle."""

@@ -26,6 +26,15 @@ CSSRLIB = [
 ]  # fmt: skip
 
 
+@pytest.mark.verifies(
+    "emulator/signal/phase_windup.py",
+    what="Phase wind-up",
+    by=(
+        "cssrlib's (RTKLIB's) wind-up with the nominal attitude, six rays, 1e-7 cycles; sign and size by "
+        "superposed fields; numerical derivative"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize("case", CSSRLIB)
 def test_as_another_implementation_has_it(case):
     """cssrlib 1.2.1, `ppp.windupcorr(full=True)`: nominal attitude with the Sun of 2012-10-31, 06:00,

@@ -6,6 +6,22 @@ import pytest
 from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.signal import bands, simple_link_budget
 
+pytestmark = [
+    pytest.mark.verifies(
+        "emulator/signal/bands.py",
+        "emulator/signal/powers.py",
+        what="Carrier frequencies, minimum powers",
+        by="IS-GPS-200 table 3-Va, GLONASS ICD 3.3.1.6",
+        status="validated",
+    ),
+    pytest.mark.verifies(
+        "emulator/signal/simple_link_budget.py",
+        what="C/N0: isotropic transmitters, receive gain linear in the cosine",
+        by="use it in low orbit: beyond the Earth's edge a real transmit pattern falls",
+        status="modelled",
+    ),
+]
+
 
 def test_power_is_the_documents_minimum_at_five_degrees():
     """IS-GPS-200 table 3-Va: -158.5 dBW; GLONASS ICD 3.3.1.6: -161 dBW, both 5 deg above the horizon."""

@@ -10,6 +10,8 @@ from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.receivers.emulated.channels import FULL, SLIPS
 from tests.support import emulated
 
+pytestmark = pytest.mark.verifies(what="Measured signals, effects, latch")
+
 
 def soyuz(factors, structure="soyuz-ms"):
     return emulated.craft(

@@ -6,6 +6,14 @@ import pytest
 
 from gnss_hil.emulator.signal import geometry, visibility
 
+pytestmark = pytest.mark.verifies(
+    "emulator/signal/visibility.py",
+    "emulator/signal/epoch_geometry.py",
+    what="Visibility and ray height",
+    by="search along the ray with ERFA's geodetic coordinates",
+    status="validated",
+)
+
 
 def test_angles_are_exact_near_zero_and_pi():
     tiny = 1e-9

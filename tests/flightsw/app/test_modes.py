@@ -13,6 +13,13 @@ from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution
 from tests.flightsw.app.test_step import SKY, drop, fly, soyuz
 from tests.support.flown import FakeBus
 
+pytestmark = pytest.mark.verifies(
+    "flightsw/app/modes.py",
+    what="Modes",
+    by="rules of ours: the table is complete, every mode is reached and left in flight",
+    status="modelled",
+)
+
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 
 

@@ -18,6 +18,14 @@ from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
 from tests.support.flown import AUTO, CODEC, FakeBus, decoded, mark_frames, position_of
 
+pytestmark = pytest.mark.verifies(
+    "flightsw/estimation/all_in_view.py",
+    "flightsw/estimation/snapshot.py",
+    what="The prototype's and the patent's fix: all antennas together",
+    by="measurements made in an inertial frame by separate code, through frames",
+    status="validated",
+)
+
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 SKY = s.constellation()
 TRACK, AUTONOMOUS = 1, 2

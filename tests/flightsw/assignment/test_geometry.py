@@ -24,6 +24,16 @@ from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.epoch import NO_ALMANAC, NO_MEASUREMENTS, AlmanacRows, AttitudeReport
 from tests.support import synthetic_epochs as s
 
+pytestmark = pytest.mark.verifies(
+    "flightsw/attitude/attitude.py",
+    "flightsw/attitude/options.py",
+    "flightsw/assignment/boresight.py",
+    "flightsw/assignment/angles.py",
+    what="Attitude input, boresights, angles (blocks 4 to 7)",
+    by="SciPy rotations; points along the ray",
+    status="validated",
+)
+
 RNG = np.random.default_rng(11)
 
 
@@ -116,6 +126,13 @@ def test_blockage_against_points_along_the_ray():
     assert checked > 300
 
 
+@pytest.mark.verifies(
+    "flightsw/orbit/almanac.py",
+    "flightsw/orbit/propagator.py",
+    what="Almanac use, coasting",
+    by="independent integration in an inertial frame",
+    status="validated",
+)
 def test_coasting_against_inertial_integration():
     """Two bodies and J2 integrated by DOP853 in the inertial frame."""
     orbit = s.Circle(6_793e3, 0.9, 1.0, 0.4)

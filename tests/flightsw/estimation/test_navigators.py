@@ -27,6 +27,25 @@ from tests.flightsw.estimation.test_position import LEVERS, craft, in_view, meas
 from tests.support import synthetic_epochs as s
 from tests.support.flown import CODEC, FakeBus, decoded, position_of
 
+pytestmark = [
+    pytest.mark.verifies(
+        "flightsw/estimation/receiver_mean.py",
+        "flightsw/estimation/antenna_alone.py",
+        what="The analogue's fix: mean of receivers alone",
+        by=(
+            "mean of positions solved from light times in the inertial frame by separate code; scatter of "
+            "fixes against its covariance"
+        ),
+        status="validated",
+    ),
+    pytest.mark.verifies(
+        "flightsw/estimation/best_antenna.py",
+        what="Single best antenna",
+        by="position of that antenna by the same separate solver; when it switches is our reading",
+        status="validated",
+    ),
+]
+
 GLONASS_OFFSET = 8
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 SKY = s.constellation()

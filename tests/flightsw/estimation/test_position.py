@@ -16,6 +16,31 @@ from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix
 from tests.support import synthetic_epochs as s
 
+pytestmark = [
+    pytest.mark.verifies(
+        "flightsw/estimation/position.py",
+        "flightsw/estimation/velocity.py",
+        "flightsw/estimation/least_squares.py",
+        "flightsw/measurement/range_model.py",
+        "flightsw/measurement/code_range.py",
+        "flightsw/measurement/range_rate.py",
+        "flightsw/orbit/earth.py",
+        what="Position, velocity and clocks (block 3)",
+        by=(
+            "measurements made in an inertial frame by separate code; NumPy lstsq; textbook PDOP; emulator, "
+            "noise off: 0.1 mm"
+        ),
+        status="validated",
+    ),
+    pytest.mark.verifies(
+        "flightsw/measurement/noise.py",
+        "flightsw/measurement/options.py",
+        what="Weights",
+        by="floor plus thermal noise, URA by IS-GPS-200",
+        status="modelled",
+    ),
+]
+
 GLONASS_OFFSET = 8
 LEVERS = np.array([[2.4, 0, -1.1], [1.2, 1.0, -1.1], [-1.8, 0, -1.1], [1.2, -1.0, -1.1]])
 RATE = np.array([0.01, -0.02, 0.005])

@@ -29,6 +29,16 @@ from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.flown import FakeBus, decoded
 
+pytestmark = pytest.mark.verifies(
+    "flightsw/estimation/base.py",
+    "flightsw/estimation/registry.py",
+    "flightsw/measurement/base.py",
+    "flightsw/records/solution.py",
+    what="Navigators as a seam: kinds of measurement, prediction, update",
+    by="Jacobians by central differences; a filter of the tests' own flies through the same step",
+    status="validated",
+)
+
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 BLOCKS = {Unknown.POSITION: "position_m", Unknown.VELOCITY: "velocity_mps",
           Unknown.CLOCK: "clock_m", Unknown.DRIFT: "drift_mps"}  # fmt: skip

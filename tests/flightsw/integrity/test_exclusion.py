@@ -17,6 +17,18 @@ from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, 
 from tests.support import synthetic_epochs as s
 from tests.support.flown import FakeBus, channel_frames, decoded
 
+pytestmark = pytest.mark.verifies(
+    "flightsw/integrity/exclusion.py",
+    "flightsw/integrity/assess.py",
+    "flightsw/integrity/options.py",
+    what="Exclusion of faulty satellites, ranges and rates",
+    by=(
+        "chi-square test, satellites one by one, only where told apart and the rest can be tested; a lenient "
+        "fix and its misfit by NumPy lstsq"
+    ),
+    status="modelled",
+)
+
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 GPS = [sat for sat in SKY if sat < 64]
 LENIENT = Rules(exclude=0, refuse=False)

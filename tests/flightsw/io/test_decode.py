@@ -16,6 +16,27 @@ from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
 from tests.support.flown import CODEC, FakeBus, frames
 
+pytestmark = [
+    pytest.mark.verifies(
+        "flightsw/io/decode.py",
+        "flightsw/io/frame_groups.py",
+        "flightsw/records/epoch.py",
+        "flightsw/io/frame_statistics.py",
+        what="Intake: what may enter a fix",
+        by=(
+            "no damage, loss, repetition or mixture that hypothesis finds gets through; values are the "
+            "codec's, which cantools judges"
+        ),
+        status="validated",
+    ),
+    pytest.mark.verifies(
+        "flightsw/io/node_monitor.py",
+        what="Silent, foreign and restarted nodes",
+        by="rules of docs/contract.md",
+        status="modelled",
+    ),
+]
+
 
 @pytest.fixture(scope="module")
 def blocks():

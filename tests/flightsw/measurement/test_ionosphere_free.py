@@ -187,6 +187,16 @@ def test_codes_of_one_kind_pair_before_mixed_ones():
     assert of_one_signal(m, Noise()).channels.tolist() == [1 << c for c in (0, 5, 0, 2, 6, 8, 3)]
 
 
+@pytest.mark.verifies(
+    "flightsw/measurement/ionosphere_free.py",
+    "flightsw/measurement/signals.py",
+    what="Range without ionosphere",
+    by=(
+        "delays of 40.3 TEC / f^2 with carriers written apart; noise factor 2.978 of another library's "
+        "documentation"
+    ),
+    status="validated",
+)
 def test_noise_of_the_pair_is_the_textbooks():
     """By the squares of Navipedia's coefficients ("Ionosphere-free Combination for Dual Frequency Receivers",
     eq. 1) in fractions; the factor 2.978 is quoted in the documentation of Orbis.GNSS.IonosphereFree.

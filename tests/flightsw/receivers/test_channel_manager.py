@@ -12,6 +12,16 @@ from gnss_hil.flightsw.receivers.channel_table import IDLE, UNKNOWN
 from gnss_hil.flightsw.receivers.options import ChannelOptions
 from gnss_hil.flightsw.records.epoch import NO_ACKS, NO_MEASUREMENTS, Acks
 
+pytestmark = pytest.mark.verifies(
+    "flightsw/receivers/channel_manager.py",
+    "flightsw/receivers/channel_table.py",
+    "flightsw/receivers/satellite_table.py",
+    "flightsw/receivers/options.py",
+    what="Commands until acknowledged",
+    by="rules of docs/contract.md",
+    status="modelled",
+)
+
 OPTIONS = ChannelOptions(resend_epochs=2, backoff_epochs=5)
 G1, G2, G3, R1 = 1, 2, 3, 65
 NONE = NO_MEASUREMENTS

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import batch, concat
 from gnss_hil.tools.decoder.almanac import AlmanacLog
 from gnss_hil.tools.decoder.block import Block, of_frames
+
+pytestmark = pytest.mark.verifies(
+    "tools/decoder/almanac.py",
+    "tools/decoder/receiver_tags.py",
+    what="Tables of a run: almanac as told, clocks as shown",
+    by="values put in come out; what is kept is our choice",
+    status="modelled",
+)
 
 CODEC = codec(4)
 

@@ -113,6 +113,12 @@ def test_values_come_out_as_they_went_in(piece):
     assert (digest.counters.lost, digest.counters.reasons) == (0, {})
 
 
+@pytest.mark.verifies(
+    "tools/decoder/dilution.py",
+    what="Dilution of a fix, from the bus alone",
+    by="the textbook's PDOP",
+    status="validated",
+)
 def test_pdop_is_the_textbooks():
     """PDOP = sqrt(trace of the position block of (G^T G)^-1), Kaplan & Hegarty, 3rd ed., section 11.2."""
     digest, _ = digested(Sender().block(0, *FIVE, navigation(used=USED)))

@@ -11,6 +11,15 @@ from gnss_hil.tools.export import oem as ours
 from gnss_hil.tools.export import sp3, time_series
 from gnss_hil.tools.export.time_series import TimeSeries
 
+pytestmark = pytest.mark.verifies(
+    "tools/export/oem.py",
+    "tools/export/sp3.py",
+    "tools/export/time_series.py",
+    what="Exported OEM and SP3 files",
+    by="read by the Python packages oem and sp3; RTKLIB interpolates the table of satellites",
+    status="validated",
+)
+
 
 @pytest.fixture(scope="module")
 def fixes(told) -> TimeSeries:

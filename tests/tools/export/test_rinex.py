@@ -48,6 +48,7 @@ def test_an_antennas_file_says_what_the_bus_said(files, told, antenna):
         assert np.abs(read.obs[code] - wanted).max() <= 0.51 * step, code
 
 
+@pytest.mark.verifies(what="Tables of a run: almanac as told, clocks as shown")
 def test_epochs_are_tagged_with_the_receivers_clock(files, run, told):
     """The clock's offset is known to truth; the tag has it to its counter's 100 ns."""
     read = rinex_obs.parse(files["soyuz_fore.obs"], "written")

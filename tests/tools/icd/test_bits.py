@@ -33,6 +33,13 @@ def set_by_cantools(message) -> dict[tuple[str, int], int]:
     return found
 
 
+@pytest.mark.verifies(
+    "tools/icd/bits.py",
+    "tools/icd/protection.py",
+    what="Interface control document: bits, worked CRC",
+    by="cantools, one bit of one signal at a time; autosar-e2e",
+    status="validated",
+)
 @pytest.mark.parametrize("receivers", [4, 8])
 def test_drawn_bits_are_those_cantools_sets(receivers):
     anchors = by_id(tree(receivers))
@@ -62,6 +69,9 @@ def test_neighbouring_signals_have_different_tones():
         assert all(a != b for a, b in pairwise(payload)), layout.name
 
 
+@pytest.mark.verifies(
+    what="Interface control document: messages, signals, value tables, identifiers",
+)
 def test_the_map_shows_every_identifier_once():
     root = tree(8)
     marked = [int(e.get("data-id")) for e in root.iter() if e.get("data-id", "").isdigit()]

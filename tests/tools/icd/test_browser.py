@@ -15,6 +15,20 @@ from tests.support.browser import CHROMIUM, require
 from tests.support.icd_pages import page
 from tests.support.waiting import HANG_S
 
+pytestmark = pytest.mark.verifies(
+    "tools/icd/page.py",
+    "tools/icd/chapters.py",
+    "tools/icd/prose.py",
+    "tools/icd/markup.py",
+    "tools/icd/subject.py",
+    what="Interface control document: the page",
+    by=(
+        "Chromium opens it without a word, prints it, scrolls nothing sideways; sound XML, every link leads "
+        "somewhere"
+    ),
+    status="validated",
+)
+
 
 @pytest.fixture(autouse=True)
 def _browser():

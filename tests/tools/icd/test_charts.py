@@ -16,6 +16,10 @@ from tests.support import lockstep_frames
 from tests.support.icd_pages import tree
 from tests.support.lockstep_frames import CODEC, SESSION
 
+pytestmark = pytest.mark.verifies(
+    what="Interface control document: formulas, sequence charts, an epoch on a time axis",
+)
+
 EPOCH = {"k": 10, "k+1": 11, "k+n": 15, "n-1": 20, "n": 21, "0": 0}
 SESSIONS = {"session": SESSION, "old session": SESSION, "new session": SESSION + 1}
 _BENCH = re.compile(r"BENCH_(SYNC|DONE|END)\{([^,]+), ([^,]+), (\w+)\}")

@@ -18,6 +18,8 @@ from gnss_hil.tools.icd.messages import number, readers
 from gnss_hil.tools.icd.page import document
 from tests.support.icd_pages import by_id, page, subject_of, tree, words
 
+pytestmark = pytest.mark.verifies(what="Interface control document: the page")
+
 DOCS = Path(__file__).parents[3] / "docs"
 SIZES = [1, 4, 8]
 
@@ -38,6 +40,14 @@ def _row_of(root, cell):
     return next(tr for tr in root.iter("tr") if cell in list(tr.iter()))
 
 
+@pytest.mark.verifies(
+    "tools/icd/contract.py",
+    "tools/icd/messages.py",
+    "tools/icd/idmap.py",
+    what="Interface control document: messages, signals, value tables, identifiers",
+    by="cantools, every message and signal for 1, 4 and 8 receivers",
+    status="validated",
+)
 @pytest.mark.parametrize("receivers", SIZES)
 def test_every_signal_of_the_dbc_has_its_row(receivers):
     root, contract = tree(receivers), subject_of(None, receivers).contract

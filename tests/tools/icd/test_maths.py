@@ -10,6 +10,19 @@ from gnss_hil.tools.icd import maths, prose
 from gnss_hil.tools.icd.chapters import _FORMULAS
 from gnss_hil.tools.icd.maths import FormulaError, parse
 
+pytestmark = pytest.mark.verifies(
+    "tools/icd/maths.py",
+    "tools/icd/charts.py",
+    "tools/icd/sequence.py",
+    "tools/icd/timing.py",
+    what="Interface control document: formulas, sequence charts, an epoch on a time axis",
+    by=(
+        "read back as typed, played through both sides of the protocol, held against a real epoch: all of "
+        "them ours"
+    ),
+    status="modelled",
+)
+
 
 def read(formula: str) -> str:
     """A formula's characters without their arrangement."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.emulator.assemble import initial_state
@@ -10,6 +11,10 @@ from gnss_hil.emulator.step import emulate_step
 from gnss_hil.tools.icd import prose, timing
 from gnss_hil.tools.run_config.plan import make
 from tests.support.icd_pages import subject_of, tree, words
+
+pytestmark = pytest.mark.verifies(
+    what="Interface control document: formulas, sequence charts, an epoch on a time axis",
+)
 
 (BUS,) = subject_of().buses
 

@@ -30,6 +30,17 @@ def drawn(session: Session):
     return lambda: row(session, FIT) and row(session, "fix").count("tracked")
 
 
+@pytest.mark.verifies(
+    "tools/live/layout.py",
+    "tools/live/screen.py",
+    "tools/live/terminal.py",
+    "tools/live/view.py",
+    "tools/live/progress.py",
+    "tools/common/durations.py",
+    what="Live view on a terminal",
+    by="pyte, a terminal in Python, sees it drawn, resized, left clean",
+    status="validated",
+)
 def test_a_run_on_a_terminal_is_shown_resized_and_leaves_it_clean(tmp_path):
     session = run(tmp_path / "run", duration="90")
     session.watch(drawn(session))

@@ -27,6 +27,21 @@ from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 from gnss_hil.tools.live.view import LiveView
 from tests.support.live_runs import EPOCHS, epochs, soyuz, write_truth
 
+pytestmark = pytest.mark.verifies(
+    "tools/decoder/counters.py",
+    "tools/decoder/tracks.py",
+    "tools/decoder/latest.py",
+    "tools/decoder/screen.py",
+    "tools/live/live_error.py",
+    "tools/live/summary.py",
+    what="Live view: counts, ages, error",
+    by=(
+        "the recorder's digest on damaged frames, loops over frames one by one: readers of ours against each "
+        "other"
+    ),
+    status="modelled",
+)
+
 PLAN = soyuz()
 (CODEC,), (VEHICLE,) = PLAN.codecs, PLAN.vehicles
 
@@ -230,6 +245,12 @@ def test_what_channels_are_asked_is_what_the_last_commands_say():
         assert latest.tracks.asked[place] == sat
 
 
+@pytest.mark.verifies(
+    "tools/decoder/epoch_snapshot.py",
+    what="Live view: angles off boresights",
+    by="SciPy rotations",
+    status="validated",
+)
 def test_the_angle_off_boresight_against_rotation_matrices():
     random = np.random.default_rng(1)
     q = random.normal(size=4)

@@ -140,6 +140,14 @@ def test_a_reader_that_leaves_ends_it_quietly():
         process.stderr.close()
 
 
+@pytest.mark.verifies(
+    "tools/monitor/table.py",
+    "tools/monitor/lines.py",
+    "tools/monitor/output.py",
+    what="Monitor: table and lines",
+    by="pyte sees the table drawn, resized, left clean; raw lines are candump's form",
+    status="validated",
+)
 def test_on_a_terminal_there_is_a_table_that_is_resized_and_left_clean():
     blocks = epochs()[0]
     with bus() as (hub, spec, link):

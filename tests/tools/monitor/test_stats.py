@@ -26,6 +26,13 @@ from gnss_hil.tools.monitor.stats import BusStats
 from tests.support.live_runs import EPOCHS, epochs
 from tests.support.lockstep_frames import heartbeat, mark
 
+pytestmark = pytest.mark.verifies(
+    "tools/monitor/stats.py",
+    what="Monitor: counts, rates, ages",
+    by="the project's own checks, all frames at once; times of the wall clock by hand",
+    status="modelled",
+)
+
 CODEC = codec(4)
 FORMATTER = Formatter(CODEC)
 DATABASE = cantools.database.load_string(CODEC.text, database_format="dbc")
@@ -48,6 +55,12 @@ def heard(*blocks: FrameBatch) -> BusStats:
     return stats
 
 
+@pytest.mark.verifies(
+    "tools/monitor/format.py",
+    what="Monitor's values",
+    by="cantools, every frame of a real epoch",
+    status="validated",
+)
 def test_values_are_what_cantools_says():
     block = epochs()[0][-1]
     texts = FORMATTER.values(block, np.zeros(len(block), np.uint8))
@@ -168,6 +181,12 @@ def ids_of(*patterns: str) -> set[int]:
     return set(ids[FrameFilter(CODEC, FORMATTER, patterns).of(ids)].tolist())
 
 
+@pytest.mark.verifies(
+    "tools/monitor/filter.py",
+    what="Monitor: what is chosen by message, kind, sender",
+    by="names and senders as cantools reads them",
+    status="validated",
+)
 @pytest.mark.parametrize(
     ("pattern", "wanted"),
     [

@@ -15,6 +15,8 @@ from gnss_hil.dbc.contract.frames import batch, concat
 from gnss_hil.tools.recording.formats.candump import parse_lines
 from gnss_hil.tools.recording.recorder import Recorder, stamps_us
 
+pytestmark = pytest.mark.verifies(what="Record: canonical order and stamps of frames")
+
 CODEC = codec(4)
 START_NS = gpstime.from_utc(datetime(2012, 10, 31, 0, 14, 44))
 

@@ -9,6 +9,18 @@ from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.recording.sequence import Sequencer
 
+pytestmark = pytest.mark.verifies(
+    "tools/recording/recorder.py",
+    "tools/recording/sequence.py",
+    "tools/processes/bus_tap.py",
+    "tools/processes/bus_session.py",
+    "tools/decoder/time_marks.py",
+    "tools/processes/inline.py",
+    what="Record: canonical order and stamps of frames",
+    by="an order of our own; the same bytes inline, embedded, on a real vcan, whoever pauses",
+    status="modelled",
+)
+
 CODEC = codec.codec(4)
 SESSION = 7
 

@@ -11,6 +11,13 @@ from hypothesis import strategies as st
 
 from gnss_hil.tools.report.decimate import bucket_starts, evenly, extremes
 
+pytestmark = pytest.mark.verifies(
+    "tools/report/decimate.py",
+    what="Report: thinning keeps peaks",
+    by="property of every bucket",
+    status="validated",
+)
+
 
 def test_a_short_trace_stays_whole():
     assert extremes(np.arange(20.0), buckets=10).tolist() == list(range(20))

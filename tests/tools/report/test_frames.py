@@ -8,6 +8,13 @@ import pytest
 from gnss_hil.emulator.earth.constants import ROTATION_RPS, eci_to_ecef
 from gnss_hil.tools.report.frames import covariance, geodetic, inertial, radial_along_cross, sigmas_along
 
+pytestmark = pytest.mark.verifies(
+    "tools/report/frames.py",
+    what="Report: radial, along, cross axes, sigma along them, geodetic coordinates",
+    by="circular orbit by elements; Monte Carlo; closed formula of WGS-84",
+    status="validated",
+)
+
 RADIUS_M, SPEED_MPS, INCLINATION = 6.8e6, 7656.0, np.radians(51.6)
 
 

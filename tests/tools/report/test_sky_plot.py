@@ -12,6 +12,13 @@ TILTED = np.array([np.sin(np.radians(35)), 0, -np.cos(np.radians(35))])
 RADIUS_M = 2.66e7
 
 
+@pytest.mark.verifies(
+    "tools/report/sky_plot.py",
+    "tools/report/antenna_skies.py",
+    what="Report: skies of the antennas",
+    by="directions and names of sides known without a computer",
+    status="validated",
+)
 @pytest.mark.parametrize(
     ("direction", "off", "around"),
     [

@@ -35,6 +35,12 @@ VALUES = st.recursive(
 )
 
 
+@pytest.mark.verifies(
+    "tools/common/toml.py",
+    what="Resolved scenarios as TOML",
+    by="Python's tomllib reads any document back, by hypothesis",
+    status="validated",
+)
 @given(st.dictionaries(NAMES, VALUES, max_size=4))
 def test_toml_reads_back_what_was_written(document):
     assert tomllib.loads(toml.dumps(document)) == document
@@ -48,6 +54,14 @@ def test_a_resolved_scenario_is_the_same_scenario(name):
     assert scenarios.parse(again, "again") == scenario
 
 
+@pytest.mark.verifies(
+    "emulator/truth.py",
+    "emulator/journal.py",
+    "tools/results/truth.py",
+    what="Truth and status, as streams",
+    by="formats of our own, written by one side and read by the other",
+    status="modelled",
+)
 def test_truth_reads_what_the_emulator_wrote_and_leaves_out_a_cut_row(tmp_path):
     rows = np.zeros(3, TRUTH)
     rows["t_gps_ns"], rows["craft"] = [1, 2, 3], [0, 1, 0]
@@ -92,6 +106,12 @@ def test_expectations_are_judged():
     assert [row["met"] for row in judge({"soyuz.pdop.median": {"max": 1.9}}, figures)] == [False]
 
 
+@pytest.mark.verifies(
+    "tools/run_config/frame_budget.py",
+    what="Frame budget",
+    by="135 bits at most (Nolte et al., 2001); no epoch of a run has more frames or bits than foreseen",
+    status="validated",
+)
 def test_worst_frame_is_the_worst_there_is():
     """Five equal bits, then alternating fours: the published worst case of 24 stuff bits (Nolte et al., 2001:
     an 8-byte base frame has at most 135 bits with intermission)."""

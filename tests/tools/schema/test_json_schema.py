@@ -25,6 +25,19 @@ from gnss_hil.tools.schema.json_schema import (
     text,
 )
 
+pytestmark = pytest.mark.verifies(
+    "tools/schema/json_schema.py",
+    "tools/schema/examples.py",
+    "tools/schema/page.py",
+    "tools/schema/units.py",
+    what="JSON schemas and the page of every key",
+    by=(
+        "the package jsonschema: every shipped file valid, wrong ones refused where the mistake is, and by "
+        "the models too"
+    ),
+    status="validated",
+)
+
 ROOT = Path(__file__).parents[3]
 VALIDATORS = {kind: Draft202012Validator(schema(kind)) for kind in KINDS}
 OWN = [

@@ -8,6 +8,16 @@ import pytest
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.study.factors import largest, rms
 
+pytestmark = pytest.mark.verifies(
+    "tools/study/runs.py",
+    "tools/study/pair.py",
+    "tools/study/factors.py",
+    "tools/study/page.py",
+    what="Studies: one factor at a time, two craft side by side",
+    by="emulator and flight software of ours, played together; what two craft share cancels, noise does not",
+    status="modelled",
+)
+
 
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):

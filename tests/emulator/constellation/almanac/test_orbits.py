@@ -44,6 +44,15 @@ def gps_almanac(numbers=(1, 2, 3), toa_ns=TOA_NS, healthy=True):
     )  # fmt: skip
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/almanac/glonass.py",
+    what="Orbits from GLONASS almanacs",
+    by=(
+        "worked example of ICD 5.1, A.3.2.3 (at second hand): 0.2 m, 1 mm/s; DOP853 under J2: nodes within "
+        "30 m, 20 m across the track, but up to 4.8 km ahead along it before a node, as the document has it"
+    ),
+    status="validated",
+)
 def test_glonass_example_of_the_interface_document():
     """As printed, in inertial axes; the document stops its axis when it moves less than 1 cm."""
     (pos,), (vel,) = glonass([WANTED_S - NODE_S])
@@ -89,6 +98,12 @@ def test_glonass_crosses_the_equator_northwards_where_and_when_it_says():
     assert np.arctan2(pos[1], pos[0]) == pytest.approx(EXAMPLE["longitude"], abs=1e-9)
 
 
+@pytest.mark.verifies(
+    "emulator/constellation/almanac/orbits.py",
+    what="Orbits from GPS almanacs, what is held of a sky",
+    by="RTKLIB's alm2pos within 5 cm, from three days before to a month after; vis-viva and area law",
+    status="validated",
+)
 def test_gps_against_rtklib():
     rtk = pytest.importorskip("pyrtklib")
     held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()])

@@ -15,6 +15,13 @@ from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
 from gnss_hil.emulator.files.rinex_layouts import GLONASS_FIELDS, GPS_FIELDS
 from gnss_hil.emulator.files.rinex_nav import Records
 
+pytestmark = pytest.mark.verifies(
+    "emulator/constellation/broadcast/glonass.py",
+    what="GLONASS accuracy index",
+    by="always 3; records before RINEX 3.05 carry none",
+    status="modelled",
+)
+
 C = LIGHT_MPS
 S = gpstime.NS_PER_S
 TOE = datetime(2012, 10, 31, 2)

@@ -10,6 +10,8 @@ from gnss_hil.emulator.config.scenario import ScenarioError
 from tests.emulator.files.test_almanacs import AGL, YUMA
 from tests.support import emulated
 
+pytestmark = pytest.mark.verifies(what="Blocks of frames, almanac")
+
 
 def world(*names):
     given = scenario.parse(emulated.document(sky={"almanac": list(names)}), "test")

@@ -7,6 +7,13 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.receivers.emulated import channels as c
 from gnss_hil.emulator.signal.data_frames import collection_ns
 
+pytestmark = pytest.mark.verifies(
+    "emulator/receivers/emulated/channels.py",
+    what="Channels, acquisition times, knowledge",
+    by="times are parameters; shared by the receivers of a craft",
+    status="modelled",
+)
+
 S = 1_000_000_000
 PACE = c.Pace(1 * S, 3 * S, 12 * S, 24 * S, 7200 * S)
 COUNTS = np.array([3, 2])

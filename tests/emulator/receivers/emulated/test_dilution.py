@@ -57,6 +57,15 @@ def one(los, glonass, eligible=None, present=None, wanted=CHANNELS):
     return np.flatnonzero(chosen[0])
 
 
+@pytest.mark.verifies(
+    "emulator/receivers/emulated/dilution.py",
+    what="Sets of least dilution (rule `gdop`)",
+    by=(
+        "taking satellites away one by one is our choice, and so is when sets are weighed; how near it comes "
+        "is counted over all 3003 sets of 100 skies: median 1.000, worst 1.04 times the best"
+    ),
+    status="modelled",
+)
 @pytest.mark.parametrize("mixed", [False, True], ids=["GPS alone", "both systems"])
 def test_close_to_the_best_of_all_sets(mixed):
     """All 3003 sets of 6 out of 14, in 100 skies."""

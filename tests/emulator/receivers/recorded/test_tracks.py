@@ -10,6 +10,16 @@ from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 from gnss_hil.emulator.receivers.recorded.tracks import arcs, decibels, rates, tracks
 
+pytestmark = pytest.mark.verifies(
+    "emulator/receivers/recorded/tracks.py",
+    "emulator/receivers/recorded/signals.py",
+    "emulator/receivers/recorded/receiver.py",
+    "emulator/receivers/recorded/assemble.py",
+    what="Observations of a real receiver as channels",
+    by="which channel, where a track ends, what a gap is: rules of ours on made-up tracks",
+    status="modelled",
+)
+
 L1_WAVE_M = 299_792_458.0 / 1_575.42e6
 INTERVAL_S = 10.0
 
@@ -60,6 +70,15 @@ def played(file, signals=("L1CA",), channels=12):
     return tracks(file, [SIGNALS[name] for name in signals], epochs, channels)
 
 
+@pytest.mark.verifies(
+    "emulator/receivers/recorded/tracks.py",
+    "emulator/receivers/recorded/signals.py",
+    "emulator/receivers/recorded/receiver.py",
+    "emulator/receivers/recorded/assemble.py",
+    what="Range rates of a real receiver, from its phases",
+    by="closed derivatives",
+    status="validated",
+)
 def test_rates_come_from_the_phase_to_a_millimetre_a_second():
     rows = played(one_satellite(np.arange(60)))
     assert len(rows) == 60

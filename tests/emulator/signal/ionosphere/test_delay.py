@@ -55,6 +55,16 @@ def at(t_s, field):
     return ionosphere.Model(field).path(signals), signals
 
 
+@pytest.mark.verifies(
+    "emulator/signal/ionosphere/delay.py",
+    "emulator/error_models/ionosphere.py",
+    what="Ionosphere: code, carrier, rate; two craft",
+    by=(
+        "CODATA constant; 16 cm for a TECU on L1; second order left out, 2 cm at most; two craft 1 km apart: "
+        "cancels by more than 1,000"
+    ),
+    status="validated",
+)
 def test_code_late_carrier_early_and_the_rate_is_the_carriers():
     field = of_coefficients(PRESETS["high"].coefficients, PRESETS["high"].profile)
     now, signals = at(0.0, field)

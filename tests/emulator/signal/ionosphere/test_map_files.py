@@ -16,6 +16,8 @@ from gnss_hil.emulator.signal.ionosphere.map_files import joined
 from gnss_hil.emulator.signal.ionosphere.maps import vertical_tecu
 from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
 
+pytestmark = pytest.mark.verifies(what="Parameters of factors, their registry")
+
 LAT = np.arange(80.0, -81, -20)
 LON = np.arange(-180.0, 181, 20)
 

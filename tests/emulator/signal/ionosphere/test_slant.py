@@ -90,6 +90,16 @@ RAYS = [
 ]  # fmt: skip
 
 
+@pytest.mark.verifies(
+    "emulator/signal/ionosphere/slant.py",
+    what="Ionosphere: content along rays and its rate",
+    by=(
+        "the integration alone: adaptive quadrature with ERFA's heights, 1e-3, from the ground to GEO; thin "
+        "shell 1 / cos z'; rate by the same quadrature, 1e-3, for rays below the peak 1e-2. The profile "
+        "itself is modelled, see the presets"
+    ),
+    status="validated",
+)
 @pytest.mark.parametrize("activity", ["low", "high"])
 @pytest.mark.parametrize(("height_m", "elevation_deg", "azimuth_deg"), RAYS)
 @pytest.mark.parametrize("make", [even, rolling])

@@ -32,6 +32,12 @@ def test_two_joints_face_the_sun(sun):
     np.testing.assert_allclose(bodies.axes[WINGS, 2] @ sun, 1.0, atol=1e-12)
 
 
+@pytest.mark.verifies(
+    "emulator/signal/structure/joints.py",
+    what="Turning arrays",
+    by="SciPy rotations; search for the angle that faces the Sun",
+    status="validated",
+)
 @pytest.mark.parametrize("sun", unit(5))
 def test_one_joint_turns_as_close_to_the_sun_as_it_can(sun):
     """Zvezda's arrays: the angle found by search over all turns about y."""

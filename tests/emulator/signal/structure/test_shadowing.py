@@ -36,6 +36,12 @@ def marched(bodies, origin, direction, length):
     return np.where(flat, crossed, inside.min(axis=0))
 
 
+@pytest.mark.verifies(
+    "emulator/signal/structure/shadowing.py",
+    what="Shadows by the structure",
+    by="march along every ray; solid angle of a plate. No diffraction",
+    status="validated",
+)
 def test_slabs_agree_with_marching():
     """Rays that pass an edge closer than two steps are left to chance."""
     bodies, compared = some_bodies(12, 5), 0
