@@ -103,7 +103,7 @@ class Decoder:
         late = (nibble - epoch_nibbles(words)) % EPOCHS
         if late.any():
             late[~self.codec.protected_of[can_id]] = 0
-            strange = late >= _HELD_BACK
+            strange = (late >= _HELD_BACK) | (late > epoch)  # or of an epoch before the first
             self._reject(epoch[strange], "MIXED_EPOCH")
             keep = ~strange
             can_id, words, epoch = can_id[keep], words[keep], (epoch - late)[keep]

@@ -242,6 +242,15 @@ def test_an_answer_after_the_next_mark_belongs_to_its_own_epoch(piece):
     assert digest.fixes["satellites_used"].tolist() == [5]
 
 
+def test_an_answer_to_an_epoch_before_the_first_belongs_to_none(piece):
+    """Who joins a running bus may hear the answer to an epoch whose mark it has missed."""
+    sender = Sender()
+    missed = sender.block(6, *FIVE, navigation(used=USED))
+    digest, _ = digested(sender.block(7, *FIVE), missed[-5:], sender.block(8, *FIVE), piece=piece)
+    assert digest.epochs == 2 and not len(digest.fixes["t_ns"])
+    assert digest.counters.reasons["MIXED_EPOCH"] == 5
+
+
 def test_nothing_and_rubbish_raise_nothing():
     digest = Digest(CODEC)
     digest.feed(EMPTY)

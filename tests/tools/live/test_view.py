@@ -192,6 +192,18 @@ def test_frames_of_another_epoch_are_rejected_with_that_reason():
     assert latest.counters.reasons == {"MIXED_EPOCH": 1}
 
 
+def test_a_late_answer_is_shown_in_the_epoch_in_which_it_came():
+    """At real time the fix of an epoch may come when the next one has begun."""
+    blocks = epochs()[0]
+    navigation = [CODEC.kinds[f"NAV_{name}"].number for name in ("STATUS", *"XYZ")]
+    answer = np.isin(CODEC.kind_of[blocks[70].can_id], navigation)
+    latest = Latest(CODEC, 1.0)
+    last = latest.take([71], [concat((blocks[71][:3], blocks[70][answer]))])
+    fix = snapshot(last, 71, VEHICLE.boresight_body).fix
+    assert fix is not None and fix.epoch == 70
+    assert latest.counters.reasons == {}
+
+
 def held(block):
     """Every signal of an epoch, kind by kind."""
     return [block[kind][name] for kind, layout in CODEC.kinds.items() for name in layout.signals]

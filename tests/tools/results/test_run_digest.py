@@ -13,7 +13,7 @@ from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.results.run_digest import CHANNELS, RunDigest, from_log
-from gnss_hil.tools.results.tables import remove_parts
+from gnss_hil.tools.results.tables import ParquetTable, remove_parts
 from tests.support.live_runs import epochs, soyuz
 
 TABLES = ("fixes", "channels", "assignments", "epochs", "truth")
@@ -96,3 +96,20 @@ def test_parts_of_a_run_that_died_are_removed(tmp_path):
     (tmp_path / "bus.log").touch()
     remove_parts(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["bus.log"]
+
+
+def test_sections_of_a_table_follow_each_other(tmp_path, monkeypatch):
+    """However the pieces of two craft come, and whenever parts are written."""
+    monkeypatch.setattr("gnss_hil.tools.results.tables._ROWS_PER_PART", 5)
+    pieces = [
+        (section, np.arange(n) + 10 * n + 100 * section) for section, n in ((1, 4), (0, 3), (1, 7), (0, 9))
+    ]
+    table = ParquetTable(tmp_path / "rows.parquet")
+    for section, rows in pieces:
+        table.add({"row": rows}, section)
+    table.close()
+    wanted = [
+        row for craft in (0, 1) for section, rows in pieces if section == craft for row in rows.tolist()
+    ]
+    assert polars.read_parquet(tmp_path / "rows.parquet")["row"].to_list() == wanted
+    assert [path.name for path in tmp_path.iterdir()] == ["rows.parquet"]
