@@ -182,5 +182,5 @@ def _account(config: ReplayConfig, played) -> list[str]:
     lines = [f"replayed    {played.epochs} epochs in {wall}: {played.sent} frames sent, {played.heard} heard"]
     if config.only == "emulator" and config.pace == "lockstep":
         lines.append(f"unanswered  {played.tally.unanswered} epochs")
-    lines.append(f"{OTHER_SIDE[config.only]:<11} {played.comparison.told}")
+    lines.append(f"{OTHER_SIDE[config.only]:<11} {played.comparison.result}")
     return lines

@@ -1,4 +1,4 @@
-"""What each channel delivers and since when, and what it was told to do: from SV_CLOCK, COMMAND and ACK."""
+"""What each channel delivers, since when, and what it is commanded to track: SV_CLOCK, COMMAND, ACK."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The navigation file: what the satellites broadcast, and whether the bus agrees with it.
 
 The bus carries satellites' coordinates, not their messages. The messages are those of the scenario's sky; if
-somebody else's emulator flew another sky, or error factors falsify what receivers report, the file and the
-bus differ, which is measured and told.
+a third party's emulator flew another sky, or error factors falsify what receivers report, the file and the
+bus differ, which is measured and reported.
 Source: RINEX 3.04 (IGS/RTCM, 2018), tables A5, A6, A10
 """
 

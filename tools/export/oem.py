@@ -1,7 +1,7 @@
 """CCSDS orbit ephemeris messages, keyword = value notation.
 
-A segment ends where states are missing, so that nobody interpolates across a gap. The frame is WGS-84, which
-the standard does not list; it is within centimetres of the listed ITRF2000, and the message says both.
+A segment ends where states are missing, so that no reader interpolates across a gap. The frame is WGS-84,
+which the standard does not list; it is within centimetres of the listed ITRF2000, and the message names both.
 Source: CCSDS 502.0-B-2 (Orbit Data Messages, 2009), 5, 6 and annex A
 """
 

@@ -124,7 +124,7 @@ def _add_satellites(
     if worst_m > _STRANGE_M:
         remarks.append(
             f"no {NAVIGATION}, no {SATELLITES}: {where} are {worst_m:.3g} m (median) from those of the "
-            "scenario's sky; whoever flew them knows their messages"
+            "scenario's sky; their messages are known to the emulator that flew them"
         )
         return
     if worst_m > _DIFFERS_M:

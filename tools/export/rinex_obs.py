@@ -25,7 +25,7 @@ BLANK = " " * 16
 
 @dataclass(frozen=True, slots=True)
 class Observer:
-    """What the header says of who measured.
+    """The receiver and antenna of a header.
 
     receiver, antenna   names
     lever_body_m        (3,) antenna from the centre of mass, and boresight_body (3,), None if it has none

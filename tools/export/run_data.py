@@ -1,4 +1,4 @@
-"""A run as its bus told it: what is exported comes from here and from nowhere else."""
+"""A run as its frames have it: all exports are made from this."""
 
 from __future__ import annotations
 

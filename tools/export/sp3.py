@@ -52,8 +52,8 @@ def of_craft(series: Sequence[TimeSeries]) -> Orbits:
         both = np.concatenate((one.position_m, one.velocity_mps), axis=1)
         state[np.searchsorted(t_ns, one.t_ns), n] = both
     names = tuple(f"L{n:02d}" for n in range(1, len(series) + 1))
-    told = tuple(f"{name} is {c.name}: {c.source}" for name, c in zip(names, series, strict=True))
-    return Orbits("L", names, t_ns, state[..., :3], state[..., 3:], None, told)
+    comments = tuple(f"{name} is {c.name}: {c.source}" for name, c in zip(names, series, strict=True))
+    return Orbits("L", names, t_ns, state[..., :3], state[..., 3:], None, comments)
 
 
 def _grid(series: Sequence[TimeSeries]) -> NDArray[np.int64]:

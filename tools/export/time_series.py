@@ -41,7 +41,7 @@ def of_fixes(data: Sequence[CraftData]) -> list[TimeSeries]:
 def of_truth(folder: Path, data: Sequence[CraftData]) -> list[TimeSeries]:
     """Truth at the epochs; Mistake where the run has none."""
     if not (folder / TRUTH).is_file():
-        raise Mistake(f"{folder}: has no {TRUTH}: nobody told where the craft really was")
+        raise Mistake(f"{folder}: has no {TRUTH}: where the craft really was is not known")
     known = truth.read(folder / TRUTH)
     series = []
     for h in data:

@@ -37,7 +37,7 @@ class LiveError:
         self._waiting.append((fix.epoch * self._crafts + self._craft, t_ns, fix.position_ecef_m))
         try:
             rows = truth.read(self._path).rows
-        except truth.TruthError:  # not begun yet, or nobody writes one
+        except truth.TruthError:  # not begun yet, or none is written
             return
         ready = [fix for fix in self._waiting if fix[0] < len(rows)]
         if ready:

@@ -44,7 +44,7 @@ class CraftSummary:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunSummary:
-    """The run. pace: simulated seconds in a second, of late; None before it can be told."""
+    """The run. pace: simulated seconds in a second, of late; None before it is known."""
 
     scenario: str
     epoch: int

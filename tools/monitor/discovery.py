@@ -1,4 +1,4 @@
-"""The embedded bus of a bench that runs here, so that nobody has to type its path."""
+"""The embedded bus of a bench that runs here, so that its path need not be typed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _KERNEL_LIST = Path("/proc/net/unix")
 
 
 def sockets(parent: Path) -> list[Path]:
-    """Sockets of benches below a temporary folder at which somebody listens; joining none of them.
+    """Sockets of benches below a temporary folder that have a listener; joins none of them.
 
     A bench that was killed leaves its socket behind; where the kernel lists its sockets, that is known.
     """

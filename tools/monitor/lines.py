@@ -1,7 +1,7 @@
 """One line for each frame, for pipes and files; written by a thread of its own.
 
-Whoever reads our lines may be slow, and an embedded bus waits for whoever does not read it. So the bus is
-always read; lines for which there is no room are left out, and a line says how many.
+The reader of the lines may be slow, and an embedded bus waits for every peer. So the bus is always read;
+lines for which there is no room are left out, and a line has their number.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Printer:
             self._change.notify()
 
     def close(self, patience_s: float) -> None:
-        """Writes what waits, but no longer than `patience_s`: nobody may be reading."""
+        """Writes what waits, but no longer than `patience_s`: the reader may have stopped."""
         with self._change:
             self._over = True
             self._change.notify()
@@ -124,4 +124,4 @@ class Printer:
 
 
 def _gap(left_out: int) -> bytes:
-    return f"# {left_out} frames not shown: whoever reads this is too slow\n".encode() if left_out else b""
+    return f"# {left_out} frames not shown: the reader of this is too slow\n".encode() if left_out else b""

@@ -94,7 +94,7 @@ class BusStats:
         rows = can_id.astype(np.int64)
         for i in np.flatnonzero(can_id > SFF_MASK):
             key = int(can_id[i])
-            key = ERR_FLAG if key & ERR_FLAG else key  # an error frame's identifier says what went wrong
+            key = ERR_FLAG if key & ERR_FLAG else key  # an error frame's identifier is its kind of error
             if key not in self._row_of_stranger and len(self._row_of_stranger) < _FOREIGN:
                 row = self._row_of_stranger[key] = IDENTIFIERS + len(self._row_of_stranger)
                 self.can_id[row] = key

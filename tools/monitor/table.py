@@ -133,7 +133,7 @@ def totals(
         (stats.missing, "frames missing by the counters of their streams"),
         (stats.unlisted, "frames of further identifiers that are not in the contract"),
         (dropped, "frames lost on the way to this monitor"),
-        (left_out, "frames not shown, because whoever reads the lines was too slow"),
+        (left_out, "frames not shown, because the reader of the lines was too slow"),
     ):
         lines += [f"{count} {what}"] if count else []
     return "\n".join(text.rstrip() for text in lines)

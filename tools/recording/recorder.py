@@ -2,8 +2,7 @@
 
 A frame's stamp is the simulated instant its first bit is on the bus: UNIX time of the epoch's mark plus the
 exact length, stuff bits included, of the frames before it in the epoch (`dbc.contract.bits`). The mark's
-time is what
-the epoch says of itself on the bus, whoever the emulator is; where it says nothing intact, it is reckoned.
+time is that of its own frames, with any emulator; where they are not intact, it is reckoned.
 """
 
 from __future__ import annotations

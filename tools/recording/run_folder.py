@@ -75,7 +75,7 @@ def _remove_if_empty(path: Path) -> None:
     try:
         path.rmdir()
     except OSError:
-        return  # somebody else has put something there
+        return  # another program has put something there
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The recorder's order: one canonical order of frames per epoch, whoever was quicker on the bus.
+"""The recorder's order: one canonical order of frames per epoch, whichever node was quicker on the bus.
 
 Per epoch: the emulator's block, then each flight node's block, each in sending order (lockstep). At other
 paces frames stay in the order they were heard. Bench frames steer and are left out; so is whatever came
@@ -63,7 +63,7 @@ class Sequencer:
 
     @property
     def declared(self) -> int:
-        """Frames that the senders of all blocks say they sent; 0 if any epoch lacks what one of them says."""
+        """Frames that the senders of all blocks declare; 0 if a declaration is missing in any epoch."""
         return self._declared if self._dones == self._syncs >= self.opened else 0
 
     @property

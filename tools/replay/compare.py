@@ -34,7 +34,7 @@ class Comparison:
         self.first = self.first or f"epoch {number}: {self._difference(recorded, heard)}"
 
     @property
-    def told(self) -> str:
+    def result(self) -> str:
         """What came of it, for people."""
         if not self.different:
             return f"as recorded in all of {self.epochs} epochs"

@@ -1,4 +1,4 @@
-"""The bus of a replay, and whoever is on its other side."""
+"""The bus of a replay, and the software on its other side."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FAREWELL_S = 1.0
 def bus(spec: str, private: Path, note: Callable[[str], None]) -> Iterator[str]:
     """A bus to replay on; its specification.
 
-    embedded            a hub of our own that nobody else knows
+    embedded            a private hub
     embedded:PATH       the bench that serves PATH, else a hub of our own there
     INTERFACE:CHANNEL   as everywhere
     """
@@ -53,7 +53,7 @@ def served(spec: str) -> bool:
 
 @contextmanager
 def joined(spec: str, codec: Codec, played: set[str]) -> Iterator[Link]:
-    """A link on a bus where nobody speaks for the nodes that will be played."""
+    """A link on a bus on which the nodes that will be played are silent."""
     link = open_link(spec)
     try:
         heard = occupied(link, codec, played, LISTEN_S) if is_shared(spec) else set()
@@ -67,7 +67,7 @@ def joined(spec: str, codec: Codec, played: set[str]) -> Iterator[Link]:
 
 
 class Other:
-    """The software on the other side: a process of ours or of somebody's, or one that nobody started here."""
+    """The software on the other side: a process that was started here, or one that was not."""
 
     def __init__(self, child: Child | None):
         self._child = child
@@ -102,18 +102,18 @@ class Other:
 
 @contextmanager
 def other_side(
-    command: Sequence[str] | None, role: str, told: Mapping[str, str], words: Path | None
+    command: Sequence[str] | None, role: str, environment: Mapping[str, str], words: Path | None
 ) -> Iterator[Other]:
     """Starts the other side, and sends it away at the end.
 
-    command  None: nobody starts it here
-    told     what it finds in its environment
+    command  None: it is not started here
+    environment  additions to its environment
     words    file for its stderr; None lets it pass
     """
     if command is None:
         yield Other(None)
         return
-    child = start(role, command, words, told)
+    child = start(role, command, words, environment)
     try:
         yield Other(child)
     finally:
@@ -153,8 +153,8 @@ def emulator_command(source: Source, spec: str, wait_s: float) -> list[str]:
     ]  # fmt: skip
 
 
-def told(source: Source, spec: str, of_run: bool) -> dict[str, str]:
-    """What somebody else's software finds in its environment."""
+def environment_of(source: Source, spec: str, of_run: bool) -> dict[str, str]:
+    """Additions to the environment of a third party's software."""
     words = told_of_bus(spec, need_vehicle(source), source.craft)
     if of_run:
         words["GNSS_HIL_SCENARIO"] = str(need_scenario(source).absolute())

@@ -42,8 +42,8 @@ def _other_side(config: ReplayConfig, source: Source, spec: str, words: Path, sa
             say(f"waiting for the {role} on {spec}")
         return peer.other_side(None, role, {}, None)
     if whose != OURS:
-        told = peer.told(source, spec, of_run=not emulating)
-        return peer.other_side(peer.words_of(whose), role, told, None)
+        environment = peer.environment_of(source, spec, of_run=not emulating)
+        return peer.other_side(peer.words_of(whose), role, environment, None)
     if emulating:
         command = peer.flight_command(source, spec, config.policy, config.options)
     else:

@@ -21,7 +21,7 @@ class Source:
     """folder   of the run; None for a recording alone, as is `scenario`
     craft    its name
     number   its place in the scenario
-    vehicle  vehicle file, None if nobody named one
+    vehicle  vehicle file, None if none was named
     """
 
     recorded: RecordedRun
@@ -45,7 +45,7 @@ def scenario_of(source: Source) -> tuple[Path, Scenario]:
 
 
 def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
-    """The source of a command line; Mistake says what does not fit.
+    """The source of a command line; Mistake names what does not fit.
 
     craft    its name in the run, or the name of its bus in the recording; None: the only one
     vehicle  file, or name of a shipped one, instead of the run's

@@ -102,7 +102,7 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
     facts    what only the run itself knows: scenario, seed, policy, ..., real_time_factor, epoch_latency_ms
     digests  by craft name
 
-    At a free pace nobody has to answer bench frames: there unanswered epochs are no figure.
+    At a free pace bench frames need no answer: there unanswered epochs are no figure.
     """
     rows = {name: truth.of(name) if truth and name in truth.craft else np.zeros(0) for name in digests}
     figures = {name: craft_summary(digest, rows[name]) for name, digest in digests.items()}

@@ -50,7 +50,7 @@ def _with_craft(craft: str, columns: Columns) -> Columns:
 
 
 def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> Columns:
-    """fixes.parquet: the columns that are promised first, what else the bus says behind."""
+    """fixes.parquet: the columns that are promised first, the rest of the navigation frames behind."""
     if not fixes:
         return {}
     axes = {f"{a}_ecef_m": fixes[f"{a}_m"] for a in "xyz"}

@@ -1,7 +1,7 @@
 """One error factor at a time: what it does to the fix of each of two craft, and to their difference.
 
 Every run is the same but for the factor: the same orbits, attitudes, skies and keyed draws. What is left
-without any factor (the bus's rounding) is measured too, as the first row. Errors are told in two ways: where
+without any factor (the bus's rounding) is measured too, as the first row. Errors are given in two ways: where
 both craft use the same satellites on the same antennas, which is what cancels in a difference, and where the
 second craft is turned so that it uses others.
 

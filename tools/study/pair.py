@@ -5,7 +5,6 @@ Fixes and measurements are those of the frames, as any flight software would be 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +13,8 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.digest import Columns, Digest
+from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.processes import inline
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.run_config.plan import Plan
@@ -83,25 +82,8 @@ class _Truth:
         self.rows.append(rows)
 
 
-class _Unseen:
-    """A display that shows nothing but tells of each epoch."""
-
-    def __init__(self, told: Callable[[int], None]):
-        self._told = told
-
-    def hear(self, craft: int, epoch: int, frames: FrameBatch) -> None:
-        if craft == 0:
-            self._told(epoch)
-
-    def refresh(self, unanswered: int = 0) -> None: ...
-
-    def note(self, text: str) -> None: ...
-
-    def close(self) -> None: ...
-
-
-def play(plan: Plan, told: Callable[[int], None] = lambda epoch: None) -> Errors:
-    """All epochs of a plan of two craft; `told` hears of each."""
+def play(plan: Plan) -> Errors:
+    """All epochs of a plan of two craft."""
     time = plan.scenario.time
     craft = [_Craft(codec) for codec in plan.codecs]
     recorder = Recorder(
@@ -109,7 +91,7 @@ def play(plan: Plan, told: Callable[[int], None] = lambda epoch: None) -> Errors
         lambda bus, frames, bits: craft[bus].digest.feed(frames, bits),
     )  # fmt: skip
     truth = _Truth()
-    inline.play(plan, recorder, truth, _Unseen(told), lambda: False)
+    inline.play(plan, recorder, truth, Progress(plan, quiet=True), lambda: False)
     recorder.flush()
     for one in craft:
         one.digest.finish()

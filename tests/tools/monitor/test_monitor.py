@@ -111,7 +111,7 @@ def test_a_reader_that_sleeps_does_not_hold_the_bus(tmp_path):
         first = process.stdout.readline()
         seen, left_out = 1, 0
         for text in process.stdout:
-            if match := re.fullmatch(r"# (\d+) frames not shown: whoever reads this is too slow\n", text):
+            if match := re.fullmatch(r"# (\d+) frames not shown: the reader of this is too slow\n", text):
                 left_out += int(match[1])
             else:
                 seen += 1

@@ -165,13 +165,13 @@ def test_a_comparison_names_the_first_difference(run):
     epochs = list(recorded.epochs())
     for epoch in epochs[:5]:
         comparison.add(epoch.number, epoch.flight, epoch.flight)
-    assert comparison.told == "as recorded in all of 5 epochs"
+    assert comparison.result == "as recorded in all of 5 epochs"
     changed = FrameBatch(*(getattr(epochs[5].flight, name).copy() for name in FrameBatch.__slots__))
     changed.data[0, 7] ^= 0x10
     comparison.add(5, epochs[5].flight, changed)
     comparison.add(6, epochs[6].flight, epochs[6].flight[:-1])
     assert comparison.different == 2
-    assert "in 2 of 7 epochs, first epoch 5: NAV_STATUS 040#" in comparison.told
+    assert "in 2 of 7 epochs, first epoch 5: NAV_STATUS 040#" in comparison.result
 
 
 def test_heartbeats_do_not_count_where_they_may_come_at_any_time(run):

@@ -33,7 +33,7 @@ def convert(
 ) -> Converted:
     """Write a recording in the format of `out`'s suffix; `out` is there whole or not at all.
 
-    progress  told frames so far and the share of the input that they are
+    progress  is given frames so far and the share of the input that they are
     """
     kind = format_of(out)
     done, channels = Converted(), Channels()

@@ -1,6 +1,6 @@
 """Recordings that python-can reads; its readers with what this bench expects where a file is damaged.
 
-Each yields messages, says where in the file it is (`tell`, None if it cannot know), and at the end what is
+Each yields messages, gives its place in the file (`tell`, None if it cannot know), and at the end what is
 wrong with the file as a whole (`complaint`, "" if nothing is).
 """
 

@@ -63,7 +63,7 @@ def _attempt(path: Path):
         return can.MF4Reader(path), ""
     except OSError:
         raise
-    except Exception as error:  # a parser of somebody else's on an untrusted file
+    except Exception as error:  # a foreign parser on an untrusted file
         return None, " ".join(str(error).split()) or type(error).__name__
 
 
@@ -74,7 +74,7 @@ class Mf4Writer:
         require()
         from asammdf import MDF
 
-        path.touch()  # what cannot be written is told now, not at the end
+        path.touch()  # what cannot be written is an error now, not at the end
         self._path = path
         self._channels = channels
         self._mdf = MDF(version="4.10")

@@ -59,7 +59,7 @@ FORMATS = {
 
 
 def format_of(path: Path) -> Format:
-    """The format of a file's suffix; Mistake says what is allowed."""
+    """The format of a file's suffix; Mistake names what is allowed."""
     found = FORMATS.get(path.suffix.lower())
     if found is None:
         raise Mistake(f"{path}: suffix '{path.suffix}' is no recording; allowed are {', '.join(FORMATS)}")
@@ -102,22 +102,22 @@ class Recording:
     def _foreign(self, name: str) -> Iterator[Piece]:
         from gnss_hil.tools.recording.formats.messages import pieces_of
 
-        told, size = 0, max(self.path.stat().st_size, 1)
+        read, size = 0, max(self.path.stat().st_size, 1)
         try:
             reader = getattr(import_module("gnss_hil.tools.recording.formats.foreign"), name)(self.path)
             with closing(_Stopping(reader)):
                 for piece in pieces_of(reader, str(self.path), self.omitted):
                     at = reader.tell()
                     self.share = None if at is None else at / size
-                    told += len(piece[0])
+                    read += len(piece[0])
                     yield piece
                 self.complaint = reader.complaint()
         except (LogError, OSError, MemoryError, Mistake):
             raise
-        except Exception as error:  # whatever somebody else's parser makes of a damaged file
+        except Exception as error:  # whatever a foreign parser makes of a damaged file
             said = " ".join(str(error).split()) or type(error).__name__
             what = format_of(self.path).name
-            where = f"damaged after {told} frames or more"
+            where = f"damaged after {read} frames or more"
             raise LogError(f"{self.path}: not {what}, or {where}: {said}") from None
 
 
@@ -128,7 +128,7 @@ class _Stopping:
     reader: Any
 
     def close(self) -> None:
-        with suppress(Exception):  # of a damaged file: the fault is told already
+        with suppress(Exception):  # of a damaged file: the fault is reported already
             self.reader.stop()
 
 
