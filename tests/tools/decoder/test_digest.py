@@ -251,6 +251,25 @@ def test_an_answer_to_an_epoch_before_the_first_belongs_to_none(piece):
     assert digest.counters.reasons["MIXED_EPOCH"] == 5
 
 
+def test_a_damaged_mark_opens_no_epoch_and_its_frames_belong_to_none(piece):
+    sender = Sender()
+    blocks = [sender.block(epoch, *FIVE, navigation(used=USED)) for epoch in range(3)]
+    blocks[1].data[0, 5] ^= 1
+    digest, _ = digested(*blocks, piece=piece)
+    assert digest.epochs == 2
+    assert (digest.fixes["t_ns"] // NS_PER_S % 604_800).tolist() == [SECOND, SECOND + 2]
+    assert digest.counters.reasons == {"CORRUPTED": 1, "MIXED_EPOCH": len(blocks[1]) - 1}
+
+
+@pytest.mark.parametrize("order", [(0, 3, 5), (5, 3, 0), (3, 0, 5)])
+def test_the_clock_of_a_fix_is_that_of_its_lowest_domain(order):
+    clocks = [frames_of("NAV_CLOCK", item=item, bias_m=10.0 + item) for item in order]
+    digest, _ = digested(Sender().block(0, *FIVE, navigation(used=USED)[:-1], *clocks))
+    without_zero, _ = digested(Sender().block(0, frames_of("NAV_STATUS", mode=0), clocks[0], clocks[1]))
+    assert digest.fixes["clock_bias_m"].tolist() == [10.0]
+    assert without_zero.fixes["clock_bias_m"].tolist() == [10.0 + min(order[:2])]
+
+
 def test_nothing_and_rubbish_raise_nothing():
     digest = Digest(CODEC)
     digest.feed(EMPTY)

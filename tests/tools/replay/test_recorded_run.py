@@ -62,7 +62,7 @@ def written(path: Path, frames: FrameBatch) -> Path:
     return path
 
 
-def test_a_tape_has_every_frame_of_a_run_on_its_side(run):
+def test_a_recorded_run_has_every_frame_of_a_run_on_its_side(run):
     recorded = open_run(Recording(run / "bus.log"), None, None)
     assert (recorded.bus, recorded.first, recorded.interval_ns) == ("can0", 0, 10**9)
     epochs = list(recorded.epochs())
@@ -75,7 +75,7 @@ def test_a_tape_has_every_frame_of_a_run_on_its_side(run):
         assert "FLIGHT" not in {recorded.codec.sender_of[i] for i in epoch.emulator.can_id.tolist()}
 
 
-def test_a_bus_heard_by_candump_gives_the_same_tape(run, tmp_path):
+def test_a_bus_heard_by_candump_gives_the_same_run(run, tmp_path):
     recorded = open_run(Recording(run / "bus.log"), None, None)
     heard = open_run(Recording(written(tmp_path / "heard.log", concat(as_heard(recorded)))), None, None)
     for ours, theirs in zip(recorded.epochs(), heard.epochs(), strict=True):
