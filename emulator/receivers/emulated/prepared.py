@@ -141,7 +141,7 @@ class Prepared:
         if left_out is not None:
             receiver, channel = receiver[~left_out], channel[~left_out]
         row = channels.target[receiver, channel]
-        base = self._rows(receiver, row)
+        base = self.rows(receiver, row)
         m, kinds = templates.channel_id.shape
         closings = templates.closing_id.shape[1]
         place = np.concatenate((np.repeat(2 * receiver, kinds), np.repeat(2 * np.arange(m) + 1, closings)))
@@ -176,7 +176,8 @@ class Prepared:
 
     # Signals of pairs, made when they are first asked for.
 
-    def _rows(self, receiver: I64, row: I64) -> I64:
+    def rows(self, receiver: I64, row: I64) -> I64:
+        """First rows in `columns` of satellites `row` at receivers, (p,) each."""
         place = self._place[receiver, row]
         if (place < 0).any() or self._columns is None:
             new = np.unique(np.stack((receiver, row))[:, place < 0], axis=1)

@@ -50,38 +50,21 @@ JAMMER = {"direction_body": [0.0, 0.0, -1.0], "received_dbw": -100.0, "bandwidth
 class Case:
     """The smallest circumstances in which a factor shows.
 
-    shows       the kind of frames that it must change
     parameters  of the factor, where its defaults do nothing in so short a run
     craft       tables of the craft, where an ordinary one has nothing for the factor to act on
     """
 
-    shows: str
     parameters: dict[str, Any] = field(default_factory=dict)
     craft: dict[str, Any] = field(default_factory=dict)
 
 
-CASES = {
-    "code_noise": Case("RANGE"),
-    "carrier_noise": Case("PHASE"),
-    "doppler_noise": Case("RATE"),
-    "ephemeris_error": Case("SV_X"),
-    "satellite_clock_error": Case("SV_CLOCK"),
-    "code_bias": Case("RANGE"),
-    "ionosphere": Case("RANGE"),
-    "clock_instability": Case("RANGE"),
-    "interchannel_bias": Case("RANGE"),
-    "cycle_slips": Case("PHASE", {"per_hour": 3600}),
-    "loss_of_lock": Case("STATUS", {"stress_deg": 45.0}),
-    "phase_windup": Case("PHASE"),
-    "data_collection": Case("STATUS"),
-    "attitude_error": Case("ATT_Q01"),
-    "onboard_clock": Case("RANGE"),
-    "transmit_pattern": Case("RATE"),
-    "receive_pattern": Case("RATE", {"pattern": "isotropic"}),
-    "link_budget": Case("RATE"),
-    "jamming": Case("RATE", {"body": [JAMMER]}),
-    "shadowing": Case("STATUS", {}, STATION),
-    "multipath": Case("RANGE", {}, STATION),
+CASES = {  # others show as they are
+    "cycle_slips": Case({"per_hour": 3600}),
+    "loss_of_lock": Case({"stress_deg": 45.0}),
+    "receive_pattern": Case({"pattern": "isotropic"}),
+    "jamming": Case({"body": [JAMMER]}),
+    "shadowing": Case({}, STATION),
+    "multipath": Case({}, STATION),
 }
 
 
@@ -102,18 +85,18 @@ def content(block, kind):
 
 @pytest.mark.parametrize("name", FACTORS)
 def test_a_factor_that_is_on_shows_on_the_bus(name):
-    case = CASES[name]
+    case = CASES.get(name, Case())
     without, with_it = blocks(case), blocks(case, **{name: case.parameters})
     pairs = zip(without, with_it, strict=True)
-    assert not all(np.array_equal(*(content(block, case.shows) for block in pair)) for pair in pairs)
+    assert not all(np.array_equal(*(content(block, FACTORS[name].shows) for block in pair)) for pair in pairs)
 
 
 @pytest.mark.parametrize("craft", [{}, STATION], ids=["soyuz", "station"])
 def test_without_a_factor_nothing_changes(craft):
     """The same again is the same: what shows above is the factor's."""
-    once, again = (blocks(Case("RANGE", craft=craft)) for _ in range(2))
+    once, again = (blocks(Case(craft=craft)) for _ in range(2))
     assert all(len(a) and np.array_equal(a.data, b.data) for a, b in zip(once, again, strict=True))
 
 
 def test_every_case_is_of_a_factor():
-    assert CASES.keys() == FACTORS.keys()
+    assert CASES.keys() <= FACTORS.keys()

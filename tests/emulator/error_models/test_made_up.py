@@ -1,0 +1,41 @@
+"""What a new error model takes: a file with its row, and the registry. Scenario keys, stages and bus
+follow."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def shown():
+    command = [sys.executable, "-m", "tests.support.made_up_models"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_a_term_on_the_path_reaches_the_receiver_it_is_of(shown):
+    assert shown["longer"]["longer_m"] == [[[5.0]] * 3, [[0.0]] * 3]
+
+
+def test_a_model_of_the_oscillator_takes_the_place_of_the_bounded_wander(shown):
+    assert shown["plain"]["clock_s"] == 0.0
+    assert shown["fast"]["clock_s"] == 1e-6
+    longer_m = np.concatenate([np.ravel(part) for part in shown["fast"]["longer_m"]])
+    assert longer_m == pytest.approx(299.792458, abs=2e-3)
+
+
+def test_a_model_stepped_with_the_receivers_remembers(shown):
+    assert shown["creeping"]["longer_m"] == [[[1.0], [2.0], [3.0]]] * 2
+
+
+def test_terms_of_stages_add(shown):
+    assert shown["twice"]["longer_m"] == [[[3.5], [4.5], [5.5]], [[1.0], [2.0], [3.0]]]
+
+
+def test_a_model_of_the_bus_has_the_last_word(shown):
+    assert shown["plain"]["heartbeats"] == 6
+    assert shown["silent"]["heartbeats"] == 0

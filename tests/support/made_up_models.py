@@ -1,0 +1,105 @@
+"""Error models that are nowhere but here, as somebody's new file would hold them: what a run shows of each.
+
+`python -m tests.support.made_up_models` registers them before any scenario is read, plays a soyuz without and
+with each of them, and prints as JSON what the bus and the truth show.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+
+from gnss_hil.emulator.error_models import registry
+from gnss_hil.emulator.error_models.base import ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.params import Factor
+
+
+class Metres(Factor):
+    """metres  by how much."""
+
+    metres: float = 5.0
+
+
+@dataclass(frozen=True)
+class Longer(ErrorModel):
+    """Pseudoranges of the first receiver are longer."""
+
+    params: Metres
+
+    def path(self, at):
+        return PathTerm(range_m=np.where(at.receiver == 0, self.params.metres, 0.0))
+
+
+class Fast(ErrorModel):
+    """All receiver clocks are a microsecond fast."""
+
+    def clocks(self, epochs):
+        clocks = np.zeros((epochs.count, 2, 8))
+        clocks[:, 0] = 1e-6
+        return clocks
+
+
+class Creeping(ErrorModel):
+    """Pseudoranges that grow by a metre with every epoch in which anything is measured: a model that
+    remembers."""
+
+    def observable(self, state, at, epoch):
+        count = (state or 0) + (len(at.sat) > 0)
+        return count, PathTerm(range_m=float(count))
+
+
+class Silent(ErrorModel):
+    """Heartbeats are never sent."""
+
+    def frames(self, state, block, epoch):
+        return state, block[block.can_id < 0x700]
+
+
+MODELS = {
+    "longer": Row("longer", Metres, Stage.PATH, "made up", lambda params, context: Longer(params)),
+    "fast": Row("fast", Factor, Stage.OSCILLATOR, "made up", lambda params, context: Fast()),
+    "creeping": Row("creeping", Factor, Stage.OBSERVABLE, "made up", lambda params, context: Creeping()),
+    "silent": Row("silent", Factor, Stage.FRAMES, "made up", lambda params, context: Silent()),
+}
+
+
+def main() -> None:
+    registry.FACTORS.update(MODELS)
+    from tests.support import emulated  # reads the registry
+
+    def played(**factors):
+        quiet = emulated.craft(receivers=emulated.QUICK, factors={**emulated.QUIET, **factors})
+        still = quiet | {"clock": {"amplitude_ms": 0.0}}
+        _, blocks, truths = emulated.run(emulated.world(still), 3)
+        seen = [emulated.channels(block) for block in blocks]
+        return {
+            "range_m": np.array([s["pseudorange_m"] for s in seen]),
+            "receiver": seen[0]["receiver"],
+            "clock_s": float(truths[-1]["clock_s"][0]),
+            "heartbeats": len(emulated.decode(blocks[-1], "HEARTBEAT")["receiver"]),
+        }
+
+    plain = played()
+    found = {name: played(**{name: True}) for name in MODELS}
+    found["twice"] = played(longer={"metres": 2.5}, creeping=True)
+    print(
+        json.dumps(
+            {
+                name: {
+                    "longer_m": [
+                        np.unique(np.round((run["range_m"] - plain["range_m"])[:, rows], 3), axis=1).tolist()
+                        for rows in (plain["receiver"] == 1, plain["receiver"] > 1)
+                    ],
+                    "clock_s": run["clock_s"],
+                    "heartbeats": run["heartbeats"],
+                }
+                for name, run in {"plain": plain, **found}.items()
+            }
+        )
+    )
+
+
+if __name__ == "__main__":
+    main()
