@@ -17,8 +17,7 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
-from gnss_hil.emulator.attitude.profile import Attitude
-from gnss_hil.emulator.attitude.table import TabulatedAttitude
+from gnss_hil.emulator.attitude.turning import Attitude
 from gnss_hil.emulator.constellation.sky import Sky, SkyState
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment import models as joined
@@ -76,7 +75,7 @@ class Environment:
     sun: Sun
     vehicle: Vehicle
     orbit: Motion
-    attitude: Attitude | TabulatedAttitude
+    attitude: Attitude
     clocks: Clocks
     mark_domain: int
     models: Models

@@ -9,15 +9,30 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.files.text import FileError, read_text
-from gnss_hil.emulator.signal.antenna_patterns import Pattern
 
 _LEAST_DB, _MOST_DB = -200.0, 100.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pattern:
+    """Gain by angle.
+
+    angle_deg   (k,) from 0 upwards, at most 180
+    gain_db     (k,) dBi, or dBW where the table is one of EIRP
+    source      file or law
+    """
+
+    angle_deg: F64
+    gain_db: F64
+    source: str
 
 
 def read(path: Path, column: str = "") -> Pattern:

@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Protocol
 
 from gnss_hil.dbc.common.arrays import I64
-from gnss_hil.emulator.attitude.profile import Attitude, build_attitude
-from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
 from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.config.tables import ScenarioError
 from gnss_hil.emulator.files import csv_table, oem, tle
@@ -91,21 +89,3 @@ def build_motion(
     if orbit is None:
         raise ScenarioError(f"craft.{name}: has neither an orbit nor a trajectory")
     return build_orbit(orbit, time.start_ns)
-
-
-def build_turning(
-    name: str,
-    attitude: scenario.Attitude,
-    time: scenario.Time,
-    motion: Motion,
-    measured: Orientation | None,
-) -> Attitude | TabulatedAttitude:
-    """The attitude of a craft; ScenarioError with one line if its table does not serve."""
-    if attitude.file is None:
-        return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
-    try:
-        table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)
-        table.check(*time.span_ns, attitude.file)
-    except (FileError, AttitudeTableError) as error:
-        raise ScenarioError(f"craft.{name}.attitude: {error}") from None
-    return table

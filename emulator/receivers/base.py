@@ -1,6 +1,6 @@
 """What the emulator steps: a craft and its receivers, of whatever kind.
 
-A kind is a class that has these members, and a row in `emulator.assemble.KINDS` that builds it from a
+A kind is a class that has these members, and a row in `emulator.assemble.world.KINDS` that builds it from a
 scenario; the step, the loop and the tools know no kind by name.
 """
 

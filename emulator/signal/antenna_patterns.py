@@ -11,25 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gnss_hil.emulator.files.antenna_table import Pattern
 from gnss_hil.emulator.signal.geometry import Array
 
 NODES = 721
 GRID_DEG = np.linspace(0.0, 180.0, NODES)
 _PER_RAD = (NODES - 1) / np.pi
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Pattern:
-    """Gain by angle.
-
-    angle_deg   (k,) from 0 upwards, at most 180
-    gain_db     (k,) dBi, or dBW where the table is one of EIRP
-    source      file or law
-    """
-
-    angle_deg: Array
-    gain_db: Array
-    source: str
 
 
 def cosine_law(boresight_dbi: float, at_90deg_dbi: float) -> Pattern:

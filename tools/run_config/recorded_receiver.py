@@ -90,7 +90,7 @@ def _craft(craft: dict[str, Any], sky: dict[str, Any], overrides: Overrides) -> 
 
 def _time(document: dict[str, Any], craft: dict[str, Any], overrides: Overrides) -> None:
     """Start, length and step of the file, but for what the command line or the scenario says."""
-    from gnss_hil.emulator.receivers.recorded.assemble import span_of
+    from gnss_hil.emulator.assemble.recorded import span_of
 
     found = span_of(craft["observations"]["file"], craft.get("name", ""))
     said = {

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +29,7 @@ from gnss_hil.dbc.common.registry import table
 from gnss_hil.dbc.common.satellites import system_of
 from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, Flags, Numbers
 from gnss_hil.emulator.receivers.emulated.dilution import smallest
-
-if TYPE_CHECKING:  # scenarios name the rules, and a view needs orbits, which need scenarios
-    from gnss_hil.emulator.signal.visibility import View
+from gnss_hil.emulator.signal.visibility import View
 
 RENEWAL_NS = 60 * NS_PER_S
 """How often a set of satellites is weighed against others."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,8 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.config.tables import ScenarioError
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.files.rinex_obs import Observations
 from gnss_hil.emulator.receivers.recorded.signals import Codes, Signal
-
-if TYPE_CHECKING:
-    from gnss_hil.emulator.files.rinex_obs import Observations
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gnss_hil.emulator.receivers.recorded import assemble
+from gnss_hil.emulator.assemble import recorded as assemble
 from gnss_hil.tools.run_config import recorded_receiver
 from gnss_hil.tools.run_config.config import Overrides
 

@@ -3,9 +3,9 @@
 import pytest
 
 from gnss_hil.dbc.common import vehicle
+from gnss_hil.emulator.assemble.recorded import _refuse
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
-from gnss_hil.emulator.receivers.recorded.assemble import _refuse
 
 PLAYED = {"name": "grace", "vehicle": "observed.toml", "observations": {"file": "x.rnx"}}
 ONE = vehicle.load(vehicle.find("observed"))

@@ -1,38 +1,32 @@
-"""From a scenario to a world that can be stepped."""
+"""From a scenario to a craft whose receivers are emulated."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import I64 as Numbers
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
+from gnss_hil.emulator.assemble.shared import Shared, context_of, merged, models_of
+from gnss_hil.emulator.attitude.turning import build_turning
 from gnss_hil.emulator.clocks import bounded_wander
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
-from gnss_hil.emulator.constellation.almanac import orbits
-from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
-from gnss_hil.emulator.constellation.sky import Misreport, Sky, build_sky
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment import models as joined
-from gnss_hil.emulator.environment.block import Environment, SkyCache
+from gnss_hil.emulator.environment.block import Environment
 from gnss_hil.emulator.environment.link import PlainReceiver, build_link
-from gnss_hil.emulator.environment.models import Clocks, Models
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, ReportInput, Stage
+from gnss_hil.emulator.environment.models import Clocks
+from gnss_hil.emulator.error_models.base import Context, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
-from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.numerics import keyed_draws
-from gnss_hil.emulator.orbits.motion import build_motion, build_turning
+from gnss_hil.emulator.orbits.motion import build_motion
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.base import Craft
 from gnss_hil.emulator.receivers.emulated import search
@@ -41,103 +35,31 @@ from gnss_hil.emulator.receivers.emulated.craft import Receivers
 from gnss_hil.emulator.receivers.emulated.receiver import EmulatedCraft
 from gnss_hil.emulator.signal.structure import file
 from gnss_hil.emulator.signal.structure.bodies import Structure, require_outside, structure
-from gnss_hil.emulator.state import EmulatorState, World
 
 FASTEST_CLOCK_MPS = 3000.0
 """What a receiver's clock may add to the range rate: the signal on the bus ends at 13.4 km/s."""
 
+
 FASTEST_TURN_RPS = 0.12
 """Largest body rate of a slew: the signal on the bus ends at 0.131 rad/s; the orbit takes 0.001."""
+
 
 _QUINTIC_PEAK = 1.875
 """Largest slope of the quintic that joins two turns (at its middle, 30/16)."""
 
 
-def build_world(
-    given: scenario.Scenario,
-    vehicles: Sequence[Vehicle],
-    session: int,
-    resolve_path: Callable[[str], Path] = Path,
-) -> World:
-    """The world of a scenario; ScenarioError with one line if there is none.
-
-    vehicles      one for each craft of the scenario
-    session       identifier of the run, 16 bit
-    resolve_path  name of a navigation file as the scenario writes it -> the file
-    """
-    if len(vehicles) != len(given.craft):
-        raise ScenarioError(f"craft: {len(given.craft)} in the scenario, {len(vehicles)} vehicle files")
-    if not 0 <= session < 1 << 16:
-        raise ScenarioError(f"session: {session} is not a 16-bit number")
-    time = given.time
-    sky = build_sky(
-        given.sky, time, resolve_path, lambda index: _misreports(_of_sky(given, resolve_path, index))
-    )
-    row_of = np.full(satellites.SATELLITES, -1)
-    row_of[sky.index] = np.arange(len(sky.index))
-    shared = Shared(
-        given,
-        session,
-        resolve_path,
-        sky,
-        SkyCache(sky, keep=2 * len(given.craft)),
-        Sun(gpstime.leap_seconds(time.start_ns)),
-        _almanac(given, resolve_path, sky.index),
-        row_of,
-        _of_sky(given, resolve_path, sky.index),
-        _orientation(time, resolve_path),
-    )
-    craft = tuple(
-        KINDS["emulated" if one.observations is None else "recorded"](shared, one, v)
-        for one, v in zip(given.craft, vehicles, strict=True)
-    )
-    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft)
-
-
-def initial_state(world: World) -> EmulatorState:
-    """Every unit as it is before the first epoch."""
-    return EmulatorState(tuple(craft.fresh() for craft in world.craft))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Shared:
-    """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
-    orientation, None without a file of it."""
-
-    given: scenario.Scenario
-    session: int
-    open_path: Callable[[str], Path]
-    sky: Sky
-    cache: SkyCache
-    sun: Sun
-    almanac: HeldAlmanac | None
-    row_of: Numbers
-    models: Models
-    measured: finals.Orientation | None
-
-
-def _recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
-    # Reading observations is for runs that play them.
-    from gnss_hil.emulator.receivers.recorded.assemble import build_observed
-
-    return build_observed(
-        shared.given, craft, vehicle, shared.measured, shared.session, shared.sky, shared.almanac,
-        shared.row_of,
-    )  # fmt: skip
-
-
-def _emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
+def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
     given, settings = shared.given, craft.receivers
     time, rows = given.time, craft.factors.on()
     orbit = build_motion(craft.name, craft.orbit, craft.trajectory, time, shared.measured)
     _check_turns(craft)
     shape = _structure(craft, rows, vehicle)
     key = keyed_draws.key_of(craft.name)
-    context = _context(given, key, shared.sky.index, shared.open_path)
+    context = context_of(given, key, shared.sky.index, shared.open_path)
     context = replace(context, vehicle=vehicle, loops=settings.loops, structure=shape)
     try:
-        own = _models(rows, context)
-        models = _merged(own, shared.models)
+        own = models_of(rows, context)
+        models = merged(own, shared.models)
         link = build_link(
             PlainReceiver(settings.gain_dbi, settings.gain_at_90deg_dbi, settings.noise_temperature_k),
             vehicle.antennas,
@@ -183,55 +105,6 @@ def _emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
     return EmulatedCraft(craft.name, environment, receivers)
 
 
-KINDS: dict[str, Callable[[Shared, scenario.Craft, Vehicle], Craft]] = {
-    "emulated": _emulated, "recorded": _recorded,
-}  # fmt: skip
-"""Kind of receivers -> maker of a craft that has them."""
-
-
-def _context(given: scenario.Scenario, key: int, index: Numbers, open_path: Callable[[str], Path]) -> Context:
-    time = given.time
-    return Context(given.seed, key, time.start_ns, time.interval_ns, time.span_ns, index, open_path)
-
-
-def _models(rows: Mapping[str, Factor], context: Context) -> Models:
-    """Models of rows that are on, by stage."""
-    found: dict[Stage, tuple[ErrorModel, ...]] = {}
-    for name, params in rows.items():
-        row = FACTORS[name]
-        found[row.stage] = (*found.get(row.stage, ()), row.build(params, context))
-    return found
-
-
-def _merged(own: Models, of_sky: Models) -> Models:
-    return {stage: (*own.get(stage, ()), *of_sky.get(stage, ())) for stage in Stage}
-
-
-def _of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], index: Numbers) -> Models:
-    """Models of the sky, the same for all craft."""
-    context = _context(given, keyed_draws.SKY_KEY, index, open_path)
-    found: Models = {}
-    for name, params in given.sky.factors.on().items():
-        try:
-            found = _merged(found, _models({name: params}, context))
-        except FileError as error:
-            raise ScenarioError(f"sky.factors.{name}: {error}") from None
-    return found
-
-
-def _misreports(models: Models) -> list[Misreport]:
-    """What makes satellites report something else than the truth."""
-
-    def misreport(model: ErrorModel) -> Misreport:
-        def errors(middles_ns, nodes_s, pos_m, vel_mps):
-            term = model.report(ReportInput(middles_ns, nodes_s, pos_m, vel_mps))
-            return term.off_ecef_m, term.off_clock_m
-
-        return errors
-
-    return [misreport(model) for model in models.get(Stage.BROADCAST, ())]
-
-
 def _structure(craft: scenario.Craft, rows: Mapping[str, Factor], vehicle: Vehicle) -> Structure | None:
     """The craft's structure, None if no model needs it; ScenarioError if it cannot be had."""
     wanted = [name for name in rows if "structure" in FACTORS[name].needs]
@@ -274,31 +147,6 @@ def _mark_domain(craft: scenario.Craft, vehicle: Vehicle) -> int:
         used = ", ".join(map(str, sorted(set(vehicle.clock_domain.tolist()))))
         raise ScenarioError(f"craft.{craft.name}.clock.mark_domain is {domain}; the vehicle has {used}")
     return domain
-
-
-def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> finals.Orientation | None:
-    """The Earth's measured orientation over a run, if its scenario names a file."""
-    if time.orientation is None:
-        return None
-    try:
-        found = finals.read(resolve_path(time.orientation))
-        found.check(*time.span_ns)
-    except FileError as error:
-        raise ScenarioError(f"time.orientation: {error}") from None
-    return found
-
-
-def _almanac(
-    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: Numbers
-) -> HeldAlmanac | None:
-    """The almanac that a scenario names, for the satellites (n,) of its sky."""
-    if not given.sky.almanac:
-        return None
-    try:
-        paths = [resolve_path(name) for name in given.sky.almanac]
-        return orbits.read(paths, index, given.time.start_ns)
-    except FileError as error:
-        raise ScenarioError(f"sky.almanac: {error}") from None
 
 
 def _pace(settings: scenario.Receivers) -> Pace:

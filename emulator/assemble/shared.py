@@ -1,0 +1,84 @@
+"""What all craft of a world have in common, and models from the rows that are on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gnss_hil.dbc.common.arrays import I64 as Numbers
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
+from gnss_hil.emulator.constellation.sky import Misreport, Sky
+from gnss_hil.emulator.earth.sun_table import Sun
+from gnss_hil.emulator.environment.block import SkyCache
+from gnss_hil.emulator.environment.models import Models
+from gnss_hil.emulator.error_models.base import Context, ErrorModel, ReportInput, Stage
+from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.error_models.registry import FACTORS
+from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.numerics import keyed_draws
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shared:
+    """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
+    orientation, None without a file of it."""
+
+    given: scenario.Scenario
+    session: int
+    open_path: Callable[[str], Path]
+    sky: Sky
+    cache: SkyCache
+    sun: Sun
+    almanac: HeldAlmanac | None
+    row_of: Numbers
+    models: Models
+    measured: finals.Orientation | None
+
+
+def context_of(
+    given: scenario.Scenario, key: int, index: Numbers, open_path: Callable[[str], Path]
+) -> Context:
+    time = given.time
+    return Context(given.seed, key, time.start_ns, time.interval_ns, time.span_ns, index, open_path)
+
+
+def models_of(rows: Mapping[str, Factor], context: Context) -> Models:
+    """Models of rows that are on, by stage."""
+    found: dict[Stage, tuple[ErrorModel, ...]] = {}
+    for name, params in rows.items():
+        row = FACTORS[name]
+        found[row.stage] = (*found.get(row.stage, ()), row.build(params, context))
+    return found
+
+
+def merged(own: Models, of_sky: Models) -> Models:
+    return {stage: (*own.get(stage, ()), *of_sky.get(stage, ())) for stage in Stage}
+
+
+def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], index: Numbers) -> Models:
+    """Models of the sky, the same for all craft."""
+    context = context_of(given, keyed_draws.SKY_KEY, index, open_path)
+    found: Models = {}
+    for name, params in given.sky.factors.on().items():
+        try:
+            found = merged(found, models_of({name: params}, context))
+        except FileError as error:
+            raise ScenarioError(f"sky.factors.{name}: {error}") from None
+    return found
+
+
+def misreports(models: Models) -> list[Misreport]:
+    """What makes satellites report something else than the truth."""
+
+    def misreport(model: ErrorModel) -> Misreport:
+        def errors(middles_ns, nodes_s, pos_m, vel_mps):
+            term = model.report(ReportInput(middles_ns, nodes_s, pos_m, vel_mps))
+            return term.off_ecef_m, term.off_clock_m
+
+        return errors
+
+    return [misreport(model) for model in models.get(Stage.BROADCAST, ())]

@@ -1,0 +1,112 @@
+"""From a scenario to a world that can be stepped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import I64 as Numbers
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.emulator.assemble.emulated import build_emulated
+from gnss_hil.emulator.assemble.shared import Shared, misreports, models_of_sky
+from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.constellation.almanac import orbits
+from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
+from gnss_hil.emulator.constellation.sky import build_sky
+from gnss_hil.emulator.earth.sun_table import Sun
+from gnss_hil.emulator.environment.block import SkyCache
+from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.receivers.base import Craft
+from gnss_hil.emulator.state import EmulatorState, World
+
+
+def build_world(
+    given: scenario.Scenario,
+    vehicles: Sequence[Vehicle],
+    session: int,
+    resolve_path: Callable[[str], Path] = Path,
+) -> World:
+    """The world of a scenario; ScenarioError with one line if there is none.
+
+    vehicles      one for each craft of the scenario
+    session       identifier of the run, 16 bit
+    resolve_path  name of a navigation file as the scenario writes it -> the file
+    """
+    if len(vehicles) != len(given.craft):
+        raise ScenarioError(f"craft: {len(given.craft)} in the scenario, {len(vehicles)} vehicle files")
+    if not 0 <= session < 1 << 16:
+        raise ScenarioError(f"session: {session} is not a 16-bit number")
+    time = given.time
+    sky = build_sky(
+        given.sky, time, resolve_path, lambda index: misreports(models_of_sky(given, resolve_path, index))
+    )
+    row_of = np.full(satellites.SATELLITES, -1)
+    row_of[sky.index] = np.arange(len(sky.index))
+    shared = Shared(
+        given,
+        session,
+        resolve_path,
+        sky,
+        SkyCache(sky, keep=2 * len(given.craft)),
+        Sun(gpstime.leap_seconds(time.start_ns)),
+        _almanac(given, resolve_path, sky.index),
+        row_of,
+        models_of_sky(given, resolve_path, sky.index),
+        _orientation(time, resolve_path),
+    )
+    craft = tuple(
+        KINDS["emulated" if one.observations is None else "recorded"](shared, one, v)
+        for one, v in zip(given.craft, vehicles, strict=True)
+    )
+    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft)
+
+
+def initial_state(world: World) -> EmulatorState:
+    """Every unit as it is before the first epoch."""
+    return EmulatorState(tuple(craft.fresh() for craft in world.craft))
+
+
+def _recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
+    # Reading observations is for runs that play them.
+    from gnss_hil.emulator.assemble.recorded import build_observed
+
+    return build_observed(
+        shared.given, craft, vehicle, shared.measured, shared.session, shared.sky, shared.almanac,
+        shared.row_of,
+    )  # fmt: skip
+
+
+KINDS: dict[str, Callable[[Shared, scenario.Craft, Vehicle], Craft]] = {
+    "emulated": build_emulated, "recorded": _recorded,
+}  # fmt: skip
+"""Kind of receivers -> maker of a craft that has them."""
+
+
+def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> finals.Orientation | None:
+    """The Earth's measured orientation over a run, if its scenario names a file."""
+    if time.orientation is None:
+        return None
+    try:
+        found = finals.read(resolve_path(time.orientation))
+        found.check(*time.span_ns)
+    except FileError as error:
+        raise ScenarioError(f"time.orientation: {error}") from None
+    return found
+
+
+def _almanac(
+    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: Numbers
+) -> HeldAlmanac | None:
+    """The almanac that a scenario names, for the satellites (n,) of its sky."""
+    if not given.sky.almanac:
+        return None
+    try:
+        paths = [resolve_path(name) for name in given.sky.almanac]
+        return orbits.read(paths, index, given.time.start_ns)
+    except FileError as error:
+        raise ScenarioError(f"sky.almanac: {error}") from None

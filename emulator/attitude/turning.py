@@ -1,0 +1,47 @@
+"""The attitude of a craft, however its scenario tells it: by a law, or as flown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.emulator.attitude.profile import build_attitude
+from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
+from gnss_hil.emulator.config import tables as scenario
+from gnss_hil.emulator.config.tables import ScenarioError
+from gnss_hil.emulator.files import csv_table
+from gnss_hil.emulator.files.finals import Orientation
+from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.orbits.dynamics import CraftState
+from gnss_hil.emulator.orbits.motion import Motion
+
+
+class Attitude(Protocol):
+    """How a craft is turned."""
+
+    def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
+        """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
+        ...
+
+    def over(self, t_ns: I64, state: CraftState) -> tuple[F64, F64]:
+        """The same (q, 4) and (q, 3) at times (q,) with the craft's states (q, 3) there."""
+        ...
+
+
+def build_turning(
+    name: str,
+    attitude: scenario.Attitude,
+    time: scenario.Time,
+    motion: Motion,
+    measured: Orientation | None,
+) -> Attitude:
+    """The attitude of a craft; ScenarioError with one line if its table does not serve."""
+    if attitude.file is None:
+        return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
+    try:
+        table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)
+        table.check(*time.span_ns, attitude.file)
+    except (FileError, AttitudeTableError) as error:
+        raise ScenarioError(f"craft.{name}.attitude: {error}") from None
+    return table
