@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _play(arguments: argparse.Namespace, stop) -> int:
     from gnss_hil.dbc.contract.messages import node_names
-    from gnss_hil.dbc.lockstep.master_loop import Bus, Conductor, MissingNodes, parse_pace
+    from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
     from gnss_hil.dbc.process.shutdown import INTERRUPTED
     from gnss_hil.emulator.journal import StatusLog, TruthLog
     from gnss_hil.emulator.truth import TRUTH
@@ -92,17 +92,17 @@ def _play(arguments: argparse.Namespace, stop) -> int:
                 return INTERRUPTED
             stack.callback(link.close)
             buses[craft.name] = Bus(link, craft.codec)
-        conductor = Conductor(
+        master = MasterLoop(
             buses, session, pace, scenario.time.epoch_interval_s, limit_s=arguments.limit, stop=stop
         )
         required = _required(arguments.require, node_names(max(len(c.vehicle.names) for c in world.craft)))
         status.tell("waiting", for_nodes=arguments.require)
         say(f"waiting for {arguments.require} on {', '.join(specs.values())}")
         try:
-            conductor.assemble(required, arguments.wait)
+            master.assemble(required, arguments.wait)
         except MissingNodes as error:
             raise command_line.Broken(error) from None
-        epochs = _epochs(world, scenario.time.epochs, conductor, truth, status, stop, say)
+        epochs = _epochs(world, scenario.time.epochs, master, truth, status, stop, say)
     completed = epochs == scenario.time.epochs
     return 0 if completed else INTERRUPTED
 
@@ -169,19 +169,20 @@ def _opened(make: Callable, target):
 
 def _join(spec: str, codec, stop, say, wait_s: float | None):
     """A link on a bus where nobody plays the spacecraft yet; None if `stop` came first."""
-    from gnss_hil.dbc.bus.base import LinkError, is_shared
-    from gnss_hil.dbc.bus.probe import occupied
+    from gnss_hil.dbc.bus.base import LinkError
+    from gnss_hil.dbc.bus.open_link import is_shared
+    from gnss_hil.dbc.bus.probe import senders_heard
 
     link = command_line.await_link(spec, stop, say, wait_s)
     if link is not None and is_shared(spec):
-        others = occupied(link, codec, set(codec.sender_of) - {"", "FLIGHT"})
+        others = senders_heard(link, codec, set(codec.sender_of) - {"", "FLIGHT"})
         if others:
             link.close()
             raise LinkError(f"bus '{spec}': {', '.join(sorted(others))} of another bench can be heard there")
     return link
 
 
-def _epochs(world, epochs: int, conductor, truth, status, stop, say) -> int:
+def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
     """All epochs from first to last or to the interruption; how many were played."""
     from gnss_hil.dbc.contract.frames import EMPTY
     from gnss_hil.emulator.assemble import initial_state
@@ -198,38 +199,38 @@ def _epochs(world, epochs: int, conductor, truth, status, stop, say) -> int:
             state, blocks, rows = emulate_step(world, state, inbox, played)
             now_s = time.monotonic()
             truth.add(rows, now_s)
-            inbox = conductor.play(played, blocks)
+            inbox = master.play(played, blocks)
             played += 1
             if status.due(now_s):
-                status.tell("progress", **_standing(world, played, conductor, now_s - begun_s))
+                status.tell("progress", **_standing(world, played, master, now_s - begun_s))
         reason = "COMPLETED" if played == epochs else "INTERRUPTED"
-        conductor.end(played, reason)
+        master.end(played, reason)
     finally:
-        standing = _standing(world, played, conductor, time.monotonic() - begun_s)
-        status.tell("ended", reason=reason, **standing, **_tallied(conductor, state))
+        standing = _standing(world, played, master, time.monotonic() - begun_s)
+        status.tell("ended", reason=reason, **standing, **_tallied(master, state))
         say(f"{reason.lower()} after {played} epochs, {standing['epochs_unanswered']} unanswered")
     return played
 
 
-def _standing(world, played: int, conductor, wall_s: float) -> dict:
+def _standing(world, played: int, master, wall_s: float) -> dict:
     simulated_s = played * world.interval_ns / 1e9
     return {
         "epoch": played,
         "t_gps_ns": world.start_ns + max(played - 1, 0) * world.interval_ns,
         "wall_s": round(wall_s, 3),
         "real_time_factor": round(simulated_s / wall_s, 3) if wall_s > 0 else None,
-        "epochs_unanswered": conductor.tally.unanswered,
-        "frames_lost": conductor.lost,
+        "epochs_unanswered": master.tally.unanswered,
+        "frames_lost": master.lost,
     }
 
 
-def _tallied(conductor, state) -> dict:
+def _tallied(master, state) -> dict:
     from gnss_hil.emulator.state import commands_rejected
 
-    tally = conductor.tally
+    tally = master.tally
     percentiles = {f"p{p}": tally.latency.percentile_s(p) for p in (50, 99)}
     return {
-        "frames": {"sent": tally.sent, "received": tally.received, "lost": conductor.lost},
+        "frames": {"sent": tally.sent, "received": tally.received, "lost": master.lost},
         "epoch_latency_ms": {k: None if v is None else round(v * 1e3, 4) for k, v in percentiles.items()},
         "latency_histogram": tally.latency.histogram(),
         "commands_rejected": commands_rejected(state),

@@ -77,8 +77,8 @@ def _config(arguments: argparse.Namespace):
 
 def _fly(arguments: argparse.Namespace, config, stop) -> int:
     from gnss_hil.dbc.bus.base import LinkClosed
-    from gnss_hil.dbc.lockstep.slave import Follower
-    from gnss_hil.dbc.lockstep.slave_loop import follow
+    from gnss_hil.dbc.lockstep.slave import Slave
+    from gnss_hil.dbc.lockstep.slave_loop import run_slave
     from gnss_hil.dbc.process.shutdown import INTERRUPTED
     from gnss_hil.flightsw.app.state import heartbeat, initial_state
     from gnss_hil.flightsw.app.step import flight_step
@@ -91,15 +91,15 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
         return answer
 
     say = command_line.voice("flightsw", arguments.quiet)
-    follower = Follower(config.codec)
+    slave = Slave(config.codec)
     link = _join(arguments, config.codec, stop, say)
     gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     try:
         while link is not None:
             say(f"on {arguments.bus}, waiting for a run")
             try:
-                journey = follow(link, follower, heartbeat(config), play, stop, arguments.once)
-                return 0 if arguments.once and journey.runs_ended else INTERRUPTED
+                progress = run_slave(link, slave, heartbeat(config), play, stop, arguments.once)
+                return 0 if arguments.once and progress.runs_ended else INTERRUPTED
             except LinkClosed as error:
                 if arguments.once or stop():
                     raise
@@ -116,11 +116,12 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
 
 def _join(arguments: argparse.Namespace, codec, stop, say):
     """A link on a bus where nobody else flies; None if `stop` came first."""
-    from gnss_hil.dbc.bus.base import LinkError, is_shared
-    from gnss_hil.dbc.bus.probe import occupied
+    from gnss_hil.dbc.bus.base import LinkError
+    from gnss_hil.dbc.bus.open_link import is_shared
+    from gnss_hil.dbc.bus.probe import senders_heard
 
     link = command_line.await_link(arguments.bus, stop, say, 0 if arguments.once else None)
-    if link is not None and is_shared(arguments.bus) and occupied(link, codec, {"FLIGHT"}):
+    if link is not None and is_shared(arguments.bus) and senders_heard(link, codec, {"FLIGHT"}):
         link.close()
         raise LinkError(f"bus '{arguments.bus}': another flight software can be heard there")
     return link

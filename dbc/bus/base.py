@@ -1,4 +1,4 @@
-"""What every way onto a bus has in common, and the table of ways.
+"""What every way onto a bus has in common.
 
 A link carries `FrameBatch`es: all frames of a `send` leave in order, a `receive` returns what has
 arrived, in bus order, never the link's own frames. Times are zero on reception: a bus carries no clock
@@ -7,7 +7,6 @@ but the frames' own.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Protocol
 
 import numpy as np
@@ -33,48 +32,20 @@ class Link(Protocol):
     @property
     def dropped(self) -> int:
         """Frames known to be lost on the way to this node."""
+        ...
 
     def send(self, frames: FrameBatch) -> None:
         """All frames in order; waits while the bus holds the sender back. LinkClosed if it is gone."""
 
     def receive(self, timeout_s: float) -> FrameBatch:
         """At least one frame, or EMPTY after `timeout_s` (0: what is here). LinkClosed if it is gone."""
+        ...
 
     def close(self) -> None:
         """Leaves the bus; may be called twice."""
 
 
-_OPENERS = {
-    "embedded": ("gnss_hil.dbc.bus.embedded", "connect"),
-    "socketcan": ("gnss_hil.dbc.bus.socketcan", "connect"),
-}
-"""Links of our own; every other name is a python-can interface."""
-
-
-def open_link(spec: str) -> Link:
-    """The link of a specification.
-
-    embedded:/path.sock   a hub of ours          socketcan:vcan0   a kernel CAN interface
-    python-can[:CONTEXT]  python-can's own configuration: files, environment, a section of it
-    INTERFACE:CHANNEL     any python-can interface
-
-    LinkError says in one line what is missing.
-    """
-    interface, _, channel = spec.partition(":")
-    if not interface or (interface != "python-can" and not channel):
-        raise LinkError(f"bus '{spec}': not of the form INTERFACE:CHANNEL (for example socketcan:vcan0)")
-    if interface in _OPENERS:
-        module, name = _OPENERS[interface]
-        return getattr(import_module(module), name)(channel)
-    return import_module("gnss_hil.dbc.bus.pythoncan").connect(interface, channel)
-
-
-def is_shared(spec: str) -> bool:
-    """True if others than this bench may be on the bus: everything but our own hub."""
-    return not spec.startswith("embedded:")
-
-
-def frames_from_wire(wire: bytes | memoryview) -> tuple[FrameBatch, int]:
+def frames_from_wire(wire: bytes) -> tuple[FrameBatch, int]:
     """Frames of concatenated `struct can_frame`, and how many were no CAN frame (length above 8).
 
     Bytes beyond a frame's length are whatever the sender's memory held; they come back as zero.

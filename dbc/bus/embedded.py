@@ -2,7 +2,7 @@
 
 The wire is what a CAN_RAW socket reads and writes, so a C program joins with connect(), read(16) and
 write(16). The other end is `dbc.bus.hub.Hub`. A client that only writes should shutdown(SHUT_RD):
-the bus is lossless, so whoever does not read holds everybody back.
+the bus is lossless, so a client that does not read holds all others back.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A peer is a stream of `struct can_frame`. What one sends goes to all others and to the taps, never back.
 Everything passes through one thread, so all receivers and taps see the frames of all senders in the same
-order. A receiver that falls behind fills its queue; then nobody else is read until it catches up.
+order. A receiver that falls behind fills its queue; then no other is read until it catches up.
 """
 
 from __future__ import annotations
@@ -157,11 +157,11 @@ class Hub:
         return True
 
     def _accept(self) -> None:
-        """Takes in everybody who is connecting."""
+        """Accepts all connections that wait."""
         while True:
             try:
                 sock, _ = self._listener.accept()
-            except OSError as error:  # nobody (any more)
+            except OSError as error:  # none is waiting any more
                 if error.errno in _NO_ROOM:
                     self._refuse(True)
                 return
@@ -192,7 +192,7 @@ class Hub:
         if not wire:
             self._drop(peer)
             return
-        self._accept()  # whoever connected before these bytes were sent must hear them
+        self._accept()  # a peer that connected before these bytes were sent must receive them
         if peer.tail:
             wire = peer.tail + wire
         whole = len(wire) // FRAME * FRAME
@@ -232,7 +232,7 @@ class Hub:
             self._apply_interest()
 
     def _apply_interest(self) -> None:
-        """A peer is read while nobody else's queue is full, and written while its own holds something."""
+        """A peer is read while no other's queue is full, and written while its own holds something."""
         for peer in self._peers.values():
             held_back = bool(self._full - {peer.number})
             interest = selectors.EVENT_WRITE if peer.queue else 0
@@ -284,7 +284,7 @@ def _listen(path: Path) -> socket.socket:
         sock.listen()
     except OSError as error:
         sock.close()
-        taken = "somebody is there already" if error.errno == errno.EADDRINUSE else error.strerror
+        taken = "another process serves it" if error.errno == errno.EADDRINUSE else error.strerror
         raise LinkError(f"bus 'embedded:{path}': {taken or error}") from None
     sock.setblocking(False)
     return sock

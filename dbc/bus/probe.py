@@ -1,4 +1,4 @@
-"""Is somebody already playing our part on a bus that others may use?"""
+"""Bus probe: do other nodes already send on a bus that others may use?"""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gnss_hil.dbc.contract.frames import SFF_MASK
 LISTEN_S = 0.3
 
 
-def occupied(link: Link, codec: Codec, senders: Collection[str], listen_s: float = LISTEN_S) -> set[str]:
+def senders_heard(link: Link, codec: Codec, senders: Collection[str], listen_s: float = LISTEN_S) -> set[str]:
     """Those of the contract's `senders` that were heard within `listen_s`."""
     heard: set[str] = set()
     end_s = time.monotonic() + listen_s

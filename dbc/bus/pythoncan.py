@@ -17,12 +17,11 @@ DRAIN = 4096
 
 def connect(interface: str, channel: str) -> PythonCanLink:
     """A link over `can.Bus`; interface "python-can" means: as python-can's configuration says."""
-    known = {"config_context": channel or None} if interface == "python-can" else {
-        "interface": interface, "channel": channel,
-    }  # fmt: skip
     name = f"{interface}:{channel}" if channel else interface
     try:
-        return PythonCanLink(can.Bus(**known))
+        if interface == "python-can":
+            return PythonCanLink(can.Bus(config_context=channel or None))
+        return PythonCanLink(can.Bus(interface=interface, channel=channel))
     except (can.CanError, OSError, ImportError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise LinkError(f"bus '{name}': {reason}") from None

@@ -1,4 +1,4 @@
-"""A private folder for a bus's socket, and the removal of those that dead processes left behind."""
+"""The runtime directory: a private folder for a bus's socket, and the removal of what dead processes left."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _prefix() -> str:
     return f"gnss-hil-bus-{boot.read_text()[:6] if boot.exists() else 'unknown'}-"
 
 
-class PrivateFolder:
+class RuntimeDir:
     """A folder of mode 0700 for the bus's socket, removed at the end.
 
     Where the temporary folder's name is so long that a socket's path would not fit, it is in /tmp. The folder
@@ -39,7 +39,7 @@ class PrivateFolder:
         return self._path
 
     def _make(self, parent: Path) -> bool:
-        """A locked folder; False if somebody took it for abandoned before it was locked."""
+        """A locked folder; False if another process took it for abandoned before it was locked."""
         self._path = Path(tempfile.mkdtemp(prefix=_prefix(), dir=parent))
         try:
             self._lock = os.open(self._path, os.O_RDONLY | os.O_DIRECTORY)
@@ -68,7 +68,7 @@ def _fits(parent: str) -> bool:
 
 
 def _remove_abandoned(parent: Path) -> None:
-    """Removes folders of ours that nobody holds a lock on."""
+    """Removes folders of ours that no process holds a lock on."""
     for path in parent.glob(f"{_prefix()}*"):
         try:
             if path.lstat().st_uid != os.getuid():

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.common.shipped_files import Files
-from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS
 
 Vector = tuple[float, float, float]
 

@@ -54,7 +54,7 @@ class Form:
         """Payloads (n, k, 8) from physical values (s, n), rounded half to even.
 
         A value that its signal cannot carry saturates; nan is written as raw zero. Also returned is (n, k),
-        which frames say exactly what they were given: whoever must not send the others leaves them out.
+        which frames say exactly what they were given: a caller that must not send the others leaves them out.
         """
         scaled = (values - self.offset if self.shifted else values) / self.factor
         np.rint(scaled, out=scaled)

@@ -13,11 +13,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from gnss_hil.dbc.common.limits import CHANNELS as CHANNELS
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.common.signals import SIGNALS
 from gnss_hil.dbc.common.systems import CLOCK_DOMAINS, SYSTEMS
 
-MAX_RECEIVERS = 8
-CHANNELS = 32
 BIT_RATE = 1_000_000
 
 # Node numbers: they appear in the heartbeat's identifier and nowhere else.

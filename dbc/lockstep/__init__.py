@@ -1,1 +1,1 @@
-"""Epoch by epoch over a bus: the time master and those who follow it, with and without I/O."""
+"""Epoch by epoch over a bus: the time master and its slaves, with and without I/O."""

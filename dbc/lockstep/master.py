@@ -55,7 +55,7 @@ class Barrier:
         return tuple(n for n in self._required if n not in self.greetings)
 
     def explain(self) -> str:
-        """Who is missing, for people: '' if nobody is."""
+        """Which nodes are missing, for people: '' if none is."""
         return "; ".join(self._complaint(number) for number in self.missing)
 
     def _complaint(self, number: int) -> str:
@@ -83,7 +83,7 @@ class Exchange:
 
     greetings  data of the heartbeats of nodes that wait, see `Barrier`
     keep_late  free-running: an answer that missed its epoch still counts as heard
-    lost       frames that the DONEs announced and nobody heard
+    lost       frames that the DONEs announced and that did not arrive
     """
 
     def __init__(
@@ -191,9 +191,10 @@ class Exchange:
     def _without_greetings(self, k: int, block: FrameBatch, surplus: int) -> FrameBatch:
         """Without the heartbeats a waiting node sent before its block; how many were still under way
         depends on wall time and must not reach the emulator."""
-        if self._greetings[k] is None:
+        heard = self._greetings[k]
+        if heard is None:
             return block
-        greeting = np.frombuffer(self._greetings[k], np.uint8)
+        greeting = np.frombuffer(heard, np.uint8)
         same = (block.can_id == self._heartbeat_ids[k]) & (block.data == greeting).all(axis=1)
         return block[~(same & (np.cumsum(same) <= surplus))]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -36,7 +37,7 @@ class Bus:
 
 @dataclass(slots=True)
 class Tally:
-    """What the conductor counted.
+    """What the master counted.
 
     latency  wall time from the end of the emulator's block to the last DONE
     """
@@ -62,7 +63,7 @@ def parse_pace(text: str) -> float | None:
     return factor
 
 
-class Conductor:
+class MasterLoop:
     """Plays epochs on all buses in one of the paces.
 
     pace        simulated per wall seconds, None for lockstep
@@ -89,7 +90,7 @@ class Conductor:
         self._limit_s, self._repeat_s = limit_s, repeat_s
         self._stop = stop
         self._exchanges = {name: self._exchange(bus, {}) for name, bus in self._buses.items()}
-        self._start_s: float | None = None
+        self._start_s = -math.inf
 
     @property
     def lost(self) -> int:
@@ -111,12 +112,15 @@ class Conductor:
     def play(self, epoch: int, blocks: Mapping[str, FrameBatch]) -> dict[str, FrameBatch]:
         """Sends an epoch's blocks and returns what the nodes answered, the emulator's next inbox."""
         if self._period_s is not None:
-            self._await_instant(epoch)
+            self._await_instant(epoch, self._period_s)
         for name, bus in self._buses.items():
             bus.link.send(self._exchanges[name].open(epoch, blocks[name]))
             self.tally.sent += len(blocks[name])
         sent_s = time.perf_counter()
-        inbox = self._gather(sent_s) if self._period_s is None else self._listen(epoch, sent_s)
+        if self._period_s is None:
+            inbox = self._gather(sent_s)
+        else:
+            inbox = self._listen(self._start_s + (epoch + 1) * self._period_s, sent_s)
         self.tally.received += sum(len(frames) for frames in inbox.values())
         return inbox
 
@@ -153,9 +157,8 @@ class Conductor:
             wait_s = min(SLICE_S, end_s - now_s, repeat_s - now_s)
         return True
 
-    def _listen(self, epoch: int, sent_s: float) -> dict[str, FrameBatch]:
+    def _listen(self, until_s: float, sent_s: float) -> dict[str, FrameBatch]:
         """Free-running: hears what arrives until the next epoch's instant."""
-        until_s = self._start_s + (epoch + 1) * self._period_s
         answered = False
         while not self._stop():
             rest_s = until_s - time.monotonic()
@@ -174,12 +177,12 @@ class Conductor:
         for name, bus in self._buses.items():
             self._exchanges[name].hear(bus.link.receive(wait_s / len(self._buses)))
 
-    def _await_instant(self, epoch: int) -> None:
+    def _await_instant(self, epoch: int, period_s: float) -> None:
         """Epoch 0 sets the start; a master that fell behind does not hurry to catch up."""
         now_s = time.monotonic()
-        if self._start_s is None or now_s > self._start_s + (epoch + 1) * self._period_s:
-            self._start_s = now_s - epoch * self._period_s
-        while (rest_s := self._start_s + epoch * self._period_s - time.monotonic()) > 0 and not self._stop():
+        if now_s > self._start_s + (epoch + 1) * period_s:
+            self._start_s = now_s - epoch * period_s
+        while (rest_s := self._start_s + epoch * period_s - time.monotonic()) > 0 and not self._stop():
             time.sleep(min(rest_s, SLICE_S))
 
     def _count(self, answered: bool, latency_s: float) -> None:

@@ -24,7 +24,7 @@ class Task(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """STEP: run `block`, from a fresh state if `fresh`, and send `Follower.answer` of the result.
+    """STEP: run `block`, from a fresh state if `fresh`, and send `Slave.answer` of the result.
     REPEAT: send `block`, the last answer, again. END: the run is over."""
 
     task: Task
@@ -36,17 +36,17 @@ Label = tuple[int, int]
 """Session and epoch: what names an epoch on the bus."""
 
 
-class Follower:
+class Slave:
     """Cuts what a flight node hears into epochs.
 
     A time mark with a sound CRC opens a run. From then on SYNC closes an epoch where the time master sends
-    them, whatever happened to the frames before it. Without them (an emulator of somebody else's) an epoch
+    them, whatever happened to the frames before it. Without them (another emulator than ours) an epoch
     closes when a later mark arrives or, from the second epoch of a run on, `quiet_s` after the last frame
     if all receivers' STATUS came, at the latest `deadline_s` after the mark. A run's first epoch waits for
     SYNC or a second mark, because only then it is known which it is.
 
     running  a run began and did not end
-    lost     frames that the SYNCs announced and nobody heard
+    lost     frames that the SYNCs announced and that did not arrive
     """
 
     def __init__(self, codec: Codec, quiet_s: float = 0.02, deadline_s: float = 0.5):
@@ -137,7 +137,8 @@ class Follower:
         self._mark_s = self._last_s = now_s
 
     def _label(self, word: int) -> Label:
-        return tuple(word >> shift & mask for shift, mask in self._label_fields)
+        session, epoch = (word >> shift & mask for shift, mask in self._label_fields)
+        return session, epoch
 
     def _on_bench(self, frame: messages.Bench) -> Iterator[Work]:
         if frame.can_id == messages.END_ID and self.running:

@@ -1,4 +1,4 @@
-"""A flight node at work: announces itself, follows the time master, resumes when it went away."""
+"""The slave loop: a flight node announces itself, answers the time master, resumes when it went away."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from gnss_hil.dbc.bus.base import Link
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.lockstep.slave import Follower, Task, Work
+from gnss_hil.dbc.lockstep.slave import Slave, Task, Work
 
 HEARTBEAT_S = 0.1
 SILENCE_S = 5.0
@@ -16,55 +16,55 @@ SILENCE_S = 5.0
 
 
 @dataclass(slots=True)
-class Journey:
-    """What a node lived through so far."""
+class SlaveProgress:
+    """Epochs answered and runs ended so far."""
 
     epochs: int = 0
     runs_ended: int = 0
 
 
-def follow(
+def run_slave(
     link: Link,
-    follower: Follower,
+    slave: Slave,
     heartbeat: FrameBatch,
     play: Callable[[FrameBatch, bool], FrameBatch],
     stop: Callable[[], bool] = lambda: False,
     once: bool = False,
     silence_s: float = SILENCE_S,
-) -> Journey:
+) -> SlaveProgress:
     """Plays epochs until `stop()`; with `once`, until the first run's end.
 
     play  block heard, whether to start from a fresh state -> block to send
     """
-    journey = Journey()
-    heard_s = time.monotonic() - silence_s  # whoever comes to a bus, or back to one, announces itself
+    progress = SlaveProgress()
+    heard_s = time.monotonic() - silence_s  # a node that comes to a bus, or back to one, announces itself
     announced_s = -HEARTBEAT_S
-    while not stop() and not (once and journey.runs_ended):
+    while not stop() and not (once and progress.runs_ended):
         now_s = time.monotonic()
-        if (not follower.running or now_s - heard_s >= silence_s) and now_s - announced_s >= HEARTBEAT_S:
+        if (not slave.running or now_s - heard_s >= silence_s) and now_s - announced_s >= HEARTBEAT_S:
             link.send(heartbeat)
             announced_s = now_s
-        frames = link.receive(_patience_s(follower, now_s))
+        frames = link.receive(_patience_s(slave, now_s))
         now_s = time.monotonic()
         if len(frames):
             heard_s = now_s
-        for work in follower.hear(frames, now_s):
-            _do(work, link, follower, play, journey)
-        for work in follower.expire(now_s):
-            _do(work, link, follower, play, journey)
-    return journey
+        for work in slave.hear(frames, now_s):
+            _do(work, link, slave, play, progress)
+        for work in slave.expire(now_s):
+            _do(work, link, slave, play, progress)
+    return progress
 
 
-def _patience_s(follower: Follower, now_s: float) -> float:
-    due_s = follower.due_s()
+def _patience_s(slave: Slave, now_s: float) -> float:
+    due_s = slave.due_s()
     return HEARTBEAT_S if due_s is None else min(HEARTBEAT_S, max(0.0, due_s - now_s))
 
 
-def _do(work: Work, link: Link, follower: Follower, play, journey: Journey) -> None:
+def _do(work: Work, link: Link, slave: Slave, play, progress: SlaveProgress) -> None:
     if work.task is Task.STEP:
-        link.send(follower.answer(play(work.block, work.fresh)))
-        journey.epochs += 1
+        link.send(slave.answer(play(work.block, work.fresh)))
+        progress.epochs += 1
     elif work.task is Task.REPEAT:
         link.send(work.block)
     else:
-        journey.runs_ended += 1
+        progress.runs_ended += 1

@@ -98,7 +98,8 @@ def await_link(
 
     wait_s  how long to wait, None: for ever. Any other reason why there is no such bus is raised at once.
     """
-    from gnss_hil.dbc.bus.base import NotYet, open_link
+    from gnss_hil.dbc.bus.base import NotYet
+    from gnss_hil.dbc.bus.open_link import open_link
 
     deadline_s = math.inf if wait_s is None else time.monotonic() + wait_s
     waiting = False
@@ -117,7 +118,8 @@ def await_link(
 
 def regain_link(spec: str, stop: Callable[[], bool]) -> Link | None:
     """A link on a bus that went away, once it is back; None if `stop` came first."""
-    from gnss_hil.dbc.bus.base import LinkError, open_link
+    from gnss_hil.dbc.bus.base import LinkError
+    from gnss_hil.dbc.bus.open_link import open_link
 
     while not stop():
         try:

@@ -18,9 +18,10 @@ import can
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.bus.base import LinkClosed, LinkError, open_link
+from gnss_hil.dbc.bus.base import LinkClosed, LinkError
 from gnss_hil.dbc.bus.hub import QUEUE_BYTES, Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.open_link import open_link
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.contract.frames import batch, from_wire, to_wire
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
 from tests.support.waiting import HANG_S, ended, finished, pause, until
@@ -30,7 +31,7 @@ KERNEL_BUFFERS_BYTES = 4 << 20  # generous for what two stream sockets hold
 
 @pytest.fixture
 def folder():
-    with PrivateFolder() as path:
+    with RuntimeDir() as path:
         yield path
 
 
@@ -57,7 +58,7 @@ def test_nobody_else_can_reach_the_socket(hub, folder):
 
 
 def test_socket_and_folder_are_gone_afterwards():
-    with PrivateFolder() as folder, Hub(folder / "bus.sock") as hub:
+    with RuntimeDir() as folder, Hub(folder / "bus.sock") as hub:
         assert hub.path.exists()
     assert not folder.exists()
 

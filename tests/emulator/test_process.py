@@ -7,9 +7,9 @@ import subprocess
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.bus.base import open_link
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.open_link import open_link
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from tests.support import emulated
 from tests.support.programs import EMULATOR
 from tests.support.waiting import until
@@ -32,7 +32,7 @@ def test_the_last_status_line_tells_which_commands_were_rejected():
     """A peer sends a good command's frame with one bit wrong, and nothing else."""
     good = emulated.sealed(emulated.command(1, 2, emulated.RELEASE))
     bad = type(good)(good.t_ns, good.can_id, good.length, good.data ^ np.uint8(4))
-    with PrivateFolder() as folder:
+    with RuntimeDir() as folder:
         hub, status = Hub(folder / "bus.sock", []), folder / "status"
         link = open_link(f"embedded:{hub.path}")
         command = [

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import can
 
-from gnss_hil.dbc.bus.base import Link, open_link
+from gnss_hil.dbc.bus.base import Link
 from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.bus.inline import InlineBus
+from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.bus.pythoncan import PythonCanLink, connect
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,7 @@ def inline() -> Iterator[Offer]:
 
 @contextmanager
 def embedded() -> Iterator[Offer]:
-    with PrivateFolder() as folder, Hub(folder / "bus.sock") as hub:
+    with RuntimeDir() as folder, Hub(folder / "bus.sock") as hub:
         yield Offer(
             lambda: open_link(f"embedded:{folder / 'bus.sock'}"), hub.close, lossless=True, volume=100_000
         )
@@ -54,7 +55,7 @@ def embedded() -> Iterator[Offer]:
 @contextmanager
 def plugin() -> Iterator[Offer]:
     """The embedded bus through python-can's API, found by its entry point."""
-    with PrivateFolder() as folder, Hub(folder / "bus.sock") as hub:
+    with RuntimeDir() as folder, Hub(folder / "bus.sock") as hub:
         yield Offer(
             lambda: connect("gnss-hil", str(folder / "bus.sock")), hub.close, lossless=True, volume=10_000
         )

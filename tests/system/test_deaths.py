@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.tools.command_line.main import main
 from tests.support.runs import FILES, alive, children_of, started, summary_of, wait_for_frames
 from tests.support.waiting import ended, until
@@ -78,7 +78,7 @@ def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path)
 
 
 def test_a_bus_that_goes_away_is_told_and_the_record_is_kept(tmp_path):
-    with PrivateFolder() as private:
+    with RuntimeDir() as private:
         hub = Hub(private / "bus")
         folder = tmp_path / "run"
         process = started(folder, "--bus", f"gnss-hil:{private / 'bus'}", "--quiet")

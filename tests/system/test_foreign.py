@@ -14,14 +14,14 @@ import polars as pl
 import pytest
 
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.lockstep.messages import session_of
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.processes import supervision
-from gnss_hil.tools.processes.bus_session import Line
-from gnss_hil.tools.processes.bus_tap import Ear
+from gnss_hil.tools.processes.bus_session import BusSession
+from gnss_hil.tools.processes.bus_tap import BusTap
 from gnss_hil.tools.processes.children import StatusReader
 from gnss_hil.tools.recording.sequence import Sequencer
 from gnss_hil.tools.run_config.plan import make
@@ -123,8 +123,8 @@ def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, 
     reading, writing = os.pipe()
     plan = make("soyuz")
     display = Progress(plan, quiet=True)
-    line = Line(0, codec(4), Ear(), Sequencer(codec(4), lockstep), None, display)
-    rounds = supervision.Watch(
+    line = BusSession(0, codec(4), BusTap(), Sequencer(codec(4), lockstep), None, display)
+    rounds = supervision.Supervision(
         [line], display, supervision.ReportingMaster(None, StatusReader(reading)), [], lockstep
     )
     for epoch, unanswered in statuses:
@@ -137,7 +137,7 @@ def test_lockstep_without_any_answer_gets_one_piece_of_advice(capsys, lockstep, 
 
 
 def test_on_somebody_elses_bus_the_recorder_is_a_listener(inline, tmp_path):
-    with PrivateFolder() as private, Hub(private / "bus"):
+    with RuntimeDir() as private, Hub(private / "bus"):
         bus = f"gnss-hil:{private / 'bus'}"
         arguments = ["run", "--bus", bus, "--duration", DURATION, "--out", str(tmp_path / "run"), "--quiet"]
         assert main(arguments) == 0
@@ -180,7 +180,7 @@ def test_another_emulator_is_started_with_what_it_needs(inline, tmp_path, capsys
 
 
 def test_both_sides_may_be_started_by_hand_and_before_the_bench(inline, tmp_path):
-    with PrivateFolder() as private:
+    with RuntimeDir() as private:
         bus = f"embedded:{private / 'mine'}"
         flight = [
             *FLIGHT,
@@ -232,7 +232,7 @@ def test_the_record_has_the_time_that_the_emulator_says(tmp_path, monkeypatch):
 PLAYER = """\
 import os, sys, time
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.tools.recording.formats.candump import parse_lines
 _, _, frames = parse_lines(open(sys.argv[1], "rb").read())
 frames = frames[[codec(4).sender_of[i] != "FLIGHT" for i in frames.can_id]]
@@ -274,7 +274,7 @@ def test_an_emulator_that_leaves_at_once_is_the_one_to_blame(tmp_path, capsys, p
 
 
 def test_a_socket_of_your_choice_is_private_and_taken_once(tmp_path, capsys):
-    with PrivateFolder() as private:
+    with RuntimeDir() as private:
         path = private / "mine"
         with socket.socket(socket.AF_UNIX) as dead:
             dead.bind(str(path))  # what a killed bench leaves behind

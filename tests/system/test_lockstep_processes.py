@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import from_wire
@@ -106,7 +106,7 @@ class Bench:
 
 @pytest.fixture
 def processes():
-    with PrivateFolder() as folder:
+    with RuntimeDir() as folder:
         made = Bench(folder)
         yield made
         made.close()
@@ -152,7 +152,7 @@ def run(processes: Bench, disturb=lambda emulator, flight: None, late: bool = Fa
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    with PrivateFolder() as folder:
+    with RuntimeDir() as folder:
         bench_ = Bench(folder)
         try:
             yield run(bench_)[0]

@@ -11,13 +11,13 @@ import pytest
 
 from gnss_hil.dbc.bus.base import LinkClosed
 from gnss_hil.dbc.bus.inline import InlineBus
-from gnss_hil.dbc.bus.probe import occupied
+from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, concat
-from gnss_hil.dbc.lockstep.master_loop import Bus, Conductor, MissingNodes, parse_pace
+from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
 from gnss_hil.dbc.lockstep.messages import SYNC_ID
-from gnss_hil.dbc.lockstep.slave import Follower
-from gnss_hil.dbc.lockstep.slave_loop import follow
+from gnss_hil.dbc.lockstep.slave import Slave
+from gnss_hil.dbc.lockstep.slave_loop import run_slave
 from tests.support.lockstep_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
 from tests.support.waiting import HANG_S, finished, pause, until
 
@@ -39,7 +39,7 @@ class Flight:
 
     def _run(self, **more):
         with suppress(LinkClosed):
-            follow(self.link, Follower(CODEC), heartbeat(), self._play, lambda: self._leave, **more)
+            run_slave(self.link, Slave(CODEC), heartbeat(), self._play, lambda: self._leave, **more)
 
     def _play(self, heard, fresh):
         self._before()
@@ -68,8 +68,8 @@ def flight(bus, **more):
         node.leave()
 
 
-def conductor(bus, pace=None, interval_s=1.0, session=SESSION, **more) -> Conductor:
-    return Conductor({"soyuz": Bus(bus.connect(), CODEC)}, session, pace, interval_s, **more)
+def master_loop(bus, pace=None, interval_s=1.0, session=SESSION, **more) -> MasterLoop:
+    return MasterLoop({"soyuz": Bus(bus.connect(), CODEC)}, session, pace, interval_s, **more)
 
 
 def play(master, epochs, session=SESSION):
@@ -78,7 +78,7 @@ def play(master, epochs, session=SESSION):
 
 def test_lockstep_answers_every_epoch(bus):
     with flight(bus) as node:
-        master = conductor(bus)
+        master = master_loop(bus)
         master.assemble(timeout_s=HANG_S)
         inboxes = play(master, range(50))
     assert inboxes == [navigation(k + 1) for k in range(50)]
@@ -97,7 +97,7 @@ def test_a_slow_node_is_asked_again_and_answers_once(bus):
         return over.is_set() or sum((f.can_id == SYNC_ID).sum() for f in heard) >= 2 * (len(node.blocks) + 1)
 
     with flight(bus, before=lambda: until(asked_twice)) as node:
-        master = conductor(bus, repeat_s=0.02)
+        master = master_loop(bus, repeat_s=0.02)
         master.assemble(timeout_s=HANG_S)
         try:
             assert play(master, range(4)) == [navigation(k + 1) for k in range(4)]
@@ -107,19 +107,19 @@ def test_a_slow_node_is_asked_again_and_answers_once(bus):
 
 
 def test_the_barrier_waits_and_then_says_who_is_missing(bus):
-    master = conductor(bus)
+    master = master_loop(bus)
     with pytest.raises(MissingNodes, match=r"craft soyuz: no heartbeat from FLIGHT within 0\.2 s"):
         master.assemble(timeout_s=0.2)
 
 
 def test_nobody_answers_and_time_goes_on(bus):
-    master = conductor(bus, limit_s=0.15)
+    master = master_loop(bus, limit_s=0.15)
     assert play(master, range(2)) == [EMPTY, EMPTY]
     assert master.tally.unanswered == 2
 
 
 def test_a_node_that_started_anew_is_not_waited_for(bus):
-    master, joined = conductor(bus, limit_s=HANG_S), []
+    master, joined = master_loop(bus, limit_s=HANG_S), []
     with flight(bus):
         master.assemble(timeout_s=HANG_S)
         play(master, range(3))
@@ -136,14 +136,14 @@ def test_announcements_that_waited_somewhere_are_no_restart(bus):
     """A bus that stood still delivers all at once what a node said before it heard the block."""
     stranger = bus.connect()
     with flight(bus, before=lambda: stranger.send(concat([heartbeat()] * 20))) as node:
-        master = conductor(bus)
+        master = master_loop(bus)
         master.assemble(timeout_s=HANG_S)
         play(master, [0])
         assert master.tally.unanswered == 0 and len(node.blocks) == 1
 
 
 def test_a_stop_ends_waiting_without_blaming_the_node(bus):
-    master = conductor(bus, stop=lambda: True)
+    master = master_loop(bus, stop=lambda: True)
     master.assemble()
     assert play(master, [0]) == [EMPTY]
     assert master.tally.unanswered == 0
@@ -151,7 +151,7 @@ def test_a_stop_ends_waiting_without_blaming_the_node(bus):
 
 def test_free_running_keeps_wall_time_and_answers(bus):
     with flight(bus) as node:
-        master = conductor(bus, pace=100.0)
+        master = master_loop(bus, pace=100.0)
         master.assemble(timeout_s=HANG_S)
         begun_s = time.monotonic()
         inboxes = play(master, range(50))
@@ -165,7 +165,7 @@ def test_free_running_keeps_wall_time_and_answers(bus):
 
 def test_a_node_too_slow_for_the_pace_is_counted_and_still_heard(bus):
     with flight(bus, before=lambda: pause(0.03)) as node:
-        master = conductor(bus, pace=100.0)
+        master = master_loop(bus, pace=100.0)
         master.assemble(timeout_s=HANG_S)
         play(master, range(10))
         unanswered = master.tally.unanswered
@@ -179,7 +179,7 @@ def test_a_node_outlives_its_emulator(bus):
     """The first run stops without a word; the next one, even with the same session, finds the node ready."""
     with flight(bus, silence_s=0.3) as node:
         for session in (SESSION, SESSION + 1, SESSION + 1):
-            master = conductor(bus, session=session)
+            master = master_loop(bus, session=session)
             master.assemble(timeout_s=HANG_S)
             assert len(play(master, range(3), session)) == 3
     assert node.fresh == [True, False, False] * 3
@@ -187,7 +187,7 @@ def test_a_node_outlives_its_emulator(bus):
 
 def test_once_means_the_first_runs_end(bus):
     node = Flight(bus, once=True)
-    master = conductor(bus)
+    master = master_loop(bus)
     master.assemble(timeout_s=HANG_S)
     play(master, range(2))
     master.end(2, "COMPLETED")
@@ -219,9 +219,9 @@ def test_somebody_elses_emulator_needs_no_bench_frames(bus):
 
 def test_an_occupied_bus_is_noticed(bus):
     listener, other = bus.connect(), bus.connect()
-    assert occupied(listener, CODEC, {"TIME", "RX1"}, 0.05) == set()
+    assert senders_heard(listener, CODEC, {"TIME", "RX1"}, 0.05) == set()
     other.send(concat((mark(0), heartbeat())))
-    assert occupied(listener, CODEC, {"TIME", "RX1"}, 0.05) == {"TIME"}
+    assert senders_heard(listener, CODEC, {"TIME", "RX1"}, 0.05) == {"TIME"}
 
 
 @pytest.mark.parametrize(
@@ -240,7 +240,7 @@ def test_no_paces(text):
 def test_two_craft_have_a_bus_each():
     buses = {name: InlineBus() for name in ("soyuz", "station")}
     nodes = [Flight(bus) for bus in buses.values()]
-    master = Conductor({n: Bus(b.connect(), codec(4)) for n, b in buses.items()}, SESSION, None, 1.0)
+    master = MasterLoop({n: Bus(b.connect(), codec(4)) for n, b in buses.items()}, SESSION, None, 1.0)
     master.assemble(timeout_s=HANG_S)
     for k in range(3):
         blocks = {"soyuz": block(k), "station": block(k, 2)}

@@ -23,7 +23,7 @@ import polars as pl
 import pytest
 
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG
@@ -105,7 +105,7 @@ def test_the_run_has_the_receivers_time(run):
 def test_free_pace_amid_rubbish(tmp_path):
     """Without lockstep, while somebody sends rubbish with the identifiers that the receiver listens to."""
     over = threading.Event()
-    with PrivateFolder() as private:
+    with RuntimeDir() as private:
         rubbish = threading.Thread(target=litter, args=(private / "bus", over))
         rubbish.start()
         try:
@@ -132,7 +132,7 @@ def litter(path: Path, over: threading.Event) -> None:
 
 
 def test_a_bus_that_closes_is_told_in_one_line():
-    with PrivateFolder() as private, Hub(private / "bus") as hub:
+    with RuntimeDir() as private, Hub(private / "bus") as hub:
         receiver = start({"GNSS_HIL_BUS": f"embedded:{hub.path}"})
         until(lambda: hub.peers, receiver)
         hub.close()
@@ -143,7 +143,7 @@ def test_a_bus_that_closes_is_told_in_one_line():
 
 def test_another_contract_is_told_and_not_flown():
     """The receiver with its DBC, a flight software with the DBC of four receivers."""
-    with PrivateFolder() as private, Hub(private / "bus") as hub:
+    with RuntimeDir() as private, Hub(private / "bus") as hub:
         spec = f"embedded:{hub.path}"
         receiver = start({"GNSS_HIL_BUS": spec})
         words = ["--vehicle", "soyuz-ms", "--bus", spec, "--once", "--quiet"]

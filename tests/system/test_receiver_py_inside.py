@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from tests.support.programs import FLIGHT

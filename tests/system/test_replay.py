@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from gnss_hil.dbc.bus.base import LinkError, open_link
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.base import LinkError
+from gnss_hil.dbc.bus.open_link import open_link
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.lockstep.messages import session_of
 from gnss_hil.emulator.config.scenario import shipped
 from gnss_hil.tools.command_line.main import main
@@ -35,7 +36,7 @@ def run(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def socket():
-    with PrivateFolder() as folder:
+    with RuntimeDir() as folder:
         yield f"embedded:{folder / 'can0'}"
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from gnss_hil.dbc.bus.base import open_link
+from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.dbc.lockstep.messages import END_ID
 from gnss_hil.tools.command_line.main import main

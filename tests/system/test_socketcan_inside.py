@@ -18,7 +18,8 @@ import can
 import polars as pl
 import pytest
 
-from gnss_hil.dbc.bus.base import LinkError, open_link
+from gnss_hil.dbc.bus.base import LinkError
+from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, batch, concat
 from gnss_hil.dbc.contract.messages import BENCH_FIRST

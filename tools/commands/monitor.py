@@ -49,7 +49,7 @@ def _receivers(text: str) -> int:
 
 
 def run(arguments: Namespace) -> int:
-    from gnss_hil.dbc.bus.base import open_link
+    from gnss_hil.dbc.bus.open_link import open_link
     from gnss_hil.dbc.contract.codec import codec
     from gnss_hil.dbc.process.shutdown import Stop
     from gnss_hil.tools.monitor.discovery import running_bus

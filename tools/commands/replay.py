@@ -89,15 +89,15 @@ def _session(text: str) -> int:
 
 def run(arguments: Namespace) -> int:
     config = config_of(arguments)
-    from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+    from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
     from gnss_hil.dbc.process.shutdown import Stop
     from gnss_hil.tools.replay import output, peer, session, source
 
     found = source.find(config.recording, config.craft, config.vehicle)
     output.check(config.out, config.report, config.force, found)
     say = _silent if config.quiet else _say
-    with Stop() as stop, PrivateFolder() as private, peer.bus(config.bus, private, say) as spec:
-        played, folder = session.play(config, found, spec, private, say, stop)
+    with Stop() as stop, RuntimeDir() as runtime_dir, peer.bus(config.bus, runtime_dir, say) as spec:
+        played, folder = session.play(config, found, spec, runtime_dir, say, stop)
     for line in _account(config, played):
         print(line)
     if folder is not None:

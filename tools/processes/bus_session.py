@@ -16,14 +16,14 @@ from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.tools.decoder.block import EPOCHS
 from gnss_hil.tools.decoder.time_marks import epoch_times_ns
 from gnss_hil.tools.live.display import Display
-from gnss_hil.tools.processes.bus_tap import Ear
+from gnss_hil.tools.processes.bus_tap import BusTap
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.sequence import Epoch, Sequencer
 
 
 @dataclass(slots=True, eq=False)
-class Line:
-    """One bus: its ear, the order of its frames, the record.
+class BusSession:
+    """One bus: its tap, the order of its frames, the record.
 
     watched  the emulator is somebody else's: the bus alone tells times, latency and the end
     end_ns   simulated time [ns since the first mark] at which the run is over, where it is watched
@@ -35,7 +35,7 @@ class Line:
 
     number: int
     codec: Codec
-    ear: Ear
+    tap: BusTap
     sequencer: Sequencer
     recorder: Recorder
     display: Display
@@ -53,7 +53,7 @@ class Line:
 
     def take(self) -> None:
         """Record the epochs that what was heard completes."""
-        frames = self.ear.take()
+        frames = self.tap.take()
         if len(frames):
             self._heard_s = time.monotonic()
             self._record(self.sequencer.hear(frames))

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.dbc.bus.base import LinkClosed, LinkError, frames_from_wire, is_shared, open_link
+from gnss_hil.dbc.bus.base import LinkClosed, LinkError, frames_from_wire
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.probe import occupied
+from gnss_hil.dbc.bus.open_link import is_shared, open_link
+from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
 from gnss_hil.tools.common.errors import Failed
@@ -35,7 +36,7 @@ def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
     link = open_link(spec)
     try:
         others = {*codec.sender_of} - {"", *awaited}
-        heard = occupied(link, codec, others, LISTEN_S) if is_shared(spec) else set()
+        heard = senders_heard(link, codec, others, LISTEN_S) if is_shared(spec) else set()
     except LinkClosed as error:
         raise LinkError(f"bus '{spec}': {error or 'gone'}") from None
     finally:
@@ -44,7 +45,7 @@ def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
         raise LinkError(f"bus '{spec}': {', '.join(sorted(heard))} of another bench can be heard there")
 
 
-class Ear:
+class BusTap:
     """What the bus says, from another thread to the supervisor's.
 
     laggards  peers (number, process) that have held the bus back for so many seconds; a bus of ours knows
@@ -81,21 +82,21 @@ class Ear:
 
 
 @contextmanager
-def embedded_bus(path: Path, ear: Ear) -> Iterator[str]:
+def embedded_bus(path: Path, tap: BusTap) -> Iterator[str]:
     """A hub of our own with the recorder inside; its specification."""
-    hub = Hub(path, taps=(lambda sender, wire: ear.hear(wire),))
-    ear.laggards = hub.holding_back
+    hub = Hub(path, taps=(lambda sender, wire: tap.hear(wire),))
+    tap.laggards = hub.holding_back
     try:
         yield f"embedded:{path}"
     finally:
-        ear.closing = True
+        tap.closing = True
         hub.close()
         if hub.failure is not None:
             raise Failed(f"the bus failed: {hub.failure}")
 
 
 @contextmanager
-def foreign_bus(spec: str, ear: Ear) -> Iterator[str]:
+def foreign_bus(spec: str, tap: BusTap) -> Iterator[str]:
     """A bus that others own: the recorder is a listener of its own on it."""
     link = open_link(spec)
     ended = threading.Event()
@@ -105,9 +106,9 @@ def foreign_bus(spec: str, ear: Ear) -> Iterator[str]:
             while not ended.is_set():
                 frames = link.receive(0.1)
                 if len(frames):
-                    ear.hear(frames)
+                    tap.hear(frames)
         except LinkClosed as error:
-            ear.failure = f"bus {spec}: {error or 'gone'}"
+            tap.failure = f"bus {spec}: {error or 'gone'}"
 
     thread = threading.Thread(target=listen, name="recorder", daemon=True)
     thread.start()
@@ -115,6 +116,6 @@ def foreign_bus(spec: str, ear: Ear) -> Iterator[str]:
         yield spec
     finally:
         ended.set()
-        ear.closing = True
+        tap.closing = True
         thread.join()
         link.close()

@@ -80,7 +80,7 @@ class Child:
             os.killpg(self.process.pid, number)
 
 
-def told_of_bus(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
+def bus_environment(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
     """What another software finds in its environment, on either side."""
     return {
         "GNSS_HIL_BUS": spec,
@@ -89,7 +89,7 @@ def told_of_bus(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
     }
 
 
-def told_of_run(plan: Plan, scenario: Path, pace: str) -> dict[str, str]:
+def run_environment(plan: Plan, scenario: Path, pace: str) -> dict[str, str]:
     """What another emulator finds there besides."""
     return {
         "GNSS_HIL_SCENARIO": str(scenario.absolute()),
@@ -102,20 +102,20 @@ def start(
     name: str,
     command: Sequence[str],
     words: Path | None,
-    told: Mapping[str, str] | None = None,
+    environment: Mapping[str, str] | None = None,
     pass_fds: Sequence[int] = (),
 ) -> Child:
     """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order.
-    It is on a leash: if the supervisor dies, it is told to end.
+    `parent_death` ends it if the supervisor dies.
 
     words  file for its stderr; None lets it pass to ours
-    told   what it finds in its environment besides ours
+    environment   what it finds in its environment besides ours
     """
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(told or {})}
-    leashed = [sys.executable, "-I", "-S", parent_death.__file__, str(os.getpid()), *command]
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(environment or {})}
+    guarded = [sys.executable, "-I", "-S", parent_death.__file__, str(os.getpid()), *command]
     with nullcontext() if words is None else words.open("wb") as stream:
         process = subprocess.Popen(
-            leashed, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
+            guarded, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
             process_group=0,
         )  # fmt: skip
     return Child(name, process, words)

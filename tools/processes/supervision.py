@@ -9,7 +9,7 @@ from typing import Protocol
 
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.live.display import Display
-from gnss_hil.tools.processes.bus_session import Line
+from gnss_hil.tools.processes.bus_session import BusSession
 from gnss_hil.tools.processes.children import BARRIER_S, LEAVE_S, Child, StatusReader
 from gnss_hil.tools.processes.outcome import Outcome
 
@@ -97,9 +97,9 @@ class WatchedMaster:
     """Somebody else's emulator: the bus tells how it goes. The run is over with its process, with BENCH_END,
     or when the scenario's time is up on the bus."""
 
-    def __init__(self, children: Sequence[Child], lines: Sequence[Line], epochs: int):
+    def __init__(self, children: Sequence[Child], sessions: Sequence[BusSession], epochs: int):
         self.children = children
-        self._lines = lines
+        self._sessions = sessions
         self._epochs = epochs
         self._begun_s = time.monotonic()
 
@@ -109,27 +109,29 @@ class WatchedMaster:
     @property
     def over(self) -> bool:
         gone = bool(self.children) and not any(child.running for child in self.children)
-        return gone or all(self._played(line) for line in self._lines)
+        return gone or all(self._played(session) for session in self._sessions)
 
-    def _played(self, line: Line) -> bool:
-        silent = line.silent_s >= SILENCE_S
-        return line.sequencer.ended or line.over or (silent and line.sequencer.opened >= self._epochs)
+    def _played(self, session: BusSession) -> bool:
+        silent = session.silent_s >= SILENCE_S
+        return (
+            session.sequencer.ended or session.over or (silent and session.sequencer.opened >= self._epochs)
+        )
 
     @property
     def trouble(self) -> str:
         """One of ours to start that never said a thing."""
         if self.children and time.monotonic() - self._begun_s > BARRIER_S:
-            for child, line in zip(self.children, self._lines, strict=True):
-                if not line.sequencer.opened:
+            for child, session in zip(self.children, self._sessions, strict=True):
+                if not session.sequencer.opened:
                     return f"{child.name}: no time mark within {BARRIER_S:g} s"
         return ""
 
     def figures(self) -> Figures:
-        latency = self._lines[0].latency
+        latency = self._sessions[0].latency
         return Figures(
-            max(line.epochs for line in self._lines),
-            sum(line.sequencer.unanswered for line in self._lines),
-            max(line.wall_s for line in self._lines),
+            max(session.epochs for session in self._sessions),
+            sum(session.sequencer.unanswered for session in self._sessions),
+            max(session.wall_s for session in self._sessions),
             latency.percentile_s(50),
             latency.percentile_s(99),
             latency.histogram(),
@@ -137,10 +139,10 @@ class WatchedMaster:
 
 
 @dataclass(slots=True, eq=False)
-class Watch:
+class Supervision:
     """The supervisor's rounds."""
 
-    lines: Sequence[Line]
+    sessions: Sequence[BusSession]
     display: Display
     master: Master
     flights: Sequence[Child]
@@ -163,8 +165,8 @@ class Watch:
             failure = self._end(stop)
         for child in (*self.master.children, *self.flights):
             child.leave()
-        for line in self.lines:
-            line.finish()
+        for session in self.sessions:
+            session.finish()
         self.master.look()
         if not self._epochs and not stop():
             self._refuse(failure)
@@ -175,7 +177,7 @@ class Watch:
         for child in self.master.children:
             if self._leaves(child, LEAVE_S, stop) and child.process.returncode:
                 return child.obituary()
-        heard_end = all(line.sequencer.ended for line in self.lines)
+        heard_end = all(session.sequencer.ended for session in self.sessions)
         if not heard_end:
             self._rounds_until(lambda: False, SETTLE_S, stop)
         for flight in self.flights if heard_end else ():
@@ -204,9 +206,9 @@ class Watch:
 
     def _trouble(self) -> str:
         """Who broke off while the run goes on."""
-        for line in self.lines:
-            if line.ear.failure:
-                return line.ear.failure
+        for session in self.sessions:
+            if session.tap.failure:
+                return session.tap.failure
         for child in self.master.children:
             if not child.running and child.process.returncode:
                 return child.obituary()
@@ -222,19 +224,19 @@ class Watch:
 
     def round(self) -> None:
         time.sleep(TURN_S)
-        for line in self.lines:
-            line.take()
-            self._name_laggards(line)
+        for session in self.sessions:
+            session.take()
+            self._name_laggards(session)
         self.master.look()
         figures = self.master.figures()
         self._advise(figures)
         self.display.refresh(figures.unanswered)
 
-    def _name_laggards(self, line: Line) -> None:
+    def _name_laggards(self, session: BusSession) -> None:
         """Once each: peers for whom the whole bus waits."""
-        for number, process in line.ear.laggards(HELD_BACK_S):
-            if (line.number, number) not in self.named:
-                self.named.add((line.number, number))
+        for number, process in session.tap.laggards(HELD_BACK_S):
+            if (session.number, number) not in self.named:
+                self.named.add((session.number, number))
                 self.display.note(
                     f"the bus has waited {HELD_BACK_S:g} s for peer {number} (process {process}) to read; "
                     "a peer that only sends shuts its reading side"
@@ -249,7 +251,7 @@ class Watch:
     @property
     def _epochs(self) -> int:
         """Epochs on record."""
-        return self.lines[0].epochs
+        return self.sessions[0].epochs
 
     def outcome(self, failure: str, interrupted: bool) -> Outcome:
         figures = self.master.figures()
@@ -259,7 +261,7 @@ class Watch:
             wall_s=figures.wall_s or time.perf_counter() - self.begun,
             latency_p50_s=figures.latency_p50_s,
             latency_p99_s=figures.latency_p99_s,
-            frames_sent=sum(line.sequencer.declared for line in self.lines) or None,
+            frames_sent=sum(session.sequencer.declared for session in self.sessions) or None,
             interrupted=interrupted,
             failure=failure,
             latency_histogram=figures.latency_histogram,

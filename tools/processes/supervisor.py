@@ -1,4 +1,4 @@
-"""Emulator and flight software as processes on buses, and whoever watches over them.
+"""Emulator and flight software as processes on buses, and their supervision.
 
 The supervisor owns the embedded buses' hubs (or listens on a foreign bus) and starts what is to be started on
 either side, ours or somebody else's. `tools.processes.supervision` has its rounds.
@@ -12,21 +12,21 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.tools.live.display import Display
-from gnss_hil.tools.processes.bus_session import Line
-from gnss_hil.tools.processes.bus_tap import Ear, embedded_bus, foreign_bus
+from gnss_hil.tools.processes.bus_session import BusSession
+from gnss_hil.tools.processes.bus_tap import BusTap, embedded_bus, foreign_bus
 from gnss_hil.tools.processes.children import (
     Child,
     StatusReader,
+    bus_environment,
     emulator_command,
     flight_command,
+    run_environment,
     start,
-    told_of_bus,
-    told_of_run,
 )
 from gnss_hil.tools.processes.outcome import Outcome
-from gnss_hil.tools.processes.supervision import ReportingMaster, Watch, WatchedMaster
+from gnss_hil.tools.processes.supervision import ReportingMaster, Supervision, WatchedMaster
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import SCENARIO, RunFolder, vehicle_name
 from gnss_hil.tools.recording.sequence import Sequencer
@@ -44,9 +44,9 @@ def play(
 ) -> Outcome:
     """A run of processes; an error if it could not begin."""
     watched, time = config.emulator != OURS, plan.scenario.time
-    lines = [
-        Line(
-            number=number, codec=codec, ear=Ear(),
+    sessions = [
+        BusSession(
+            number=number, codec=codec, tap=BusTap(),
             sequencer=Sequencer(codec, config.pace == "lockstep"),
             recorder=recorder, display=display, watched=watched,
             end_ns=time.epochs * time.interval_ns, interval_ns=time.interval_ns,
@@ -54,32 +54,34 @@ def play(
         for number, codec in enumerate(plan.codecs)
     ]  # fmt: skip
     with ExitStack() as stack:
-        private = stack.enter_context(PrivateFolder())
+        runtime_dir = stack.enter_context(RuntimeDir())
         specs = {
-            name: stack.enter_context(_way(config.bus, private / f"can{line.number}", line.ear))
-            for name, line in zip(plan.names, lines, strict=True)
+            name: stack.enter_context(_way(config.bus, runtime_dir / f"can{session.number}", session.tap))
+            for name, session in zip(plan.names, sessions, strict=True)
         }
-        crew = _Crew(plan, config, folder, private, specs, display, stack)
+        processes = _Processes(plan, config, folder, runtime_dir, specs, display, stack)
         if watched:
-            master = WatchedMaster(crew.other_emulators(), lines, time.epochs)
+            master = WatchedMaster(processes.other_emulators(), sessions, time.epochs)
         else:
-            master = ReportingMaster(*crew.our_emulator())
-        watch = Watch(lines, display, master, crew.flights(), config.pace == "lockstep")
-        failure = watch.until_over(stop)
-        return watch.outcome(failure, interrupted=stop())
+            master = ReportingMaster(*processes.our_emulator())
+        supervision = Supervision(sessions, display, master, processes.flights(), config.pace == "lockstep")
+        failure = supervision.until_over(stop)
+        return supervision.outcome(failure, interrupted=stop())
 
 
 @contextmanager
-def _way(bus: str, private: Path, ear: Ear) -> Iterator[str]:
+def _way(bus: str, runtime_dir: Path, tap: BusTap) -> Iterator[str]:
     """A craft's bus, ours or a foreign one, for as long as the context lasts; its specification."""
     interface, _, path = bus.partition(":")
     with (
-        embedded_bus(Path(path or private), ear) if interface == "embedded" else foreign_bus(bus, ear) as way
+        embedded_bus(Path(path or runtime_dir), tap)
+        if interface == "embedded"
+        else foreign_bus(bus, tap) as way
     ):
         yield way
 
 
-class _Crew:
+class _Processes:
     """Starts the processes of a run; whoever is still there when `stack` closes is sent away."""
 
     def __init__(
@@ -87,20 +89,20 @@ class _Crew:
         plan: Plan,
         config: RunConfig,
         folder: RunFolder,
-        private: Path,
+        runtime_dir: Path,
         specs: Mapping[str, str],
         display: Display,
         stack: ExitStack,
     ):
         self._plan, self._config, self._folder = plan, config, folder
-        self._private, self._specs, self._display, self._stack = private, specs, display, stack
+        self._runtime_dir, self._specs, self._display, self._stack = runtime_dir, specs, display, stack
 
     def our_emulator(self) -> tuple[Child, StatusReader]:
         """One process for all craft, which reports to us."""
         reading, writing = os.pipe()
         self._stack.callback(os.close, reading)
         command = emulator_command(self._plan, self._config, self._folder, self._specs, writing)
-        child = start("emulator", command, self._private / "emulator", pass_fds=(writing,))
+        child = start("emulator", command, self._runtime_dir / "emulator", pass_fds=(writing,))
         os.close(writing)
         self._stack.callback(child.leave)
         return child, StatusReader(reading)
@@ -108,7 +110,7 @@ class _Crew:
     def other_emulators(self) -> list[Child]:
         """One process for each craft, unless somebody starts them."""
         scenario = self._folder / SCENARIO
-        told = told_of_run(self._plan, scenario, self._config.pace)
+        told = run_environment(self._plan, scenario, self._config.pace)
         return self._others("emulator", self._config.emulator, told, f"scenario file {scenario}, ")
 
     def flights(self) -> list[Child]:
@@ -118,7 +120,7 @@ class _Crew:
         children = []
         for i, (name, spec) in enumerate(self._specs.items()):
             command = flight_command(self._plan, self._vehicle(i), i, spec)
-            child = start(f"flight software of {name}", command, self._private / f"flight-{i}")
+            child = start(f"flight software of {name}", command, self._runtime_dir / f"flight-{i}")
             self._stack.callback(child.leave)
             children.append(child)
         return children
@@ -132,7 +134,7 @@ class _Crew:
                 files = f"{also}vehicle file {vehicle}"
                 self._display.note(f"waiting for the {role} of {name} on {spec}, {files}")
                 continue
-            environment = {**told_of_bus(spec, vehicle, name), **told}
+            environment = {**bus_environment(spec, vehicle, name), **told}
             child = start(f"{role} of {name}", shlex.split(command), None, environment)
             self._stack.callback(child.leave)
             children.append(child)

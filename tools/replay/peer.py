@@ -11,11 +11,11 @@ from pathlib import Path
 
 from gnss_hil.dbc.bus.base import Link, LinkClosed, LinkError, NotYet, is_shared, open_link
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.probe import occupied
+from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.tools.common.errors import Failed, Mistake
 from gnss_hil.tools.processes.bus_tap import LISTEN_S
-from gnss_hil.tools.processes.children import LEAVE_S, Child, start, told_of_bus
+from gnss_hil.tools.processes.children import LEAVE_S, Child, bus_environment, start
 from gnss_hil.tools.recording.run_folder import SCENARIO
 from gnss_hil.tools.replay.source import Source, scenario_of
 
@@ -24,16 +24,16 @@ FAREWELL_S = 1.0
 
 
 @contextmanager
-def bus(spec: str, private: Path, note: Callable[[str], None]) -> Iterator[str]:
+def bus(spec: str, runtime_dir: Path, note: Callable[[str], None]) -> Iterator[str]:
     """A bus to replay on; its specification.
 
-    embedded            a private hub
+    embedded            a runtime_dir hub
     embedded:PATH       the bench that serves PATH, else a hub of our own there
     INTERFACE:CHANNEL   as everywhere
     """
     if spec == "embedded":
-        with Hub(private / "can0"):
-            yield f"embedded:{private / 'can0'}"
+        with Hub(runtime_dir / "can0"):
+            yield f"embedded:{runtime_dir / 'can0'}"
     elif served(spec):
         yield spec
     else:
@@ -56,7 +56,7 @@ def joined(spec: str, codec: Codec, played: set[str]) -> Iterator[Link]:
     """A link on a bus on which the nodes that will be played are silent."""
     link = open_link(spec)
     try:
-        heard = occupied(link, codec, played, LISTEN_S) if is_shared(spec) else set()
+        heard = senders_heard(link, codec, played, LISTEN_S) if is_shared(spec) else set()
         if heard:
             raise LinkError(f"bus '{spec}': {', '.join(sorted(heard))} of another bench can be heard there")
         yield link
@@ -155,7 +155,7 @@ def emulator_command(source: Source, spec: str, wait_s: float) -> list[str]:
 
 def environment_of(source: Source, spec: str, of_run: bool) -> dict[str, str]:
     """Additions to the environment of a third party's software."""
-    words = told_of_bus(spec, need_vehicle(source), source.craft)
+    words = bus_environment(spec, need_vehicle(source), source.craft)
     if of_run:
         words["GNSS_HIL_SCENARIO"] = str(need_scenario(source).absolute())
         words["GNSS_HIL_PACE"] = "lockstep"

@@ -16,9 +16,9 @@ from gnss_hil.dbc.bus.base import Link
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
-from gnss_hil.dbc.lockstep.master_loop import SLICE_S, Bus, Conductor, MissingNodes, Tally
-from gnss_hil.dbc.lockstep.slave import Follower
-from gnss_hil.dbc.lockstep.slave_loop import follow
+from gnss_hil.dbc.lockstep.master_loop import SLICE_S, Bus, MasterLoop, MissingNodes, Tally
+from gnss_hil.dbc.lockstep.slave import Slave
+from gnss_hil.dbc.lockstep.slave_loop import run_slave
 from gnss_hil.flightsw.io import encode
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.decoder.block import of_frames
@@ -78,7 +78,7 @@ def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, s
     """The recorded run as the master of time."""
     session = how.session
     number = recorded.session if session is None else session
-    conductor = Conductor(
+    master = MasterLoop(
         {recorded.bus: Bus(link, recorded.codec)},
         number,
         how.pace,
@@ -87,16 +87,16 @@ def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, s
         stop=stop,
     )
     try:
-        conductor.assemble((FLIGHT_NODE,) if how.required else (), how.wait_s)
+        master.assemble((FLIGHT_NODE,) if how.required else (), how.wait_s)
     except MissingNodes as error:
         raise Failed(str(error)) from None
-    played = Played(Comparison(recorded.codec, exact=how.pace is None), tally=conductor.tally)
+    played = Played(Comparison(recorded.codec, exact=how.pace is None), tally=master.tally)
     begun_s = time.perf_counter()
     for epoch in recorded.epochs():
         if stop():
             break
         block = epoch.emulator if session is None else with_session(recorded.codec, epoch.emulator, session)
-        answer = conductor.play(epoch.number, {recorded.bus: block})[recorded.bus]
+        answer = master.play(epoch.number, {recorded.bus: block})[recorded.bus]
         if len(answer) or not stop():
             played.comparison.add(epoch.number, epoch.flight, answer)
         played.count(sent=block, heard=answer)
@@ -104,7 +104,7 @@ def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, s
     else:
         played.complete = True
     played.wall_s = time.perf_counter() - begun_s
-    conductor.end(played.epochs, "COMPLETED" if played.complete else "INTERRUPTED")
+    master.end(played.epochs, "COMPLETED" if played.complete else "INTERRUPTED")
     return played
 
 
@@ -123,9 +123,9 @@ def play_flight(recorded: RecordedRun, link: Link, keep: Keep, stop: Stop) -> Pl
         keep(number, block, epoch.flight)
         return epoch.flight
 
-    journey = follow(link, Follower(recorded.codec), _greeting(recorded), play, stop, once=True)
+    progress = run_slave(link, Slave(recorded.codec), _greeting(recorded), play, stop, once=True)
     played.wall_s = time.perf_counter() - begun_s[0] if begun_s else 0.0
-    played.complete = journey.runs_ended > 0
+    played.complete = progress.runs_ended > 0
     return played
 
 

@@ -19,7 +19,7 @@ Stop = Callable[[], bool]
 
 
 def play(
-    config: ReplayConfig, source: Source, spec: str, private: Path, say: Say, stop: Stop
+    config: ReplayConfig, source: Source, spec: str, runtime_dir: Path, say: Say, stop: Stop
 ) -> tuple[players.Played, RunFolder | None]:
     """Plays a recording; with --report the folder that holds the recording."""
     senders = set(source.recorded.codec.sender_of) - {""}
@@ -28,7 +28,7 @@ def play(
         if config.only is None:
             pace = parse_pace(config.pace or "realtime") or 1.0
             return players.play_all(source.recorded, link, pace, stop), None
-        with _other_side(config, source, spec, private / "words", say) as other:
+        with _other_side(config, source, spec, runtime_dir / "words", say) as other:
             return _against(config, source, link, other, stop)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, batch, concat
 from gnss_hil.dbc.lockstep import messages
-from gnss_hil.dbc.lockstep.slave import Follower, Task
+from gnss_hil.dbc.lockstep.slave import Slave, Task
 from tests.support.lockstep_frames import (
     CODEC,
     SESSION,
@@ -27,12 +27,12 @@ from tests.support.lockstep_frames import (
 pytestmark = pytest.mark.verifies(what="Lockstep: barrier, epochs, repetitions, both sides")
 
 
-def play(follower: Follower, *pieces: FrameBatch, now_s: float = 0.0) -> list:
+def play(slave: Slave, *pieces: FrameBatch, now_s: float = 0.0) -> list:
     """Hears the pieces and does the work; what was done, as (task, block, fresh, sent)."""
     did = []
     for piece in pieces:
-        for work in follower.hear(piece, now_s):
-            sent = follower.answer(navigation(len(did))) if work.task is Task.STEP else work.block
+        for work in slave.hear(piece, now_s):
+            sent = slave.answer(navigation(len(did))) if work.task is Task.STEP else work.block
             did.append((work.task, work.block, work.fresh, sent))
     return did
 
@@ -42,12 +42,12 @@ def tasks(did) -> list[Task]:
 
 
 def test_an_epoch_is_everything_from_mark_to_sync():
-    follower = Follower(CODEC)
-    did = play(follower, heartbeat(), block(0), sync(0, 6))
+    slave = Slave(CODEC)
+    did = play(slave, heartbeat(), block(0), sync(0, 6))
     assert did == [(Task.STEP, block(0), True, concat((navigation(0), done(0, 3))))]
-    did = play(follower, concat((block(1), sync(1, 6))))
+    did = play(slave, concat((block(1), sync(1, 6))))
     assert did == [(Task.STEP, block(1), False, concat((navigation(0), done(1, 3))))]
-    assert follower.lost == 0
+    assert slave.lost == 0
 
 
 @given(st.lists(st.integers(0, 60), max_size=12))
@@ -55,7 +55,7 @@ def test_how_the_stream_is_chopped_makes_no_difference(cuts):
     stream = concat([piece for k in range(6) for piece in (block(k), sync(k, 6))] + [_end()])
     edges = [0, *sorted(c for c in cuts if c <= len(stream)), len(stream)]
     pieces = [stream[a:b] for a, b in pairwise(edges)]
-    assert play(Follower(CODEC), *pieces) == play(Follower(CODEC), stream)
+    assert play(Slave(CODEC), *pieces) == play(Slave(CODEC), stream)
 
 
 def _end():
@@ -63,59 +63,59 @@ def _end():
 
 
 def test_a_repeated_sync_gets_the_same_answer():
-    follower = Follower(CODEC)
-    first, again = play(follower, block(3), sync(3, 6), sync(3, 6))
+    slave = Slave(CODEC)
+    first, again = play(slave, block(3), sync(3, 6), sync(3, 6))
     assert again == (Task.REPEAT, first[3], False, first[3])
-    (after,) = play(follower, block(4), sync(4, 6))
+    (after,) = play(slave, block(4), sync(4, 6))
     assert after[:3] == (Task.STEP, block(4), False)
 
 
 def test_strays_between_answer_and_repeated_sync_wait_for_the_next_epoch():
-    follower = Follower(CODEC)
+    slave = Slave(CODEC)
     stray = batch([0x555], b"x")
-    did = play(follower, block(3), sync(3, 6), stray, sync(3, 6), block(4), sync(4, 6))
+    did = play(slave, block(3), sync(3, 6), stray, sync(3, 6), block(4), sync(4, 6))
     assert tasks(did) == [Task.STEP, Task.REPEAT, Task.STEP]
     assert did[2][1] == concat((stray, block(4)))
 
 
 def test_syncs_of_past_epochs_are_ignored():
-    follower = Follower(CODEC)
-    assert tasks(play(follower, block(3), sync(3, 6), sync(2, 6))) == [Task.STEP]
+    slave = Slave(CODEC)
+    assert tasks(play(slave, block(3), sync(3, 6), sync(2, 6))) == [Task.STEP]
 
 
 def test_nothing_happens_before_the_first_mark():
-    follower = Follower(CODEC)
-    assert play(follower, measurements(4), sync(3, 9)) == []
-    assert not follower.running
-    (work,) = play(follower, block(4), sync(4, 6))
+    slave = Slave(CODEC)
+    assert play(slave, measurements(4), sync(3, 9)) == []
+    assert not slave.running
+    (work,) = play(slave, block(4), sync(4, 6))
     assert work[1] == block(4)
 
 
 def test_an_epoch_whose_mark_was_lost_is_still_answered():
-    follower = Follower(CODEC)
-    play(follower, block(0), sync(0, 6))
-    (work,) = play(follower, measurements(5), sync(1, 6))
+    slave = Slave(CODEC)
+    play(slave, block(0), sync(0, 6))
+    (work,) = play(slave, measurements(5), sync(1, 6))
     assert work[:3] == (Task.STEP, measurements(5), False)
-    assert follower.lost == 1
-    (work,) = play(follower, sync(2, 6))  # nothing of it arrived
+    assert slave.lost == 1
+    (work,) = play(slave, sync(2, 6))  # nothing of it arrived
     assert work[1] == EMPTY
-    assert follower.lost == 7
+    assert slave.lost == 7
 
 
 def test_a_repeated_or_replayed_mark_does_not_cut_an_epoch():
-    follower = Follower(CODEC)
-    play(follower, block(5), sync(5, 6))
+    slave = Slave(CODEC)
+    play(slave, block(5), sync(5, 6))
     heard = concat((mark(6), measurements(2), mark(6), mark(3), measurements(1)))
-    (work,) = play(follower, heard, sync(6, 6))
+    (work,) = play(slave, heard, sync(6, 6))
     assert work[1] == heard
 
 
 def test_a_corrupted_mark_names_no_new_run():
-    follower = Follower(CODEC)
-    play(follower, block(5), sync(5, 6))
+    slave = Slave(CODEC)
+    play(slave, block(5), sync(5, 6))
     corrupted = mark(6, session=99)
     corrupted.data[0, 0] ^= 0x40
-    (work,) = play(follower, corrupted, measurements(3), sync(6, 4))
+    (work,) = play(slave, corrupted, measurements(3), sync(6, 4))
     assert work[2] is False and len(work[1]) == 4
 
 
@@ -124,48 +124,48 @@ def test_a_corrupted_mark_names_no_new_run():
 )
 def test_a_new_run_starts_fresh(session, epoch):
     """A new session, or the same one going back: the emulator was started again."""
-    follower = Follower(CODEC)
-    play(follower, block(3), sync(3, 6), block(4), sync(4, 6))
-    (work,) = play(follower, block(epoch, session=session), sync(epoch, 6, session))
+    slave = Slave(CODEC)
+    play(slave, block(3), sync(3, 6), block(4), sync(4, 6))
+    (work,) = play(slave, block(epoch, session=session), sync(epoch, 6, session))
     assert work[2] is True
     assert work[3][len(work[3]) - 1] == done(epoch, 3, session)
 
 
 def test_the_end_is_told_once_and_the_node_waits_again():
-    follower = Follower(CODEC)
-    assert tasks(play(follower, block(0), sync(0, 6), _end(), _end())) == [Task.STEP, Task.END]
-    assert not follower.running
-    (work,) = play(follower, block(0), sync(0, 6))
+    slave = Slave(CODEC)
+    assert tasks(play(slave, block(0), sync(0, 6), _end(), _end())) == [Task.STEP, Task.END]
+    assert not slave.running
+    (work,) = play(slave, block(0), sync(0, 6))
     assert work[2] is True
 
 
 def test_without_sync_the_next_mark_ends_the_epoch_and_no_done_is_sent():
-    follower = Follower(CODEC)
-    did = play(follower, block(0), block(1), mark(2))
+    slave = Slave(CODEC)
+    did = play(slave, block(0), block(1), mark(2))
     assert [work[1] for work in did] == [block(0), block(1)]
     assert [work[2] for work in did] == [True, False]
     assert all(work[3] == navigation(k) for k, work in enumerate(did))
 
 
 def test_without_sync_silence_ends_the_epoch_from_the_second_on():
-    follower = Follower(CODEC, quiet_s=0.02, deadline_s=0.5)
-    play(follower, block(0), statuses(), now_s=10.0)
-    assert follower.due_s() is None
-    play(follower, block(1), now_s=11.0)
-    assert follower.due_s() == 11.5  # not all receivers have closed
-    play(follower, statuses(), now_s=11.1)
-    assert follower.due_s() == pytest.approx(11.12)
-    assert list(follower.expire(11.11)) == []
-    (work,) = follower.expire(11.12)
+    slave = Slave(CODEC, quiet_s=0.02, deadline_s=0.5)
+    play(slave, block(0), statuses(), now_s=10.0)
+    assert slave.due_s() is None
+    play(slave, block(1), now_s=11.0)
+    assert slave.due_s() == 11.5  # not all receivers have closed
+    play(slave, statuses(), now_s=11.1)
+    assert slave.due_s() == pytest.approx(11.12)
+    assert list(slave.expire(11.11)) == []
+    (work,) = slave.expire(11.12)
     assert work.block == concat((block(1), statuses()))
-    assert follower.due_s() is None
-    play(follower, block(2), now_s=12.0)
-    (work,) = follower.expire(12.5)
+    assert slave.due_s() is None
+    play(slave, block(2), now_s=12.0)
+    (work,) = slave.expire(12.5)
     assert work.block == block(2)
 
 
 def test_where_sync_is_sent_silence_ends_nothing():
-    follower = Follower(CODEC)
-    play(follower, block(0), sync(0, 6), block(1), statuses(), now_s=1.0)
-    assert follower.due_s() is None
-    assert list(follower.expire(1e9)) == []
+    slave = Slave(CODEC)
+    play(slave, block(0), sync(0, 6), block(1), statuses(), now_s=1.0)
+    assert slave.due_s() is None
+    assert list(slave.expire(1e9)) == []

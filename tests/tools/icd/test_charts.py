@@ -9,7 +9,7 @@ import pytest
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.master import Barrier, Exchange
-from gnss_hil.dbc.lockstep.slave import Follower, Task
+from gnss_hil.dbc.lockstep.slave import Slave, Task
 from gnss_hil.tools.icd.charts import CHARTS, COMMAND, EMULATOR, FLIGHT, LOST_SYNC, RESTART, START
 from gnss_hil.tools.icd.sequence import Chart, Sent
 from tests.support import lockstep_frames
@@ -61,15 +61,15 @@ def drawn_answers(chart: Chart) -> list[tuple[str, int, int]]:
 
 def played_answers(chart: Chart) -> tuple[list[tuple[str, int, int]], list[Task]]:
     """What a flight node answers to what is drawn of the emulator."""
-    follower, answers, tasks = Follower(CODEC), [], []
+    slave, answers, tasks = Slave(CODEC), [], []
     for sent in chart.arrows:
         if sent.by != EMULATOR or sent.lost:
             continue
-        for work in follower.hear(of_emulator(chart, sent), 0.0):
+        for work in slave.hear(of_emulator(chart, sent), 0.0):
             tasks.append(work.task)
             frames = work.block
             if work.task is Task.STEP:
-                frames = follower.answer(lockstep_frames.navigation(1))
+                frames = slave.answer(lockstep_frames.navigation(1))
             spoken = [messages.decode(frames, row) for row in messages.rows(frames)]
             answers += [
                 ("DONE", said.session, said.epoch) for said in spoken if said.can_id == messages.DONE_ID
@@ -118,12 +118,12 @@ def test_the_barrier_opens_at_the_heartbeat_drawn():
 
 
 def test_a_new_session_starts_from_nothing():
-    follower, fresh = Follower(CODEC), []
+    slave, fresh = Slave(CODEC), []
     for sent in RESTART.arrows:
         if sent.by == EMULATOR:
-            for work in follower.hear(of_emulator(RESTART, sent), 0.0):
+            for work in slave.hear(of_emulator(RESTART, sent), 0.0):
                 fresh.append(work.fresh)
-                follower.answer(lockstep_frames.navigation(1))
+                slave.answer(lockstep_frames.navigation(1))
     assert fresh == [True, True]
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from gnss_hil.dbc.bus.base import open_link
 from gnss_hil.dbc.bus.hub import Hub
-from gnss_hil.dbc.bus.runtime_dir import PrivateFolder, parent_folder
+from gnss_hil.dbc.bus.open_link import open_link
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir, parent_folder
 from gnss_hil.dbc.contract.frames import batch
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.command_line.main import main
@@ -29,7 +29,7 @@ from tests.support.waiting import ended, pause, until
 @contextmanager
 def bus():
     """A bus of ours: hub, specification, and a sender on it."""
-    with PrivateFolder() as folder, Hub(folder / "can0") as hub:
+    with RuntimeDir() as folder, Hub(folder / "can0") as hub:
         spec = f"embedded:{folder / 'can0'}"
         link = open_link(spec)
         yield hub, spec, link
@@ -220,7 +220,7 @@ def test_a_mistake_is_one_line(capsys, arguments, status, says):
 
 
 def test_which_bus_is_asked_when_there_are_several(capsys):
-    with PrivateFolder() as first, PrivateFolder() as second:
+    with RuntimeDir() as first, RuntimeDir() as second:
         with Hub(first / "can0"), Hub(second / "can0"):
             assert main(["monitor"]) == 2
             line = capsys.readouterr().err
