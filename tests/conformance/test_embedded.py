@@ -277,6 +277,7 @@ def test_a_sender_held_back_may_give_up(hub):
 )
 @pytest.mark.verifies(
     "dbc/bus/base.py",
+    "dbc/bus/open_link.py",
     "dbc/bus/inline.py",
     "dbc/bus/embedded.py",
     "dbc/bus/hub.py",

@@ -12,6 +12,12 @@ from gnss_hil.tools.report.decimate import BUCKETS
 from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.parquet import Labelled
 
+pytestmark = pytest.mark.verifies(
+    "tools/report/channels.py",
+    what="Report: what is drawn of channels",
+    by="polars on the same table",
+    status="validated",
+)
 MARKS_NS = np.arange(0, 3 * BUCKETS) * 500_000_000 + 1_035_677_736_000_000_123
 INSTANTS = np.array([3, 70, 71, 1000])
 AXES = [f"sv_{v}{a}_ecef_m{p}" for v, p in (("", ""), ("v", "ps")) for a in "xyz"]

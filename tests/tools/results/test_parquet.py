@@ -11,6 +11,12 @@ from hypothesis import strategies as st
 from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.parquet import Damaged, Labelled
 
+pytestmark = pytest.mark.verifies(
+    "tools/results/parquet.py",
+    what="Columns to and from Parquet",
+    by="polars reads what is written, and writes what is read",
+    status="validated",
+)
 COLUMNS = {
     "craft": Labelled(np.array([0, 1, 1], np.uint8), ("a", "b")),
     "t_gps_s": np.array([1035677736.25, 1035677737.25, 1035677738.25]),
