@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from gnss_hil.dbc.bus.base import Link, LinkClosed, LinkError, NotYet, is_shared, open_link
+from gnss_hil.dbc.bus.base import Link, LinkClosed, LinkError, NotYet
 from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.open_link import is_shared, open_link
 from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.tools.common.errors import Failed, Mistake
