@@ -9,6 +9,7 @@ pytestmark = [
     pytest.mark.verifies(what="Scenario files"),
     pytest.mark.verifies(
         "emulator/orbits/motion.py",
+        "emulator/attitude/turning.py",
         "emulator/config/named_files.py",
         what="Motion of a craft, files a scenario names",
         by="choice of the reader",

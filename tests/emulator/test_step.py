@@ -71,7 +71,9 @@ def quiet():
 
 
 @pytest.mark.verifies(
-    "emulator/assemble.py",
+    "emulator/assemble/world.py",
+    "emulator/assemble/shared.py",
+    "emulator/assemble/emulated.py",
     "emulator/state.py",
     "emulator/receivers/base.py",
     "emulator/environment/block.py",

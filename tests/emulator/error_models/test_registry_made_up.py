@@ -12,7 +12,7 @@ import pytest
 @pytest.fixture(scope="module")
 def shown():
     command = [sys.executable, "-m", "tests.support.made_up_models"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
