@@ -1,6 +1,6 @@
 """Kinds of TOML files that ship with the bench or are given by path: vehicles, structures, scenarios.
 
-What is wrong with a file is told in one line a fault, as the kind's own exception.
+What is wrong with a file is reported in one line a fault, as the kind's own exception.
 """
 
 from __future__ import annotations

@@ -98,5 +98,5 @@ def first_column(of: Callable[[Signal], Any], missing: Any) -> NDArray:
 
 
 def has_frequency_numbers() -> NDArray[np.bool_]:
-    """(8,) by system: whether satellites have carriers of their own, told apart by a frequency number."""
+    """(8,) by system: whether satellites have carriers of their own, by frequency number."""
     return first_column(lambda signal: signal.spacing_hz != 0, False)

@@ -1,1 +1,1 @@
-"""What is said on the bus: messages, the DBC made from them, codec, frames and their protection."""
+"""The bus contract: messages, the DBC made from them, codec, frames and their protection."""

@@ -102,10 +102,10 @@ class Sky(_of_each_system()):
     orbits             SP3 files that are flown while satellites report what gps and glonass say; without
                        them what they report is the truth
     reports            "broadcast": satellites are, for receivers, where gps and glonass say; "orbits": where
-                       `orbits` do, and gps and glonass tell issue, health and group delay alone
+                       `orbits` do, and gps and glonass give issue, health and group delay alone
     almanac            files (YUMA, SEM, AGL) that receivers know untracked satellites by; without them they
                        know the sky itself. Weeks of GPS are those nearest to the start of the run
-    *_offset_ns        what no message tells: positive lengthens the system's pseudoranges, that is its time
+    *_offset_ns        in no message: positive lengthens the system's pseudoranges, that is its time
                        behind GPS (a signal sent at GPS time t is stamped earlier than t)
     ray_height_km      a ray that passes the Earth lower than this counts as hidden
     """

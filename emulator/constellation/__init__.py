@@ -1,1 +1,1 @@
-"""The navigation satellites: where they are, what they report, who transmits how."""
+"""The navigation satellites: where they are, what they report, how they transmit."""

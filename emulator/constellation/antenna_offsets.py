@@ -1,7 +1,7 @@
 """Which satellite had which number when, and where its antenna's phase centre is: tables, nothing else.
 
 Offsets belong to the ionosphere-free combination of L1 and L2, to which precise clocks refer; those of L1
-alone differ by centimetres to decimetres that no source here tells. Orbits, clocks and offsets of a product
+alone differ by centimetres to decimetres that no source here has. Orbits, clocks and offsets of a product
 belong together: where the model of the International GNSS Service changed, rows say from when.
 
 Sources

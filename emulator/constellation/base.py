@@ -1,4 +1,4 @@
-"""What every constellation answers to, however its ephemerides came."""
+"""The protocol of every constellation, whatever its ephemerides."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Broadcast:
-    """What satellites say of themselves in some segments of time; (s, n) each.
+    """What satellites broadcast in some segments of time; (s, n) each.
 
     available  an ephemeris is valid
     healthy    as broadcast

@@ -1,4 +1,4 @@
-"""Blocks of satellites: which antenna they carry, how strong they are, who belongs to which and when."""
+"""Blocks of satellites: antennas, powers, and which satellite belongs to which block when."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ BLOCKS = table(
 )  # fmt: skip
 NAMES = tuple(BLOCKS)
 NO_BLOCK = len(NAMES)
-"""Row of satellites of which nothing is known."""
+"""Row of satellites of unknown blocks."""
 
 PANELS = {
     "iia": "gps-iia", "iir": "gps-iir", "iirm": "gps-iir-improved", "iif": "gps-iif", "iii": "gps-iii",

@@ -44,8 +44,8 @@ def records(constellation: Constellation, stretch: Stretch, wgs84: bool = True) 
 def _in_use(constellation: Constellation, stretch: Stretch) -> NDArray[np.int64]:
     """Rows of the ephemerides that hold in some minute of the stretch."""
     minutes_ns = np.arange(stretch.begin_ns, stretch.end_ns + _MINUTE_NS, _MINUTE_NS)
-    _, _, said = constellation.sample(minutes_ns, np.zeros(1))
-    return np.unique(said.ephemeris[said.available])
+    _, _, broadcast = constellation.sample(minutes_ns, np.zeros(1))
+    return np.unique(broadcast.ephemeris[broadcast.available])
 
 
 def _broadcast_gps(constellation: GpsConstellation, stretch: Stretch, wgs84: bool) -> Records:
@@ -74,8 +74,8 @@ def _broadcast_glonass(constellation: GlonassConstellation, stretch: Stretch, wg
 def in_wgs84(state: Array, extra: Array, datum: NDArray[np.int64]) -> tuple[Array, Array]:
     """States (m, 6) and luni-solar accelerations (m, 3) of records as those of the same motions in WGS-84.
 
-    Whoever integrates the new state has the Earth in the new origin: what that shift changes of its pull
-    goes to the extra acceleration.
+    Integrated, the new state has the Earth in the new origin: what that shift changes of its pull goes to the
+    extra acceleration.
     """
     origin = to_wgs84(np.zeros((len(state), 3)), datum)
     velocity, acceleration = (

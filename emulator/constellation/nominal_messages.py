@@ -33,7 +33,7 @@ _URA_M = 2.0
 
 _NODES = 21
 _SHORTEST_ARC_S = 120.0
-"""A shorter arc does not tell nine parameters apart."""
+"""A shorter arc does not separate nine parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def gps_records(c: NominalConstellation, stretch: Stretch, wgs84: bool) -> Recor
     age_s = (toe_ns - c.epoch_ns) / gpstime.NS_PER_S
     toe_s = toe_ns % gpstime.NS_PER_WEEK / gpstime.NS_PER_S
     offset_s, rate = (np.tile(v, times) for v in c.clocks)
-    issue = toe_ns % gpstime.NS_PER_WEEK // _GPS_SPACING_NS  # programs tell records apart by it
+    issue = toe_ns % gpstime.NS_PER_WEEK // _GPS_SPACING_NS  # programs distinguish records by it
     known = {
         "af0": offset_s + rate * age_s,
         "af1": rate,

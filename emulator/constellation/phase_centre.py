@@ -1,6 +1,6 @@
 """From a satellite's centre of mass to the phase centre of its transmitting antenna.
 
-Precise orbits tell the one, broadcast orbits and pseudoranges belong to the other.
+Precise orbits are of the one, broadcast orbits and pseudoranges belong to the other.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def antenna_m(pos_m: Array, sun_m: Array, offset_m: Array) -> Array:
 
 
 def offsets_m(day: date) -> Array:
-    """Phase centres (SATELLITES, 3) [m] by satellite index, in the satellite's axes; nan where nobody tells.
+    """Phase centres (SATELLITES, 3) [m] by satellite index, in the satellite's axes; nan where it is unknown.
 
     Sources: `antenna_offsets`
     """

@@ -1,4 +1,4 @@
-"""Precise orbits and clocks, between the instants at which a product tells them.
+"""Precise orbits and clocks, between the epochs of a product.
 
 Positions are interpolated by a polynomial through POINTS instants, in axes that do not turn with the Earth
 while they are; clocks by a line between two. Nothing is interpolated across a gap.
@@ -84,8 +84,8 @@ class PreciseOrbits:
         returns     (s, k, n, 3) antenna phase centres [m], ECEF axes of each node's instant;
                     (s, k, n) clocks [m], to be added to an ionosphere-free pseudorange: c times the clock
                     plus its periodic relativity, -2 r.v / c^2;
-                    (s, n) whether both are told around a middle, or as far as half a segment beyond the last
-                    instant. Where they are not, numbers are finite and without meaning.
+                    (s, n) whether the product has both around a middle, or as far as half a segment beyond
+                    the last instant. Where they are not, numbers are finite and without meaning.
         Source of the relativity: IS-GPS-200, 20.3.3.3.3.1
         """
         before = np.clip((middles_ns - self.start_ns) // self.step_ns, 0, len(self.pos_ecef_m) - 2)
@@ -109,14 +109,14 @@ class PreciseOrbits:
     def _interpolated(self, middles_ns, nodes_s, window, held) -> tuple[Array, Array]:
         """Positions and velocities (s, k, n, 3) in the axes that ECEF has in the middle of each segment."""
         rows = window[..., None] + np.arange(POINTS)
-        told_m = self.pos_ecef_m[
+        given_m = self.pos_ecef_m[
             np.minimum(rows, len(self.pos_ecef_m) - 1), np.arange(len(self.index))[:, None]
         ]
-        told_m = np.where(held[..., None, None], told_m, _ANYWHERE_M)
-        told_s = (self.start_ns + rows * self.step_ns - middles_ns[:, None, None]) / gpstime.NS_PER_S
-        still_m = eci_to_ecef(told_m, -ROTATION_RPS * told_s)
+        given_m = np.where(held[..., None, None], given_m, _ANYWHERE_M)
+        given_s = (self.start_ns + rows * self.step_ns - middles_ns[:, None, None]) / gpstime.NS_PER_S
+        still_m = eci_to_ecef(given_m, -ROTATION_RPS * given_s)
         half_s = (POINTS - 1) * self.step_ns / gpstime.NS_PER_S / 2
-        x = (nodes_s[:, None] - told_s[:, None, :, 0]) / half_s - 1
+        x = (nodes_s[:, None] - given_s[:, None, :, 0]) / half_s - 1
         value, slope = weights(np.where(held[:, None], x, 0.0), POINTS)
         return (
             np.einsum("sknp,snpj->sknj", value, still_m),

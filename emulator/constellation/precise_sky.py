@@ -52,8 +52,8 @@ class PreciseConstellation:
         # Numbers without meaning are finite, as a constellation promises.
         positions = np.where(there[:, None, :, None], positions, 2.6e7)
         clocks = np.where(there[:, None], clocks, 0.0)
-        said = Broadcast(there, np.ones_like(there), zeros, zeros, zeros, zeros, np.zeros(there.shape))
-        return positions, clocks, said
+        broadcast = Broadcast(there, np.ones_like(there), zeros, zeros, zeros, zeros, np.zeros(there.shape))
+        return positions, clocks, broadcast
 
 
 def constellation(orbits: PreciseOrbits, system: int) -> PreciseConstellation:

@@ -1,4 +1,4 @@
-"""The navigation satellites above: where they are, what their clocks show, what they say of themselves.
+"""The navigation satellites above: where they are, what their clocks show, what they broadcast.
 
 A sky is made of constellations, one for each system. A constellation evaluates its ephemerides for many
 segments at once; the sky keeps the result as polynomials, one minute each, and reads them every epoch.
@@ -42,7 +42,7 @@ class SkyState:
     vel_ecef_mps        (n, 3) first and
     acc_ecef_mps2       (n, 3) second time derivative of it [m/s], [m/s^2]
     clock_truth_m       (n,) to be added to a pseudorange, relativity and group delay inside, as transmitted:
-                        less what no message tells, the system's offset [m]; its rate:
+                        less the system's offset, which is in no message [m]; its rate:
     clock_truth_mps     (n,) [m/s]
     clock_m, clock_drift_mps     (n,) the same as reported, without the system's offset
     off_ecef_m, off_ecef_mps     (n, 3) reported minus true position, and its rate; None if they are one
@@ -136,12 +136,12 @@ class Sky:
         own."""
         segments, place = np.unique(GRID.segment(t_ns), return_inverse=True)
         where = [divmod(segment, GRID.per_chunk) for segment in segments.tolist()]
-        said = [(self._chunks[number].broadcast, row) for number, row in where]
+        rows = [(self._chunks[number].broadcast, row) for number, row in where]
         values = GRID.evaluate_many(self._coefficients, t_ns)
         names = Broadcast.__slots__
         return self._state(
             values.swapaxes(0, 1),
-            {name: np.stack([getattr(b, name)[row] for b, row in said])[place] for name in names},
+            {name: np.stack([getattr(b, name)[row] for b, row in rows])[place] for name in names},
         )
 
     def _coefficients(self, segment: int) -> Array:
@@ -154,9 +154,9 @@ class Sky:
         value, rate, acceleration = values
         shape = *value.shape[:-1], n, 3
         clock_m, drift_mps = value[..., 3 * n : 4 * n], rate[..., 3 * n : 4 * n]
-        told_m, told_mps, off, off_rate = clock_m, drift_mps, None, None
+        reported_m, reported_mps, off, off_rate = clock_m, drift_mps, None, None
         if value.shape[-1] > 4 * n:
-            told_m, told_mps = clock_m + value[..., 7 * n :], drift_mps + rate[..., 7 * n :]
+            reported_m, reported_mps = clock_m + value[..., 7 * n :], drift_mps + rate[..., 7 * n :]
             off = value[..., 4 * n : 7 * n].reshape(shape)
             off_rate = rate[..., 4 * n : 7 * n].reshape(shape)
         return SkyState(
@@ -166,8 +166,8 @@ class Sky:
             acc_ecef_mps2=acceleration[..., : 3 * n].reshape(shape),
             clock_truth_m=clock_m - self._offset_m,
             clock_truth_mps=drift_mps,
-            clock_m=told_m,
-            clock_drift_mps=told_mps,
+            clock_m=reported_m,
+            clock_drift_mps=reported_mps,
             off_ecef_m=off,
             off_ecef_mps=off_rate,
             **broadcast,
@@ -178,9 +178,9 @@ class Sky:
         parts = [c.sample(middles_ns, nodes_s) for c in self._constellations]
         positions = np.concatenate([pos for pos, _, _ in parts], axis=2)
         clocks = np.concatenate([clock for _, clock, _ in parts], axis=2)
-        said = [b for _, _, b in parts]
+        of_each = [b for _, _, b in parts]
         broadcast = Broadcast(
-            *(np.concatenate([getattr(b, name) for b in said], axis=1) for name in Broadcast.__slots__)
+            *(np.concatenate([getattr(b, name) for b in of_each], axis=1) for name in Broadcast.__slots__)
         )
         columns = _columns(positions, clocks)
         if self._truth is not None:
@@ -231,7 +231,7 @@ def _columns(positions: Array, clocks: Array) -> Array:
 
 
 class Sources(Protocol):
-    """Where a sky comes from, as a scenario tells it."""
+    """Where a sky comes from, by a scenario."""
 
     @property
     def orbits(self) -> tuple[str, ...]: ...

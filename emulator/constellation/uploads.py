@@ -1,7 +1,7 @@
 """When satellites are given new ephemerides: what they report is off by something else from then on.
 
 Each satellite has its own moment within the period, drawn once; it is a boundary of an issue of data, so
-that a receiver is told. The number of an upload is all that its errors depend on.
+that receivers notice. The number of an upload is all that its errors depend on.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Frames. `ecef` is WGS-84 Earth-centred, Earth-fixed. `eci` shares its z axis and is turned about it by
 the Earth rotation angle: the true equator of date without polar motion, precession or nutation, which
 is enough where no inertial coordinate ever leaves the emulator. UT1 - UTC is taken as zero: measured
-orientation is for what files tell in celestial axes (`frames`), not for orbits that begin in this eci.
+orientation is for files in celestial axes (`frames`), not for orbits that begin in this eci.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ ecef     WGS-84 = ITRS
 
 Without measured orientation UT1 is UTC and the pole is the intermediate one. In low orbit that costs up to
 450 m (UT1 - UTC reaches 0.9 s) and 20 m (the pole 0.6 arcsec), and at a leap second the Earth jumps. With it
-some centimetres are left: tides within a day, and 0.3 mas of the pole of date that no theory tells.
+some centimetres are left: tides within a day, and 0.3 mas of the pole of date that no theory predicts.
 
 Source: IERS Conventions (2010), chapter 5; the series are those of ERFA (SOFA).
 """

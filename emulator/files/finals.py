@@ -61,7 +61,7 @@ class Orientation:
 
 
 def read(path: Path) -> Orientation:
-    """The orientation a file tells, gzip or plain, up to its first day without one; FileError in one line."""
+    """The orientation of a file, gzip or plain, up to its first day without one; FileError in one line."""
     return parse(read_text(Path(path)), str(path))
 
 
@@ -75,7 +75,7 @@ def parse(text: str, origin: str) -> Orientation:
         if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
             raise FileError(f"{origin}: line {n}: MJD is {rows[-1][0]:g}, after {rows[-2][0]:g}")
     table = np.reshape(rows, (-1, len(_FIELDS)))
-    # Before GPS time began nobody counted its leap seconds.
+    # Before GPS time began there are no leap seconds of it.
     mjd, x, y, ut1_utc_s = table[table[:, 0] >= _GPS_EPOCH_MJD].T
     if len(mjd) < 2:
         raise FileError(f"{origin}: {len(mjd)} days with UT1-UTC since 1980-01-06; two at least are needed")

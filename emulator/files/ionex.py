@@ -52,7 +52,7 @@ _Head = dict[str, tuple[str, int]]
 
 
 class _Reader:
-    """The lines of a file, one after the other; knows what to say of them."""
+    """The lines of a file, one after the other; reports their faults."""
 
     def __init__(self, text: str, origin: str):
         self.lines, self.origin, self.n = text.splitlines(), origin, 0
@@ -111,10 +111,10 @@ def parse(text: str, origin: str) -> TecMaps:
         else:
             while not reader.next(f"a map ({label})")[60:].startswith(f"END OF {label} MAP"):
                 pass
-    said = _of_head(reader, head, "# OF MAPS IN FILE", int)
-    if not maps or len(maps) != said:
+    stated = _of_head(reader, head, "# OF MAPS IN FILE", int)
+    if not maps or len(maps) != stated:
         raise FileError(
-            f"{origin}: line {reader.n}: {len(maps)} maps of content; # OF MAPS IN FILE is {said}"
+            f"{origin}: line {reader.n}: {len(maps)} maps of content; # OF MAPS IN FILE is {stated}"
         )
     radius = _of_head(reader, head, "BASE RADIUS", float)
     return TecMaps(tuple(epochs), lat, lon, np.array(maps), float(heights[0]), radius)

@@ -1,7 +1,7 @@
 """Where in a RINEX observation file which satellite's observations stand.
 
-Epochs can only be found one after another, since each tells how many lines it has; what stands in these
-lines is left to who reads them all at once.
+Epochs can only be found one after another, since each has the number of its lines; these are read all
+at once elsewhere.
 Sources: RINEX 2.11, table A2; RINEX 3.05, table A3
 """
 
@@ -88,7 +88,7 @@ class _Scan:
         self.clock_s.append(self.offset_s(clock.strip()))
 
     def offset_s(self, text: str) -> float:
-        """The receiver's clock offset, nan where it is not told."""
+        """The receiver's clock offset, nan where it is not given."""
         try:
             # Python, unlike Fortran, reads digits grouped by underscores, and words.
             if set(text) <= set("+-.0123456789"):

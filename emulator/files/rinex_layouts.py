@@ -71,7 +71,7 @@ _GLONASS_RANGES = {
     **_within(10.0, "vx_kmps", "vy_kmps", "vz_kmps"),
     **_within(1e-4, "ax_kmps2", "ay_kmps2", "az_kmps2"),
 }
-"""Some ten times what messages can tell, or more: no satellite is beyond."""
+"""Some ten times what messages can express, or more: no satellite is beyond."""
 
 LAYOUTS = {
     "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), _GPS_RANGES),

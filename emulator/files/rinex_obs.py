@@ -33,7 +33,7 @@ class Observations:
     origin   the file
     header   what it says of itself
     t_ns     (e,) epoch tags: what the receiver's clock showed, on the GPS scale [ns]; they ascend
-    clock_s  (e,) the receiver's clock offset as the file tells it, nan where it does not [s]
+    clock_s  (e,) the receiver's clock offset by the file, nan where it has none [s]
     epoch    (p,) row of t_ns
     sat      (p,) satellite index
     obs      code -> (p,) value as written (m, cycles, Hz, ...), nan where there is none

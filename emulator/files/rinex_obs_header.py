@@ -1,6 +1,6 @@
 """Headers of RINEX observation files, versions 2 to 4: label by label, into one record.
 
-Labels nobody here needs are passed over.
+Other labels are skipped.
 Sources: RINEX 2.11 (Gurtner & Estey, 2007), table A1; RINEX 3.05 (IGS/RTCM, 2020), table A2
 """
 
@@ -39,9 +39,9 @@ class Header:
     codes           RINEX letter -> observation codes in file order; version 2 has one list, under ""
     scale           time scale of its epochs, TIME_SCALES
     marker, receiver, antenna   names; the latter two are types
-    position_ecef_m (3,) approximate, nan where not told (or told as zeros, as of what moves)
+    position_ecef_m (3,) approximate, nan where not given (or given as zeros, as for moving receivers)
     delta_hen_m     (3,) antenna over marker: height, east, north
-    interval_s      nan where not told
+    interval_s      nan where not given
     clock_applied   epochs and observations are already free of the receiver's clock offset
     wave_factors    (2,) of L1 and L2: 2 where the receiver squared, 0 where there is no L2
     wave_factors_of satellite index -> the same, of those that differ
@@ -139,7 +139,7 @@ def _codes_3(draft: _Draft, line: str) -> None:
 
 
 def _more_codes(draft: _Draft, count: str, codes: list[str], per_line: int) -> None:
-    """A line of codes: the first one of a system tells how many there will be."""
+    """A line of codes: the first one of a system has their number."""
     letter, so_far = draft.letter, ()
     if count.strip():
         draft.wanted[letter] = draft.number(count, "number of observation codes", int, 1, MOST_CODES)

@@ -177,7 +177,7 @@ def _satellite(line: str, n: int, origin: str) -> str:
 
 
 def joined(products: Sequence[Sp3]) -> Sp3:
-    """Several products as one; where two tell a satellite's position at an instant, the later one counts."""
+    """Several products as one; where two have a satellite's position at an epoch, the later one counts."""
     t_ns = np.unique(np.concatenate([product.t_ns for product in products]))
     name = tuple(sorted({name for product in products for name in product.name}))
     pos, clock = np.full((len(t_ns), len(name), 3), np.nan), np.full((len(t_ns), len(name)), np.nan)

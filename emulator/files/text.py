@@ -1,6 +1,6 @@
 """Text of a file that somebody else made: plain, compressed, or in Hatanaka's compact form.
 
-Every reader of this folder takes its text from here and tells faults in one way: one line,
+Every reader of this folder takes its text from here and reports faults in one way: one line,
 `FILE: line N: FIELD is FOUND; what is allowed`.
 Sources: RFC 1952 (gzip); Y. Hatanaka, A Compression Format and Tools for GNSS Observation Data, Bulletin of
 the Geographical Survey Institute 55 (2008): compact RINEX 1.0 and 3.0
@@ -56,7 +56,7 @@ def decoded(raw: bytes, origin: str) -> str:
 
 def _expanded(raw: bytes, origin: str) -> bytes:
     """RINEX of compact RINEX. The tool's doubts are faults here: it would go on with epochs it lost."""
-    # The package costs 50 ms, which only who has such a file should pay.
+    # The package costs 50 ms, which only such a file should cost.
     import hatanaka
 
     try:
@@ -64,5 +64,5 @@ def _expanded(raw: bytes, origin: str) -> bytes:
             warnings.simplefilter("error")
             return hatanaka.crx2rnx(raw)
     except (hatanaka.HatanakaException, UserWarning, OSError) as error:
-        said = " ".join(str(error).split()) or "no reason was given"
-        raise FileError(f"{origin}: compact RINEX cannot be expanded: {said}") from None
+        reason = " ".join(str(error).split()) or "no reason was given"
+        raise FileError(f"{origin}: compact RINEX cannot be expanded: {reason}") from None

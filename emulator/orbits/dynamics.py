@@ -169,7 +169,7 @@ def solve_segment(
 
 
 def semi_major_axis_m(orbit: scenario.Orbit) -> float:
-    """Semi-major axis [m]: said, or an altitude above the Earth's."""
+    """Semi-major axis [m]: given, or an altitude above the equatorial radius."""
     if orbit.semi_major_axis_km is not None:
         return 1e3 * orbit.semi_major_axis_km
     assert orbit.altitude_km is not None, "the scenario's model wants one of the two"

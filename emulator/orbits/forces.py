@@ -86,7 +86,7 @@ class Moment:
 
 
 Force = Callable[[Moment, Array, Array], Array]
-"""An acceleration, told what the world is like instead of the time."""
+"""An acceleration from the state of the world instead of the time."""
 
 
 def geopotential(degree: int) -> Force:

@@ -85,7 +85,7 @@ class Trajectory:
     def _sample(self, chunk: int) -> Array:
         middles_ns = self._grid.middles_ns(chunk)
         at_s = ((middles_ns - self.span_ns[0]) / NS_PER_S)[:, None] + self._grid.nodes_s
-        # The last chunk has segments beyond the table; nobody reads them.
+        # The last chunk has segments beyond the table; they are never read.
         inside = np.clip(at_s, 0.0, self._end_s)
         return lagrange(self._t_s, self._pos_ecef_m, inside.ravel()).reshape(*at_s.shape, 3)
 
@@ -113,7 +113,7 @@ FRAMES: dict[str, Callable[[Times, Orientation | None], Array]] = {
 
 
 def in_ecef(frame: str, t_ns: Times, pos_m: Array, measured: Orientation | None) -> Array:
-    """Positions (n, 3) [m] at times t_ns (n,), told in one of FRAMES, in ECEF."""
+    """Positions (n, 3) [m] at times t_ns (n,), given in one of FRAMES, in ECEF."""
     return np.einsum("nij,nj->ni", FRAMES[frame](t_ns, measured), pos_m)
 
 

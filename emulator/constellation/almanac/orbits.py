@@ -64,7 +64,7 @@ class HeldAlmanac:
     def at(self, rows: NDArray[np.int64], t_ns: NDArray[np.int64] | int) -> Predictions:
         """Predictions for known rows (p,) of the sky at GPS times t_ns, (p,) or one."""
         t_ns = np.broadcast_to(t_ns, rows.shape)
-        told = Predictions(
+        predicted = Predictions(
             np.empty((len(rows), 3)), np.empty((len(rows), 3)), np.empty(len(rows), bool), np.empty(len(rows))
         )
         for system, part in self.parts.items():
@@ -74,12 +74,12 @@ class HeldAlmanac:
             columns = self.column[rows[mine]]
             since_s = (t_ns[mine] - part.reference_ns[columns]) / gpstime.NS_PER_S
             elements = {name: values[columns] for name, values in part.elements.items()}
-            told.pos_ecef_m[mine], told.vel_ecef_mps[mine] = _ORBIT[system](
+            predicted.pos_ecef_m[mine], predicted.vel_ecef_mps[mine] = _ORBIT[system](
                 elements, part.reference_ns[columns], since_s
             )
-            told.healthy[mine] = part.healthy[columns]
-            told.age_h[mine] = np.abs(since_s) / 3600
-        return told
+            predicted.healthy[mine] = part.healthy[columns]
+            predicted.age_h[mine] = np.abs(since_s) / 3600
+        return predicted
 
 
 def _gps(elements: dict[str, Array], toa_ns: NDArray[np.int64], since_s: Array) -> tuple[Array, Array]:

@@ -59,18 +59,18 @@ class GpsConstellation:
         since_toc_s = _since(self.toc_ns, rows, middles_ns, nodes_s)
         positions, anomaly = orbit(eph, toe_s, since_toe_s)
         clocks = LIGHT_MPS * clock_s(eph, since_toc_s, anomaly)
-        said = {name: self.fields[name][rows] for name in ("health", "iode", "ura_m", "tgd")}
+        message = {name: self.fields[name][rows] for name in ("health", "iode", "ura_m", "tgd")}
         return (
             positions,
             clocks,
             Broadcast(
                 available=valid,
-                healthy=said["health"] == 0,
+                healthy=message["health"] == 0,
                 frequency=np.zeros(rows.shape, np.int64),
-                iod=said["iode"].astype(np.int64),
-                ura=np.searchsorted(_URA_LIMITS_M, said["ura_m"]),
+                iod=message["iode"].astype(np.int64),
+                ura=np.searchsorted(_URA_LIMITS_M, message["ura_m"]),
                 ephemeris=rows,
-                group_delay_m=LIGHT_MPS * said["tgd"],
+                group_delay_m=LIGHT_MPS * message["tgd"],
             ),
         )
 
