@@ -14,7 +14,6 @@ from gnss_hil.dbc.common.systems import SYSTEMS
 pytestmark = pytest.mark.verifies(
     "dbc/common/systems.py",
     "dbc/common/signals.py",
-    "dbc/common/limits.py",
     what="Systems and signals as one table",
     by="the contract file's value tables, byte for byte; carriers of GLONASS ICD 5.1, table 3.1",
     status="validated",
