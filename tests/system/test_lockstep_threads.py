@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -119,14 +120,18 @@ def test_nobody_answers_and_time_goes_on(bus):
 
 
 def test_a_node_that_started_anew_is_not_waited_for(bus):
-    master, joined = master_loop(bus, limit_s=HANG_S), []
+    given_up = threading.Event()
+    guard = threading.Timer(HANG_S, given_up.set)
+    master, joined = master_loop(bus, limit_s=math.inf, stop=given_up.is_set), []
+    guard.start()
     with flight(bus):
         master.assemble(timeout_s=HANG_S)
         play(master, range(3))
     restart = threading.Timer(0.3, lambda: joined.append(Flight(bus)))
     restart.start()
     assert play(master, [3]) == [EMPTY]
-    assert master.tally.unanswered == 1
+    assert master.tally.unanswered == 1 and not given_up.is_set()
+    guard.cancel()
     assert play(master, [4, 5]) == [navigation(1), navigation(2)]
     joined[0].leave()
     assert joined[0].fresh == [True, False]

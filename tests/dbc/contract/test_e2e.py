@@ -123,6 +123,7 @@ def test_after_a_corrupted_frame_the_stream_goes_on_in_the_next_block():
     data[1, 5] ^= 0x40
     first = screen(CODEC, FrameBatch(frames.t_ns, frames.can_id, frames.length, data)[:3], fresh_counters())
     assert verdicts(frames[3:], first.counters) == [Verdict.OK]
+    assert verdicts(frames[2:3], first.counters) == [Verdict.REPEATED]
 
 
 def test_a_counter_that_the_profile_has_not_is_corruption():
