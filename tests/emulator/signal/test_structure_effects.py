@@ -90,6 +90,19 @@ def test_reflections_reach_the_pseudoranges():
     assert 0.01 < off.max() < 30
 
 
+def test_reflections_reach_the_reported_level():
+    """Where a reflection moves the code by decimetres the level moves by tenths of a decibel; nowhere else."""
+
+    def told(**factors):
+        block = emulated.run(station({"link_budget": True, **factors}), 1)[1][0]
+        return emulated.decode(block, "RANGE")["pseudorange_m"], emulated.decode(block, "RATE")["cn0_dbhz"]
+
+    (range_m, level_dbhz), (moved_m, moved_dbhz) = told(), told(multipath=True)
+    off_m, off_db = np.abs(moved_m - range_m), np.abs(moved_dbhz - level_dbhz)
+    assert (off_db[off_m == 0] == 0).all()
+    assert 0.2 < off_db.max() < 6
+
+
 def test_a_factor_without_a_structure_says_what_to_do():
     with pytest.raises(ScenarioError, match=r"craft\.soyuz\.factors\.multipath: needs .* structure = "):
         emulated.world(soyuz({"multipath": True}, structure=None))
