@@ -242,7 +242,9 @@ while 0x710 not in link.receive(1.0).can_id:  # let the flight software come
     pass
 for begin, end in zip(marks[7:], marks[8:]):
     link.send(frames[begin:end])
-    time.sleep(0.05)
+    for _ in range(20):  # at the pace of the answers, or two seconds without one
+        if 0x040 in link.receive(0.1).can_id:
+            break
 time.sleep(3600)
 """
 

@@ -218,7 +218,7 @@ def test_a_dead_flight_software_is_counted_and_time_goes_on(processes):
     assert exit_status(emulator) == 0
     ended = processes.status()[-1]
     assert ended["epoch"] == 200
-    assert 0 < ended["epochs_unanswered"] <= 191
+    assert ended["epochs_unanswered"] >= 190  # before its death too, where the machine is busy
 
 
 @pytest.mark.parametrize("pace", ["lockstep", "x20"])

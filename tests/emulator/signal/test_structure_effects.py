@@ -91,7 +91,7 @@ def test_reflections_reach_the_pseudoranges():
 
 
 def test_reflections_reach_the_reported_level():
-    """Where a reflection moves the code by decimetres the level moves by tenths of a decibel; nowhere else."""
+    """Where reflections move the code they move the level, by tenths of a decibel and more; nowhere else."""
 
     def told(**factors):
         block = emulated.run(station({"link_budget": True, **factors}), 1)[1][0]
