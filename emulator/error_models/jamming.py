@@ -21,6 +21,8 @@ class _Spectrum(Strict):
     """How a jammer's power is spread.
 
     kind   "noise": flat over bandwidth_mhz; "tone": a line; "matched": as the signals themselves
+    centre_mhz      middle of the spectrum
+    bandwidth_mhz   of noise
     """
 
     kind: Literal["noise", "tone", "matched"] = "noise"
@@ -29,7 +31,12 @@ class _Spectrum(Strict):
 
 
 class EarthJammer(_Spectrum):
-    """A jammer at a place on the Earth or above it, right-handed, equal in all directions."""
+    """A jammer at a place on the Earth or above it, right-handed, equal in all directions.
+
+    latitude_deg, longitude_deg   geodetic, WGS-84
+    height_m   above the ellipsoid
+    eirp_dbw   equivalent isotropically radiated power
+    """
 
     latitude_deg: Annotated[float, Field(ge=-90, le=90)]
     longitude_deg: Annotated[float, Field(ge=-180, le=360)]
@@ -38,7 +45,11 @@ class EarthJammer(_Spectrum):
 
 
 class BodyJammer(_Spectrum):
-    """A jammer that keeps its direction in body axes, by the power an isotropic antenna receives."""
+    """A jammer that keeps its direction in body axes.
+
+    direction_body   unit vector towards it
+    received_dbw     power that an isotropic antenna would receive
+    """
 
     direction_body: Vector
     received_dbw: Level

@@ -17,6 +17,7 @@ class LinkBudget(Factor):
 
     antenna_temperature_k    what the antenna sees of sky and Earth
     line_loss_db             between antenna and first amplifier, at line_temperature_k
+    line_temperature_k       of the line itself
     noise_figure_db          of the receiver
     implementation_loss_db   quantisation and the rest: one bit costs 1.96 dB, two bits 0.55 dB
     """

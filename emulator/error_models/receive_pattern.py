@@ -17,6 +17,8 @@ class ReceivePattern(Factor):
 
     pattern                    "law" (through gain_dbi and gain_at_90deg_dbi), a shipped name, or a file
     column                     gain column of a file that has several
+    gain_dbi                   of the law, along the boresight
+    gain_at_90deg_dbi          of the law, at right angles; linear in the cosine between
     antennas                   antenna name -> pattern, where it differs
     floor_dbi                  gain at 180 deg of a table that ends before
     How weakly left-handed waves are received belongs to reflections: `Multipath.cross_polar_db`.

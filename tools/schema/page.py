@@ -54,8 +54,9 @@ vehicle file; every part as it stands when all joints are at zero.""",
 
 FLIGHT = """### Policies, navigators, options
 
-What `policy` and `options` of `[craft.flight]` may be with our flight software. Each policy has a navigator;
-`gnss-hil fly --navigator NAME` takes another. The last options are those of `patent` alone,
+What `policy`, `navigator` and `options` of `[craft.flight]` may be with our flight software. A policy decides
+which antenna tracks which satellite, a navigator how measurements become a fix; each policy has one. The last
+options are those of `patent` alone,
 which has no `ionosphere_free`: it commands each satellite on one signal and one channel."""
 
 
