@@ -69,6 +69,11 @@ def test_modules_are_found_in_every_folder():
     assert "tools/report/__init__.py" not in MODULES
 
 
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.what)
+def test_every_row_names_files_that_exist(row):
+    assert [place for place in row.where if not (ROOT / place).exists()] == [], row.tests
+
+
 def test_no_row_is_validated_without_a_test():
     assert all(row.tests or row.status == "modelled" for row in ROWS)
 

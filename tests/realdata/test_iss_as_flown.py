@@ -52,6 +52,7 @@ def craft_state(t_ns, pos_eci_m, vel_eci_mps):
 
 @pytest.mark.verifies(
     "emulator/attitude/profile.py",
+    "emulator/attitude/turning.py",
     "emulator/numerics/rotations.py",
     what="Attitude and rotations",
     by="SciPy rotations; the attitude and rates of the ISS as flown",

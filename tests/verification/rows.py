@@ -110,7 +110,4 @@ def _checked(row: Row, origin: str) -> Row:
         raise Unclear(f"{origin}: status '{row.status}' of '{row.what}'; allowed are {' and '.join(STATUS)}")
     if not row.what or not row.by:
         raise Unclear(f"{origin}: a row says what it is and who judges it")
-    missing = [place for place in row.where if not (ROOT / place).exists()]
-    if missing:
-        raise Unclear(f"{origin}: '{row.what}' names {', '.join(missing)}, which is not there")
     return row
