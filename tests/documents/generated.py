@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from gnss_hil.dbc.contract import document as messages
@@ -18,6 +19,7 @@ SCHEMAS = {
 """Kind of file -> where those are that ship, and their schema."""
 
 
+@cache
 def generated() -> dict[str, str]:
     """File, relative to the repository -> its text."""
     return {

@@ -6,6 +6,7 @@ import ast
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -38,6 +39,7 @@ class Row:
     tests: tuple[str, ...] = ()
 
 
+@cache
 def rows() -> tuple[Row, ...]:
     """All rows, in the order of the files that judge them."""
     marked = [mark for path in sorted(TESTS.rglob("test_*.py")) for mark in marks(path)]
