@@ -21,7 +21,13 @@ from gnss_hil.flightsw.attitude.attitude import (
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.propagator import propagate
-from gnss_hil.flightsw.records.epoch import NO_ALMANAC, NO_MEASUREMENTS, AlmanacRows, AttitudeReport
+from gnss_hil.flightsw.records.epoch import (
+    NO_ALMANAC,
+    NO_MEASUREMENTS,
+    AlmanacRows,
+    AttitudeReport,
+    Measurements,
+)
 from tests.support import synthetic_epochs as s
 
 pytestmark = pytest.mark.verifies(
@@ -230,3 +236,39 @@ def test_every_closed_orbit_is_plausible(orbit):
     sky = {1: s.Circle(radius, np.radians(inclination), 0.4, 2.0)}
     rows = almanac_rows([1], sky, 0.0)
     assert almanac.plausible(rows.sat, rows.pos_ecef_m.T, rows.vel_ecef_mps.T).all()
+
+
+def tracked(sats, sky, t, health=0.0):
+    """Measurements at t of satellites that are tracked, as far as the table of predictions asks for them."""
+    rows = almanac_rows(sats, sky, t)
+    n, flat = len(sats), np.zeros(len(sats))
+    return Measurements(
+        receiver=rows.sat, channel=rows.sat, sat=rows.sat, pseudorange_m=flat, range_rate_mps=flat,
+        cn0_dbhz=flat, lock=flat, health=np.full(n, health), ura=flat, pos_sv_m=rows.pos_ecef_m.T,
+        vel_sv_mps=rows.vel_ecef_mps.T, clock_m=flat, clock_drift_mps=flat, signal=rows.sat, frequency=flat,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("health", [0.0, 1.0, 7.0])
+def test_a_tracked_satellite_is_as_healthy_as_it_reports(health):
+    sky = s.constellation()
+    known = almanac.updated(
+        almanac.no_predictions(), almanac_rows([1, 2], sky, 0.0), NO_MEASUREMENTS, s.T0_NS
+    )
+    table = almanac.updated(known, NO_ALMANAC, tracked([2], sky, 0.0, health), s.T0_NS)
+    assert known.healthy[[1, 2]].all()
+    assert table.healthy[1] and table.healthy[2] == (health == 0)
+
+
+@pytest.mark.parametrize(("age_s", "stands"), [(1, True), (60, True), (119, True), (121, False)])
+def test_a_report_of_a_tracked_satellite_stands_against_the_almanac_for_two_minutes(age_s, stands):
+    sky = s.constellation()
+    now_ns = s.T0_NS + age_s * 10**9
+    table = almanac.updated(almanac.no_predictions(), NO_ALMANAC, tracked([1], sky, 0.0), s.T0_NS)
+    rows = almanac_rows([1], sky, float(age_s))
+    rows = replace(rows, pos_ecef_m=rows.pos_ecef_m + 250.0)
+    table = almanac.updated(table, rows, NO_MEASUREMENTS, now_ns)
+    _, position = almanac.predicted(table, now_ns)
+    truth = s.ecef_from_eci(age_s) @ sky[1].at(age_s)
+    off_m = np.linalg.norm(position[0] - truth)
+    assert off_m < 40 if stands else off_m == pytest.approx(250 * 3**0.5, rel=1e-3)

@@ -175,6 +175,19 @@ def test_without_any_solution_the_reason_is_that_of_the_nearest(solve):
     assert solve(flat, at(c), after())[0] == NoFix.SINGULAR_GEOMETRY
 
 
+def test_of_several_reasons_the_nearest_is_published():
+    """Antenna 0 has ranges that contradict each other, 1 satellites in one place, 2 and 3 too few."""
+    c = craft()
+    near = {40 + k: s.Circle(26_560e3, 0.9, 1.0, 0.4 + 1e-8 * k) for k in range(6)}
+    sats = [sat for _, sat in in_view(c, 8)]
+    pairs = [*((0, sat) for sat in sats), *((1, sat) for sat in near), (2, sats[0]), (3, sats[1])]
+    m = measurements(s.observe(c, pairs, {**SKY, **near}, rates=False))
+    m = replace(m, pseudorange_m=m.pseudorange_m + np.where(np.arange(len(m)) < 2, [3000.0], 0.0))
+    assert averaged(m, at(c)) is NoFix.INCONSISTENT_RANGES
+    assert averaged(m[m.receiver != 0], at(c)) is NoFix.SINGULAR_GEOMETRY
+    assert averaged(m[m.receiver > 1], at(c)) is NoFix.TOO_FEW_SATELLITES
+
+
 def test_receiver_without_a_velocity_takes_it_from_the_mean():
     c = craft()
     m = measurements(s.observe(c, shared(c, 8), SKY))

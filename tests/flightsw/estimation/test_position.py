@@ -337,9 +337,42 @@ def test_common_error_of_a_satellite_does_not_average_out():
     assert shared.mean() / 4 == pytest.approx(code / 4 + 16.0)
 
 
-def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_told():
+def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_the_option_states():
     both = np.array([1, 65])
     code, ura = code_variance_m2(np.full(2, 45.0), both), np.full(2, 2.0)
     assert code == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
     assert range_variance_m2(code, ura, both, 0.0) == pytest.approx(code)
     assert range_variance_m2(code, ura, both, 0.5) - code == pytest.approx(4.0)
+
+
+def test_a_geometry_that_the_contract_cannot_state_is_singular():
+    """Six satellites within a degree: observable, but a PDOP of 1,600 is beyond NAV_STATUS."""
+    c = craft()
+    w = 1e-2
+    near = {
+        1 + k: s.Circle(26_560e3, 0.9 + w * np.cos(2.0 * k), 1.0 + w * np.sin(1.3 * k), 0.4 + w * k)
+        for k in range(6)
+    }
+    m = measurements(s.observe(c, [(0, sat) for sat in near], near, rates=False))
+    away = m.pos_sv_m - (s.ecef_from_eci(0.0) @ c.antenna(0, 0.0))[:, None]
+    design = np.column_stack((-(away / np.linalg.norm(away, axis=0)).T, np.ones(6)))
+    pdop = np.sqrt(np.trace(np.linalg.inv(design.T @ design)[:3, :3]))
+    assert 1000 < pdop < 3000
+    assert fix_of(c, m) == NoFix.SINGULAR_GEOMETRY
+
+
+def test_two_systems_need_a_fifth_satellite():
+    """Four satellites of two systems on four antennas: sixteen ranges, but four rays for five unknowns."""
+    c = craft()
+    sats = [sat for _, sat in in_view(c, 40)]
+    four = [sat for sat in sats if sat < 64][:2] + [sat for sat in sats if sat >= 64][:2]
+    m = measurements(s.observe(c, [(a, sat) for a in range(4) for sat in four], SKY, rates=False))
+    assert fix_of(c, m) == NoFix.TOO_FEW_SATELLITES
+
+
+def test_a_start_that_leads_nowhere_is_followed_by_the_earths_centre():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 16), SKY))
+    nowhere = np.array([1e12, -3e11, 4e10])
+    fix = fix_of(c, m, start=nowhere)
+    assert isinstance(fix, Fix) and errors(c, fix)[0] < 1e-4

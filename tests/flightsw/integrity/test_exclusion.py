@@ -94,6 +94,19 @@ def test_what_cannot_be_told_apart_is_a_fix_of_all():
     assert fix.satellites == 5 and fix.misfit > 10
 
 
+def test_no_satellite_is_excluded_if_nothing_is_left_to_test_the_others_by():
+    """Five satellites, one of them on two antennas: without it four are left, and any four agree. It stands
+    out by one of its two ranges, but another satellite is wrong as well."""
+    c = craft()
+    sats = [sat for _, sat in in_view(c, 5, sats=GPS)]
+    m = measurements(s.observe(c, [*((0, sat) for sat in sats), (1, sats[0])], SKY))
+    bias_m = np.array([0.0, 0.0, 300.0, 0.0, 0.0, 400.0])
+    m = replace(m, pseudorange_m=m.pseudorange_m + bias_m)
+    assert fix_of(c, m) == NoFix.INCONSISTENT_RANGES
+    rest = m[m.sat != sats[0]]
+    assert errors(c, fix_of(c, rest))[0] > 100, "which is what the others would have made"
+
+
 def test_told_apart_on_the_way_to_a_lenient_fix_stays_excluded():
     c = craft()
     m = offered(c, 16, {2: -30_000.0, 5: 100.0, 9: 90.0, 11: -110.0})

@@ -171,6 +171,24 @@ def test_no_time_no_epoch(blocks, kind):
     assert rejected == {Reason.NO_TIME_MARK: len(blocks[0]) - 1}
 
 
+@pytest.mark.parametrize(
+    ("stretch", "good"), [(1 - 9e-5, True), (1 + 9e-5, True), (1.0003, False), (0.99, False)]
+)
+def test_a_quaternion_whose_norm_is_not_one_is_no_attitude(blocks, stretch, good):
+    """Not normalised by its unit, or put together of two: a hundredth would be half a degree."""
+    block, data = blocks[0], blocks[0].data.copy()
+    for kind in ("ATT_Q01", "ATT_Q23"):
+        row = where(block, kind)[0]
+        values = CODEC.decode(kind, data[row : row + 1])
+        q = {name: stretch * value for name, value in values.items() if name.startswith("q")}
+        data[row, 2:] = CODEC.encode(kind, q)[0, 2:]
+        data[row, 0] = e2e.crc(block.can_id[row : row + 1], data[row : row + 1])[0]
+    epoch, rejected = taken(FrameBatch(block.t_ns, block.can_id, block.length, data))
+    assert (epoch.attitude is not None) == good and not rejected
+    if good:
+        assert np.linalg.norm(epoch.attitude.quaternion_body_from_ecef) == pytest.approx(1, abs=1e-12)
+
+
 def test_attitude_needs_all_its_frames(blocks):
     epoch, rejected = taken(without(blocks[0], where(blocks[0], "ATT_Q23")))
     assert epoch.attitude is None and len(epoch.measurements) == 24

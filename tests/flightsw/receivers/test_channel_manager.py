@@ -97,6 +97,18 @@ def test_a_channel_is_usable_until_it_answers_then_only_as_commanded():
     assert k.usable(c, seen).tolist() == [False, True, False, True]
 
 
+def test_a_channel_that_refused_its_first_command_is_out_of_the_fix():
+    """It searches by itself as before, but waits for no answer: what it finds another antenna may have."""
+    seen = measured((0, 0, G1), (1, 0, G2))
+    c = k.planned(k.autonomous(np.array([1, 1]), 8), permit(G1=0, G3=1), seen)
+    c, commands = k.due(c, 0, OPTIONS)
+    assert listed(commands) == [(0, 0, k.TRACK, G1), (1, 0, k.TRACK, G3)]
+    c = k.acknowledged(c, answers(commands, rows=slice(0, 1)), 1, OPTIONS)
+    assert k.usable(c, seen).tolist() == [True, True]
+    c = k.acknowledged(c, answers(commands, result=3, rows=slice(1, 2)), 2, OPTIONS)
+    assert k.usable(c, seen).tolist() == [True, False]
+
+
 def test_unanswered_commands_repeat_under_their_number_by_epochs():
     c = k.planned(k.autonomous(np.array([1]), 8), permit(G1=0), NONE)
     sent = []
@@ -196,6 +208,16 @@ def test_surrender_reaches_channels_of_unknown_state():
     c = k.contradicted(settled(permit(G1=0, R1=1)), measured((0, 0, G3)), UNHEARD)
     _, commands = k.due(k.surrendered(c), 9, OPTIONS)
     assert commands.action.tolist() == [k.AUTONOMOUS] * 4
+
+
+def test_a_handover_that_ends_in_surrender_is_none():
+    """Taken over again the satellite is new: nothing was handed over, and no gap is counted."""
+    c = k.used(settled(permit(G1=0, G2=0)), np.array([G1, G2]), 4)
+    c = k.planned(c, permit(G1=1, G2=0), NONE)
+    assert c.satellites.moving[G1]
+    c = k.planned(k.surrendered(c), permit(G1=1, G2=0), NONE)
+    c = k.used(c, np.array([G1, G2]), 90)
+    assert (c.statistics.handovers, c.statistics.gap_epochs) == (0, 0)
 
 
 def test_gap_of_a_handover_is_counted_in_epochs():
