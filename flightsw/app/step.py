@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.arrays import I8, I64, Bool
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
@@ -51,14 +51,18 @@ def flight_step(
     config: FlightConfig, state: FlightState, inbox: FrameBatch
 ) -> tuple[FlightState, FrameBatch]:
     """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
-    state, heard = _received(config, state, inbox)
+    state, received, rejected, heard = _received(config, state, inbox)
     if heard.mark is None:
         state = replace(
             state,
             mode=modes.decide(state.mode, Event.NO_TIME),
+            received=received,
+            rejected=rejected,
+            lost=state.lost + heard.lost,
             solution=replace(state.solution, reason=NoFix.NO_TIME_MARK, fix=None),
         )
-        return _sent(config, state, None, None, state.mark)
+        frames, sent = _encoded(config, state, state.solution, None, None, state.mark)
+        return replace(state, sent=sent), frames
     mark, options = heard.mark, config.options
     m, t_ns = heard.measurements, heard.mark.t_ns
     attitude = attitude_now(heard.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
@@ -79,35 +83,37 @@ def flight_step(
     without_fix = 0 if solution.fix is not None else state.without_fix + 1
     mode = modes.decide(state.mode, modes.event_of(solution, without_fix, options))
     channels, commands = _commanded(config, mode, channels, predictions, solution, attitude, mark, m)
-    state = FlightState(
+    frames, sent = _encoded(config, state, solution, z, commands, mark)
+    return FlightState(
         mode=mode,
         mark=mark,
-        received=state.received,
-        sent=state.sent,
-        rejected=state.rejected,
-        lost=state.lost,
+        received=received,
+        sent=sent,
+        rejected=rejected,
+        lost=state.lost + heard.lost,
         attitude=attitude,
         nav=nav,
         solution=solution,
         predictions=predictions,
         channels=channels,
         without_fix=without_fix,
-    )
-    return _sent(config, state, z, commands, mark)
+    ), frames
 
 
-def _received(config: FlightConfig, state: FlightState, inbox: FrameBatch) -> tuple[FlightState, Epoch]:
-    """The epoch in a block of frames, and the state to go on from: a fresh one if a session has begun."""
+def _received(
+    config: FlightConfig, state: FlightState, inbox: FrameBatch
+) -> tuple[FlightState, I8, I64, Epoch]:
+    """The state to go on from, a fresh one if a session has begun; counters and counts after this block of
+    frames; the epoch in it."""
+    rejected = state.rejected
     if state.mark is not None:
         session = state.mark.session
-        inbox, rejected, restarted = decode.admitted(config.codec, inbox, session, state.rejected)
+        inbox, rejected, restarted = decode.admitted(config.codec, inbox, session, rejected)
         if restarted:
             # What was counted stays counted; all else belongs to the session.
-            state = replace(initial_state(config), rejected=rejected, lost=state.lost)
-        elif rejected is not state.rejected:
-            state = replace(state, rejected=rejected)
-    heard, received, rejected = decode.decode(config.codec, inbox, state.received, state.rejected)
-    return replace(state, received=received, rejected=rejected, lost=state.lost + heard.lost), heard
+            state = replace(initial_state(config), lost=state.lost)
+    heard, received, rejected = decode.decode(config.codec, inbox, state.received, rejected)
+    return state, received, rejected, heard
 
 
 def _sound(m: Measurements) -> Bool:
@@ -181,13 +187,17 @@ def _permissions(
     return permitted
 
 
-def _sent(
-    config: FlightConfig, state: FlightState, z: Ranges | None, commands: Commands | None, mark: Mark | None
-) -> tuple[FlightState, FrameBatch]:
-    """The answer of this epoch, protected."""
+def _encoded(
+    config: FlightConfig,
+    state: FlightState,
+    solution: Solution,
+    z: Ranges | None,
+    commands: Commands | None,
+    mark: Mark | None,
+) -> tuple[FrameBatch, I8]:
+    """The answer of this epoch, protected, and the counters after it."""
     t_ns, number = (mark.t_ns, mark.epoch) if mark is not None else (0, 0)
     frames = encode.encode(
-        config.codec, config.vehicle.antennas, config.boot_count, z, state.solution, commands, t_ns
+        config.codec, config.vehicle.antennas, config.boot_count, z, solution, commands, t_ns
     )
-    frames, sent = e2e.protect(config.codec, frames, state.sent, number)
-    return replace(state, sent=sent), frames
+    return e2e.protect(config.codec, frames, state.sent, number)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -55,11 +56,17 @@ def clock_columns(domain: I64, system: I64) -> tuple[tuple[int, ...], F64]:
 
     domain, system   (n,) clock domain and satellite system of each
     """
-    heard = set(zip(domain.tolist(), system.tolist(), strict=True))
-    domains = sorted({d for d, _ in heard})
-    offsets = estimable_offsets(heard)
+    domains, offsets, items = _unknowns(frozenset(zip(domain.tolist(), system.tolist(), strict=True)))
     columns = np.concatenate((domain[:, None] == domains, system[:, None] == offsets), axis=1)
-    return (*domains, *(OFFSET_ITEM[s] for s in offsets)), columns.astype(float)
+    return items, columns.astype(float)
+
+
+@lru_cache(maxsize=256)
+def _unknowns(heard: frozenset[tuple[int, int]]) -> tuple[I64, I64, tuple[int, ...]]:
+    """Domains, systems with an offset of their own, and the items of both."""
+    domains, offsets = sorted({d for d, _ in heard}), estimable_offsets(heard)
+    items = (*domains, *(OFFSET_ITEM[s] for s in offsets))
+    return np.array(domains, np.int64), np.array(offsets, np.int64), items
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,7 +69,7 @@ def adjusted(design: F64, y: F64, weight: F64) -> F64:
     rows[:, :unknowns], rows[:, unknowns] = design, y
     rows *= np.sqrt(weight)[:, None]
     upper: F64 = np.asarray(np.linalg.qr(rows, mode="r"))
-    return np.linalg.solve(upper[:unknowns, :unknowns], upper[:unknowns, unknowns])
+    return np.asarray(np.linalg.solve(upper[:unknowns, :unknowns], upper[:unknowns, unknowns]), np.float64)
 
 
 def _diagonals(square: F64) -> F64:

@@ -82,7 +82,7 @@ class Complete:
 
     def signals(self, values: F64) -> dict[str, F64]:
         """Every signal of the group, (n,), out of the values (rows of the block, columns)."""
-        found = values[self.rows]
+        found = values.take(self.rows, axis=0)
         return {name: found[frame, :, column] for name, (frame, column) in self.group.column.items()}
 
 
@@ -127,8 +127,8 @@ def rows_by_slot(table: GroupTable, slot: I64, rows: Index) -> I32:
 def complete(filled: I32, group: Group) -> Complete:
     """Records of a group all of whose frames are there."""
     rows = filled[group.slots].reshape(group.frames, group.keys)
-    key = np.flatnonzero(rows[-1] >= 0)
-    rows = rows[:, key]
+    (key,) = (rows[-1] >= 0).nonzero()
+    rows = rows.take(key, axis=1)
     if len(key) and rows.min() < 0:
         whole: Bool = rows.min(axis=0) >= 0
         key, rows = key[whole], rows[:, whole]

@@ -65,16 +65,17 @@ def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -
 
     Almanac frames that describe no orbit are passed over; what stood before stands. `m` has been judged.
     """
-    rows = rows.where(plausible(rows.sat, rows.pos_ecef_m.T, rows.vel_ecef_mps.T))
-    keep = ~(table.tracked[rows.sat] & (t_ns - table.t_ns[rows.sat] < TRACKED_AGE_NS))
     pos, vel, when = table.pos_ecef_m.copy(), table.vel_ecef_mps.copy(), table.t_ns.copy()
     known, tracked = table.known & (np.abs(t_ns - table.t_ns) < MAX_AGE_NS), table.tracked.copy()
     healthy = table.healthy.copy()
 
-    sat = rows.sat[keep]
-    pos[sat], vel[sat], when[sat] = rows.pos_ecef_m[keep], rows.vel_ecef_mps[keep], t_ns
-    known[sat], tracked[sat] = True, False
-    healthy[rows.sat] = rows.healthy
+    if len(rows.sat):
+        rows = rows.where(plausible(rows.sat, rows.pos_ecef_m.T, rows.vel_ecef_mps.T))
+        keep = ~(table.tracked[rows.sat] & (t_ns - table.t_ns[rows.sat] < TRACKED_AGE_NS))
+        sat = rows.sat[keep]
+        pos[sat], vel[sat], when[sat] = rows.pos_ecef_m[keep], rows.vel_ecef_mps[keep], t_ns
+        known[sat], tracked[sat] = True, False
+        healthy[rows.sat] = rows.healthy
 
     # A report is of the transmission instant; the pseudorange gives it well enough here (1 ms: 4 m).
     flight_ns = ((m.pseudorange_m + m.clock_m) * (1e9 / LIGHT_MPS)).astype(np.int64)

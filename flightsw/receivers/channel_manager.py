@@ -124,10 +124,13 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
     channels = manager.channels
     rows, inside = channels.rows(m.receiver, m.channel)
     wrong = inside & channels.contradicts(rows, m.sat)
+    same_boots = np.array_equal(boots, manager.boots)
+    if same_boots and not wrong.any():
+        return manager
     restarted = (boots >= 0) & (manager.boots >= 0) & (boots != manager.boots)
     latest = np.where(boots >= 0, boots, manager.boots)
     if not wrong.any() and not restarted.any():
-        return manager if (boots == manager.boots).all() else replace(manager, boots=latest)
+        return replace(manager, boots=latest)
     unknown = channels.of_antennas(restarted[: len(channels.exists) // channels.width])
     unknown[rows[wrong]] = True
     return replace(manager, channels=channels.forgotten(unknown), stale=True, boots=latest)
