@@ -13,7 +13,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 RUNTIME     := $(VENV)/.runtime
 DEVELOPMENT := $(VENV)/.development
-INSTALL     := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+INSTALL     := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 PYTEST      := $(BIN)/python -m pytest -q -n auto --dist loadgroup --no-loadscope-reorder
 
 .PHONY: venv run test quick bench mutants docs results clean

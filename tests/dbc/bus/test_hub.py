@@ -1,0 +1,72 @@
+"""Who hears what of a bus: no race between a connection and the bytes that are sent after it."""
+
+from __future__ import annotations
+
+import queue
+
+import numpy as np
+
+from gnss_hil.dbc.bus.embedded import connect
+from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
+from gnss_hil.dbc.contract.frames import batch
+from tests.support.waiting import HANG_S, until
+
+
+class Gate:
+    """A tap that says which peer's bytes it has, and holds the hub's thread until it is opened."""
+
+    def __init__(self):
+        self._here: queue.Queue[int] = queue.Queue()
+        self._open: queue.Queue[None] = queue.Queue()
+
+    def __call__(self, sender: int, wire: bytes) -> None:
+        self._here.put(sender)
+        self._open.get(timeout=HANG_S)
+
+    def held(self) -> int:
+        return self._here.get(timeout=HANG_S)
+
+    def open(self) -> None:
+        self._open.put(None)
+
+
+def frame(can_id):
+    return batch(can_id, np.zeros(8, np.uint8))
+
+
+def test_a_peer_that_connected_before_bytes_were_sent_receives_them():
+    """The hub is held between its select, which names two readable peers, and its reading of the second.
+
+    Then a third connects, and the second sends more: the hub must know the third when it reads that.
+    """
+    gate = Gate()
+    with RuntimeDir() as folder, Hub(folder / "can0", taps=(gate,)) as hub:
+        peers = {}
+        for number in (1, 2):
+            peers[number] = connect(str(hub.path))
+            until(lambda number=number: hub.peers == number)
+        peers[1].send(frame(0x101))
+        gate.held()
+        peers[1].send(frame(0x102))
+        peers[2].send(frame(0x103))
+        gate.open()
+        first = gate.held()
+        third = connect(str(hub.path))
+        second = peers[3 - first]
+        second.send(frame(0x200))
+        gate.open()
+        assert gate.held() == 3 - first
+        gate.open()
+        until(lambda: hub.peers == 3)
+        second.send(frame(0x300))
+        gate.held()
+        gate.open()
+        heard = []
+        while not heard or heard[-1] != 0x300:
+            frames = third.receive(HANG_S)
+            assert len(frames)
+            heard += frames.can_id.tolist()
+        assert 0x200 in heard
+        for link in (*peers.values(), third):
+            link.close()
