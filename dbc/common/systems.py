@@ -2,7 +2,12 @@
 
 A system is a small integer on the bus (`value`) and a name in files. A row with a place for its time offset
 in NAV_CLOCK, or the reference itself, is one that receivers track and fixes use; the others are only named
-by the contract. Signals of the systems: `gnss_hil.dbc.common.signals`.
+by the contract.
+
+To add a system: its row here, those of its signals (`gnss_hil.dbc.common.signals`), their least powers
+(`gnss_hil.emulator.signal.powers`) and the makers of its constellation
+(`gnss_hil.emulator.constellation.registry`). Bus, scenario keys, receivers, fixes, tables and exports follow;
+`tests/system/test_third_system.py` flies one that is made up.
 """
 
 from __future__ import annotations
