@@ -141,7 +141,7 @@ class Sequencer:
                 self._announced = bench.epoch
                 self._syncs += 1
                 self._declared += bench.count
-        elif bench.can_id == messages.DONE_ID:
+        elif bench.can_id == messages.DONE_ID and not self.ended:
             self._close_answer(bench.epoch, bench.count)
         elif bench.can_id == messages.END_ID and self._epoch is not None:
             self.ended |= bench.session == self._session

@@ -186,6 +186,13 @@ def test_what_was_sent_is_unknown_unless_every_epoch_was_declared_by_both():
     assert declared_after(*[f for f in PLAIN if f.can_id[-1] != messages.DONE_ID]) == 0, "never a DONE"
 
 
+def test_an_answer_after_the_end_is_neither_recorded_nor_declared():
+    """At a free pace the last answer may come too late; its frames are no part of the run, hence not lost."""
+    late = [*PLAIN[:6], END, *PLAIN[6:]]
+    assert declared_after(*late) == 0
+    assert recorded(*late)[1] == (1, emulated(1))
+
+
 def test_declared_counts_each_block_once():
     sequencer = Sequencer(CODEC, lockstep=True)
     sequencer.hear(concat([emulated(0), sync(0), sync(0), flown(0), done(0), flown(0), done(0)]))
