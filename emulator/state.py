@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.emulator.constellation.sky import Sky
@@ -35,5 +37,5 @@ class EmulatorState:
 
 def commands_rejected(state: EmulatorState) -> dict[str, int]:
     """Command frames that all craft have rejected so far, by reason; only reasons that occurred."""
-    total = sum(unit.refused for unit in state.units)
+    total = np.sum([unit.refused for unit in state.units], axis=0)
     return {verdict.name: int(total[verdict]) for verdict in Verdict if total[verdict]}

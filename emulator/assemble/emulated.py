@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
-from gnss_hil.emulator.assemble.shared import Shared, context_of, merged, models_of
+from gnss_hil.emulator.assemble.shared import Shared, merged, models_of
 from gnss_hil.emulator.attitude.turning import build_turning
 from gnss_hil.emulator.clocks import bounded_wander
 from gnss_hil.emulator.config import scenario
@@ -21,7 +20,7 @@ from gnss_hil.emulator.environment import models as joined
 from gnss_hil.emulator.environment.block import Environment
 from gnss_hil.emulator.environment.link import PlainReceiver, build_link
 from gnss_hil.emulator.environment.models import Clocks
-from gnss_hil.emulator.error_models.base import Context, Stage
+from gnss_hil.emulator.error_models.base import Context, CraftContext, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files.text import FileError
@@ -55,8 +54,10 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
     _check_turns(craft)
     shape = _structure(craft, rows, vehicle)
     key = keyed_draws.key_of(craft.name)
-    context = context_of(given, key, shared.sky.index, shared.open_path)
-    context = replace(context, vehicle=vehicle, loops=settings.loops, structure=shape)
+    context = CraftContext(
+        given.seed, key, time.start_ns, time.interval_ns, time.span_ns, shared.sky.index, shared.open_path,
+        vehicle, settings.loops,
+    )  # fmt: skip
     try:
         own = models_of(rows, context)
         models = merged(own, shared.models)

@@ -71,6 +71,7 @@ def build_observed(
     measured  the Earth's orientation for its reference, None without a file of it
     """
     time, settings, key = given.time, craft.observations, f"craft.{craft.name}.observations"
+    assert settings is not None, "this kind of receivers is built of them"
     file = observations(settings.file, craft.name)
     _refuse(given.sky, craft, vehicle)
     epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")

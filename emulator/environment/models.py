@@ -47,7 +47,11 @@ def attitude(models: Models, epochs: Epochs) -> AttitudeTerm | None:
     terms = [model.attitude(epochs) for model in models.get(Stage.ATTITUDE, ())]
     if not terms:
         return None
-    return AttitudeTerm(sum(term.angle_rad for term in terms), sum(term.rate_rps for term in terms))
+    first, *others = terms
+    return AttitudeTerm(
+        sum((term.angle_rad for term in others), first.angle_rad),
+        sum((term.rate_rps for term in others), first.rate_rps),
+    )
 
 
 def link(models: Models) -> LinkTerm | None:
@@ -105,7 +109,9 @@ class PathModels:
 
     def reaching(self, at: ChannelGeometry) -> F64:
         """(p,) level [dB] at which signals arrive whose direct ray is hidden; -inf: not at all."""
-        levels = [model.path(at).level_db for model in self.leading if model.reaches]
+        levels = [
+            np.broadcast_to(model.path(at).level_db, len(at)) for model in self.leading if model.reaches
+        ]
         return np.max(levels, axis=0) if levels else np.full(len(at), -np.inf)
 
 
@@ -122,7 +128,7 @@ def tracking(models: Models, at: ChannelGeometry | None) -> TrackingTerm:
     if len(timed) > 1:
         raise Clash("two models of stage tracking time the collection of ephemerides")
     return TrackingTerm(
-        sum(slips) if slips else None,
+        sum(slips[1:], slips[0]) if slips else None,
         timed[0].collection_ns if timed else None,
         all(term.shared for term in terms),
     )

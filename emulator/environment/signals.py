@@ -109,7 +109,7 @@ def reported_at_transmission(sky: SkyState, satellite, flight_s: F64) -> tuple[F
     """Positions and velocities (p, 3) that satellites report of their transmission instants; `satellite`
     picks them, (p,), from the sky's arrays."""
     pos, vel = at_transmission(sky, satellite, flight_s)
-    if sky.off_ecef_m is None:
+    if sky.off_ecef_m is None or sky.off_ecef_mps is None:
         return pos, vel
     rate = sky.off_ecef_mps[satellite]
     return pos + sky.off_ecef_m[satellite] - flight_s[:, None] * rate, vel + rate

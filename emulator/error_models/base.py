@@ -46,7 +46,6 @@ from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
 from gnss_hil.emulator.signal.jamming import Jammers
 from gnss_hil.emulator.signal.link_budget import Transmit
 from gnss_hil.emulator.signal.loops import Loops
-from gnss_hil.emulator.signal.structure.bodies import Structure
 
 
 class Stage(Enum):
@@ -251,7 +250,6 @@ class Context:
     start_ns, interval_ns   of the run [ns];  span_ns its first and last epoch
     satellites   (n,) index of each row of the sky
     open_path    name of a file as the scenario writes it -> the file
-    vehicle, loops, structure   of the craft; None for the sky, or where no model needs a structure
     """
 
     seed: int
@@ -261,13 +259,18 @@ class Context:
     span_ns: tuple[int, int]
     satellites: I64
     open_path: Callable[[str], Path]
-    vehicle: Vehicle | None = None
-    loops: Loops | None = None
-    structure: Structure | None = None
 
     def stream(self, name: str) -> Stream:
         """The draws of a model by its row's name."""
         return Stream(self.seed, self.key, name)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraftContext(Context):
+    """What models of a craft are built from besides: its vehicle and the loops of its receivers."""
+
+    vehicle: Vehicle
+    loops: Loops
 
 
 Need = Literal["structure"]
@@ -293,7 +296,7 @@ class Row:
     params: type[Factor]
     stage: Stage
     source: str
-    build: Callable[[Any, Context], ErrorModel]
+    build: Callable[[Any, Any], ErrorModel]
     scope: Literal["sky", "craft"] = "craft"
     default: bool = False
     ready: bool = True

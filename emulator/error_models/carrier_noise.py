@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream, normal
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
@@ -28,7 +28,7 @@ class Model(ErrorModel):
         return PathTerm(phase_m=standard * sigma_m)
 
 
-def build(params: CarrierNoise, context: Context) -> ErrorModel:
+def build(params: CarrierNoise, context: CraftContext) -> ErrorModel:
     return Model(context.loops, context.stream(ROW.name))
 
 

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common.arrays import F64, I64, U64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, Row, Stage, TrackingTerm
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, Row, Stage, TrackingTerm
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
@@ -61,7 +61,7 @@ class Model(ErrorModel):
         return TrackingTerm(slips(self.params, self.loops, raw, at.cn0_dbhz, self.interval_s))
 
 
-def build(params: CycleSlips, context: Context) -> ErrorModel:
+def build(params: CycleSlips, context: CraftContext) -> ErrorModel:
     return Model(params, context.loops, context.stream(ROW.name), context.interval_ns / NS_PER_S)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream, normal
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
@@ -26,7 +26,7 @@ class Model(ErrorModel):
         return PathTerm(rate_mps=standard * sigma_mps)
 
 
-def build(params: DopplerNoise, context: Context) -> ErrorModel:
+def build(params: DopplerNoise, context: CraftContext) -> ErrorModel:
     return Model(context.loops, context.stream(ROW.name))
 
 

@@ -14,7 +14,7 @@ from pydantic import Field
 from gnss_hil.dbc.common import signals
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
@@ -73,7 +73,7 @@ class Model(ErrorModel):
         return PathTerm(range_m=self.common_m[at.receiver] + own_m)
 
 
-def build(params: InterchannelBias, context: Context) -> ErrorModel:
+def build(params: InterchannelBias, context: CraftContext) -> ErrorModel:
     return Model(*receiver_code_m(params, context.seed, context.key, context.vehicle.antennas))
 
 

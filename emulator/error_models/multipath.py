@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 
@@ -39,21 +39,19 @@ class Multipath(Factor):
 class Model(ErrorModel):
     params: Multipath
     spacing_chips: float
-
-    leads = True
-
-    @property
-    def reaches(self) -> bool:
-        return self.params.hold_reflections
+    reaches: bool
+    leads: bool = True
 
     def path(self, at: ChannelGeometry) -> PathTerm:
         signals = at.receiver, at.row, np.where(at.hidden, 0.0, 1.0), at.wave_m, at.chip_m
-        found = at.epochs.structure.receive(self.params, self.spacing_chips, at.antennas, at.at, signals)
+        structure = at.epochs.structure
+        assert structure is not None, "the row needs one"
+        found = structure.receive(self.params, self.spacing_chips, at.antennas, at.at, signals)
         return PathTerm(found.range_m, found.phase_m, found.rate_mps, level_db=found.level_db)
 
 
-def build(params: Multipath, context: Context) -> ErrorModel:
-    return Model(params, context.loops.correlator_spacing_chips)
+def build(params: Multipath, context: CraftContext) -> ErrorModel:
+    return Model(params, context.loops.correlator_spacing_chips, params.hold_reflections)
 
 
 ROW = Row(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gnss_hil.dbc.common.arrays import F64
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import phase_windup
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
@@ -23,7 +23,7 @@ class Model(ErrorModel):
 
     def path(self, at: ChannelGeometry) -> PathTerm:
         epochs, receiver = at.epochs, (at.at, at.receiver)
-        axes = tuple((axis @ epochs.dcm_body_from_ecef)[receiver] for axis in self.axes_body)
+        x, y = ((axis @ epochs.dcm_body_from_ecef)[receiver] for axis in self.axes_body)
         rate = (epochs.rate_body_rps[:, None] @ epochs.dcm_body_from_ecef)[:, 0]
         cycles, per_s = phase_windup.wound_in_motion(
             epochs.motion.pos_m[at.at, at.row],
@@ -31,13 +31,13 @@ class Model(ErrorModel):
             epochs.sun_ecef_m[at.at],
             epochs.antennas.pos_m[receiver],
             epochs.antennas.vel_mps[receiver],
-            axes,
+            (x, y),
             rate[at.at],
         )
         return PathTerm(rate_mps=per_s * at.wave_m, turns_cyc=cycles)
 
 
-def build(params: PhaseWindup, context: Context) -> ErrorModel:
+def build(params: PhaseWindup, context: CraftContext) -> ErrorModel:
     return Model(phase_windup.antenna_axes(context.vehicle.boresight_body))
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, LinkTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import antenna_patterns, link_budget
 
@@ -52,7 +52,7 @@ class Model(ErrorModel):
         return self.term
 
 
-def build(params: ReceivePattern, context: Context) -> ErrorModel:
+def build(params: ReceivePattern, context: CraftContext) -> ErrorModel:
     return Model(LinkTerm(antennas=antennas_of(params, context.vehicle.names)))
 
 

@@ -13,6 +13,7 @@ class Shadowing(Factor):
 
 class Model(ErrorModel):
     def visibility(self, at: EpochGeometry) -> VisibilityTerm:
+        assert at.structure is not None, "the row needs one"
         return VisibilityTerm(hides=at.structure.hidden)
 
 

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import Ints
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
@@ -134,7 +136,7 @@ def stationery(codec: Codec, receivers: int) -> Stationery:
 def _heartbeats(codec: Codec, receivers: int) -> Part:
     """They say the same in every epoch."""
     nodes = [*range(1, receivers + 1), ATTITUDE_NODE, TIME_NODE]
-    values = {"state": _RUNNING, "boot_count": 1, "contract_hash": codec.hash}
+    values: dict[str, Any] = {"state": _RUNNING, "boot_count": 1, "contract_hash": codec.hash}
     can_id = np.array([codec.can_id_of["HEARTBEAT", node] for node in nodes], np.uint32)
     return Part(can_id, codec.encode("HEARTBEAT", values, len(nodes)))
 
@@ -220,8 +222,8 @@ def receivers_part(
     sky: SkyState,
     clock_s: NDArray,
     clock_domain: Numbers,
-    state: int,
-    almanac_satellites: int,
+    state: Numbers,
+    almanac_satellites: Ints,
 ) -> Part:
     """For each receiver its channels and its closing frames: what block 2 of RU 2706636 C1 puts out.
 

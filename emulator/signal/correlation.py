@@ -37,7 +37,7 @@ def band_limited(bandwidth_chips: float) -> Correlation:
     frequency = np.linspace(0, bandwidth_chips / 2, _FREQUENCIES)
     density = np.sinc(frequency) ** 2
     waves = np.cos(2 * np.pi * delay[:, None] * frequency)
-    table = np.trapezoid(density * waves, frequency, axis=1)
+    table = np.asarray(np.trapezoid(density * waves, frequency, axis=1))
     table /= table[0]
 
     def correlate(delay_chips: Array) -> Array:

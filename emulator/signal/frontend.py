@@ -8,8 +8,8 @@ Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., appendix B
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from gnss_hil.dbc.common.arrays import Floats
 from gnss_hil.emulator.signal.simple_link_budget import BOLTZMANN_DBWSPK
 
 STANDARD_K = 290.0
@@ -17,8 +17,8 @@ STANDARD_K = 290.0
 
 
 def system_temperature_k(
-    antenna_k: ArrayLike, line_loss_db: ArrayLike, line_k: ArrayLike, noise_figure_db: ArrayLike
-) -> ArrayLike:
+    antenna_k: Floats, line_loss_db: Floats, line_k: Floats, noise_figure_db: Floats
+) -> Floats:
     """System noise temperature [K] of antenna, line and receiver.
 
     antenna_k         what the antenna sees: sky, Earth, ground plane
@@ -30,6 +30,6 @@ def system_temperature_k(
     return antenna_k + line_k * (loss - 1) + loss * receiver_k
 
 
-def density_wphz(system_k: ArrayLike) -> ArrayLike:
+def density_wphz(system_k: Floats) -> Floats:
     """Noise density [W/Hz] at the antenna's terminals."""
     return 10 ** (BOLTZMANN_DBWSPK / 10) * np.asarray(system_k)

@@ -24,9 +24,12 @@ SHAPIRO_M = 2 * MU_M3PS2 / LIGHT_MPS**2
 class EcefMotion(Protocol):
     """Positions (..., 3) with first and second time derivatives in ECEF, as `SkyState` has them."""
 
-    pos_ecef_m: Array
-    vel_ecef_mps: Array
-    acc_ecef_mps2: Array
+    @property
+    def pos_ecef_m(self) -> Array: ...
+    @property
+    def vel_ecef_mps(self) -> Array: ...
+    @property
+    def acc_ecef_mps2(self) -> Array: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -77,8 +77,8 @@ def wound_in_motion(
     satellite = pos_tx_m + shift * vel_tx_mps
     along = pos_rx_m + shift * vel_rx_mps - satellite
     along /= norm(along)[..., None]
-    turned = tuple(axis + shift * np.cross(rate_rx_rps, axis) for axis in receive)
-    before, now, after = wound(along, satellite_axes(satellite, sun_m), turned)
+    x, y = (axis + shift * np.cross(rate_rx_rps, axis) for axis in receive)
+    before, now, after = wound(along, satellite_axes(satellite, sun_m), (x, y))
     return now, _wrapped(after - before) / (2 * _STEP_S)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.signal.bands import BY_SYSTEM
 from gnss_hil.emulator.signal.geometry import Array
 
@@ -27,7 +28,7 @@ def gain_dbi(cos_angle: Array, boresight_dbi: float, at_90deg_dbi: float) -> Arr
 
 
 def cn0_dbhz(
-    system: Array,
+    system: I64,
     distance_m: Array,
     angle_rad: Array,
     boresight_dbi: float,

@@ -8,6 +8,7 @@ say does not depend on who asked for them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -205,10 +206,8 @@ class Prepared:
         values = frames.channel_values(_observations(found), sky, (found.at.at, found.at.row))
         data, fits = templates.channel.fill(len(at), values)
 
-        def spread(column, dtype=None):
-            out = np.zeros(
-                (length, *np.shape(column)[1:]), np.asarray(column).dtype if dtype is None else dtype
-            )
+        def spread(column) -> Any:
+            out = np.zeros((length, *np.shape(column)[1:]), np.asarray(column).dtype)
             out[at] = column
             return out
 
@@ -282,7 +281,7 @@ def _ranks(key: I64) -> I64:
     return out
 
 
-def _joined(old, new):
+def _joined(old, new) -> Any:
     if old is None:
         return None
     return np.concatenate((old, new), axis=old.ndim - 1 if old.ndim == 2 and old.dtype == np.float64 else 0)

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +80,7 @@ class Rule:
     best: Callable[[Outlook], Best]
 
 
-def _cheapest(cost: Callable[[View, Numbers], NDArray[np.float64]]) -> Callable[[Outlook], Best]:
+def _cheapest(cost: Callable[[View, Numbers], NDArray[Any]]) -> Callable[[Outlook], Best]:
     """The choice of the satellites of least cost, (n,) or (m, n) by view and satellite index (n,)."""
 
     def best(outlook: Outlook) -> Best:
