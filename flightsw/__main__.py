@@ -24,7 +24,7 @@ examples:
   python -m gnss_hil.flightsw --vehicle soyuz-ms.toml --bus socketcan:can0 --option hysteresis_deg=2
 
 BUS is embedded:/path.sock, socketcan:vcan0 (socketcan:can0,paced spreads bursts over bit time), or any
-python-can INTERFACE:CHANNEL. Unless told --once, it waits for a bench that does not serve embedded:/path.sock
+python-can INTERFACE:CHANNEL. Without --once it waits for a bench that does not serve embedded:/path.sock
 yet, and for any bus that went away.
 Exit status: 0 done; 1 the bus went away; 2 bad usage or vehicle file;
 3 the environment lacks something; 130 interrupted."""
@@ -115,7 +115,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
 
 
 def _join(arguments: argparse.Namespace, codec, stop, say):
-    """A link on a bus where nobody else flies; None if `stop` came first."""
+    """A link on a bus without another flight software; None if `stop` came first."""
     from gnss_hil.dbc.bus.base import LinkError
     from gnss_hil.dbc.bus.open_link import is_shared
     from gnss_hil.dbc.bus.probe import senders_heard

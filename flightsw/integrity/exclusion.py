@@ -1,7 +1,7 @@
 """Do the measurements of an epoch agree, and if not, which satellite is it? For ranges and range rates alike.
 
 What fails in practice is a satellite (its clock, its ephemeris), and then on all antennas that track it: a
-satellite is the unit of exclusion. It is excluded only if it is told apart from all others and if something
+satellite is the unit of exclusion. It is excluded only if it can be isolated from all others and if something
 is left to test the rest by; else there is no solution rather than a guess.
 
 Real receivers err in ways that no model of noise has, and a bench may want their fixes all the same: `Rules`

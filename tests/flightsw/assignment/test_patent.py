@@ -51,7 +51,7 @@ def test_channels_mask_and_visibility_hold(sky, overflow, reading, hysteresis):
 @given(skies())
 @settings(max_examples=150, deadline=None)
 def test_literal_patent_by_exhaustive_reading(sky):
-    """Steps 8 and 9 said in loops: nearest antenna, lower one in a tie; nearest satellites stay."""
+    """Steps 8 and 9 in loops: nearest antenna, lower one in a tie; nearest satellites stay."""
     angles, visible, mask, channels, _ = sky
     expected = [-1] * len(visible)
     for a in range(len(mask)):

@@ -35,6 +35,6 @@ def test_a_position_without_velocity_is_forgotten_at_once():
     assert coasted(orbit(None), s.T0_NS + 10**9) is None and coasted(None, s.T0_NS) is None
 
 
-def test_the_search_starts_where_the_craft_is_believed_to_be():
+def test_the_search_starts_where_the_craft_is_expected():
     assert Snapshot().start_m is None
     assert np.array_equal(Snapshot(orbit()).start_m, POSITION)
