@@ -150,7 +150,7 @@ def interruptible() -> Iterator[Any]:
 class _Recording:
     """Whether anything is on record: then the folder is kept, whatever happens."""
 
-    recorder = None
+    recorder: Any = None
 
     @property
     def begun(self) -> bool:

@@ -23,11 +23,11 @@ def run(arguments: Namespace) -> int:
     kind, out = arguments.kind, arguments.out
     if kind is not None and kind not in KINDS:
         raise Mistake(f"schema: no kind '{kind}'; allowed are {', '.join(KINDS)}")
-    if kind is None and out is None:
-        raise Mistake(f"schema: one of {', '.join(KINDS)} to print, or --out DIR for all of them")
     from gnss_hil.tools.schema.json_schema import file_name, text
 
     if out is None:
+        if kind is None:
+            raise Mistake(f"schema: one of {', '.join(KINDS)} to print, or --out DIR for all of them")
         sys.stdout.write(text(kind))
         return 0
     out.mkdir(parents=True, exist_ok=True)

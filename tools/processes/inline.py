@@ -47,6 +47,7 @@ def play(
     begun = time.perf_counter()
     while epoch < epochs and not stop():
         emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
+        heard = time.perf_counter()
         for bus, (name, config) in enumerate(configs.items()):
             heard = time.perf_counter()
             flown[name], answers[name] = flight_step(config, flown[name], blocks[name])

@@ -48,7 +48,10 @@ class Figures:
 class Master(Protocol):
     """The emulator's side of a run."""
 
-    children: Sequence[Child]
+    @property
+    def children(self) -> Sequence[Child]:
+        """Its processes, as far as we started them."""
+        ...
 
     def look(self) -> None:
         """Called every round."""
@@ -56,13 +59,16 @@ class Master(Protocol):
     @property
     def over(self) -> bool:
         """Whether the run is over by its own account; the processes may still be there."""
+        ...
 
     @property
     def trouble(self) -> str:
         """What is wrong with it though no process died."""
+        ...
 
     def figures(self) -> Figures:
         """What was counted up to now."""
+        ...
 
 
 class ReportingMaster:
@@ -70,7 +76,7 @@ class ReportingMaster:
 
     trouble = ""
 
-    def __init__(self, child: Child | None, status: StatusReader):
+    def __init__(self, child: Child, status: StatusReader):
         self.children = [child]
         self._status = status
 

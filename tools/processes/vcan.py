@@ -167,7 +167,7 @@ def _which(program: str) -> str | None:
 
 
 def _modules() -> Path:
-    done = subprocess.run([_which("linux.uml"), "--version"], capture_output=True, text=True)
+    done = subprocess.run([_which("linux.uml") or "linux.uml", "--version"], capture_output=True, text=True)
     return _MODULE_ROOT / done.stdout.strip() / "kernel"
 
 
@@ -195,7 +195,7 @@ def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
     """Runs the kernel to its end, or kills it."""
     kernel = subprocess.Popen(
         [
-            _which("linux.uml"),
+            _which("linux.uml") or "linux.uml",
             "mem=2G", "rootfstype=hostfs", "rootflags=/", "rw", f"init={folder}/init",
             "con=null", f"con0={'fd:0' if terminal else 'null'},fd:1", "con1=null,fd:2",
             "console=tty9", "quiet", f"uml_dir={folder}/",
