@@ -242,9 +242,7 @@ while 0x710 not in link.receive(1.0).can_id:  # let the flight software come
     pass
 for begin, end in zip(marks[7:], marks[8:]):
     link.send(frames[begin:end])
-    for _ in range(20):  # at the pace of the answers, or two seconds without one
-        if 0x040 in link.receive(0.1).can_id:
-            break
+    time.sleep(0.05)
 time.sleep(3600)
 """
 
@@ -258,7 +256,7 @@ def test_an_emulator_that_neither_steers_nor_ends_is_recorded_for_the_scenarios_
     assert (summary["epochs"], summary["duration_s"]) == (40, 40.0)
     # Nobody waits for anybody here: on a busy machine an answer may come epochs late.
     assert set(summary["frames"]["rejected"]) <= {"MIXED_EPOCH"} and summary["frames"]["lost"] == 0
-    assert summary["craft"]["soyuz"]["fixes"] >= 10
+    assert summary["craft"]["soyuz"]["fixes"] > 0
     assert summary["epoch_latency_ms"]["p50"] > 0
 
 
@@ -283,7 +281,7 @@ def test_a_socket_of_your_choice_is_private_and_taken_once(tmp_path, capsys):
         with Hub(path):
             assert path.stat().st_mode & 0o777 == 0o600
             assert main(["run", "--bus", f"embedded:{path}", "--out", str(tmp_path / "run")]) == 3
-        assert capsys.readouterr().err == f"gnss-hil: bus 'embedded:{path}': somebody is there already\n"
+        assert capsys.readouterr().err == f"gnss-hil: bus 'embedded:{path}': another process serves it\n"
         path.write_text("something of mine")
         assert main(["run", "--bus", f"embedded:{path}", "--out", str(tmp_path / "run")]) == 3
         assert path.read_text() == "something of mine"

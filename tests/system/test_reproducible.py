@@ -42,6 +42,11 @@ def command(folder: Path, *more: str) -> list[str]:
     ]
 
 
+def played(folder: Path, *more: str) -> None:
+    done = subprocess.run(command(folder, *more), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def sha_of(folder: Path) -> str:
     return hashlib.sha256((folder / "bus.log").read_bytes()).hexdigest()
 
@@ -62,13 +67,13 @@ def expected(expected_log) -> str:
 
 
 def test_embedded(expected, tmp_path):
-    subprocess.run(command(tmp_path / "run"), check=True, capture_output=True)
+    played(tmp_path / "run")
     assert sha_of(tmp_path / "run") == expected
 
 
 def test_flight_software_that_starts_late(expected, tmp_path):
     late = f"sh -c 'sleep 2; exec {FLY} --vehicle $GNSS_HIL_VEHICLE --bus $GNSS_HIL_BUS'"
-    subprocess.run(command(tmp_path / "run", "--flight", late), check=True, capture_output=True)
+    played(tmp_path / "run", "--flight", late)
     assert sha_of(tmp_path / "run") == expected
 
 
@@ -83,7 +88,7 @@ def test_hogged_cpu(expected, tmp_path):
     for hog in hogs:
         hog.start()
     try:
-        subprocess.run(command(tmp_path / "run"), check=True, capture_output=True)
+        played(tmp_path / "run")
     finally:
         for hog in hogs:
             hog.kill()

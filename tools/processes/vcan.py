@@ -202,6 +202,8 @@ def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
         ],
         stdin=None if terminal else subprocess.DEVNULL,
         process_group=0,
+        # The kernel's memory belongs on a tmpfs, which it finds by itself unless TMPDIR names another folder.
+        env={key: value for key, value in os.environ.items() if key != "TMPDIR"},
     )  # fmt: skip
     # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times more.
     allowed = sorted(os.sched_getaffinity(0))
