@@ -15,7 +15,8 @@ from tests.results.kept import ROOT, commit, measured, read, write
 from tests.results.readers import Played
 from tests.results.table import RESULTS, Result
 
-KEPT_LINES = 4000  # characters of output that a failure shows
+LAST = 4000  # characters of output that a failure shows
+BUSY = 1.0  # load average above which speeds are not measured
 
 
 def shell_text(command: str, folder: Path) -> str:
@@ -47,7 +48,7 @@ def play(command: str, folder: Path) -> Played:
         shell.returncode = os.waitstatus_to_exitcode(status)
     text = log.read_text("utf-8", "replace")
     if shell.returncode:
-        raise RuntimeError(f"exit status {shell.returncode}\n{text[-KEPT_LINES:]}")
+        raise RuntimeError(f"exit status {shell.returncode}\n{text[-LAST:]}")
     return Played(
         folder, text, time.monotonic() - begun, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
     )
@@ -79,6 +80,9 @@ def main() -> int:
             continue
         print(f"{name} ...", end=" ", flush=True)
         load = os.getloadavg()[0]
+        if result.idle and load > BUSY:
+            print(f"not measured: it is a speed, and the machine is busy (load {load:.1f})")
+            continue
         try:
             figures, output = measure(result)
         except (RuntimeError, ValueError, OSError, KeyError) as error:

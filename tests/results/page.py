@@ -13,8 +13,9 @@ LEAD = """# Results
 
 Written by `make results` (`QUICK=1` for those of minutes) from the table in `tests/results/table.py` and the
 figures it measured; do not edit. Each row says when and of which commit it was measured; a + behind the
-commit means that files were changed since. Commands are run in the repository, with `GNSS_HIL_DATA` set to
-the folder of real data (rows that need none do without). `RUN` is a folder; a run that names none gets one.
+commit means that files were changed since, a load that other work took the processors. Commands are run in the
+repository, with `GNSS_HIL_DATA` set to the folder of real data (rows that need none do without). `RUN` is a
+folder; a run that names none gets one.
 """
 
 EXAMPLE = "embedded"
@@ -60,7 +61,9 @@ def when(result: Result, kept: Mapping[str, Kept]) -> str:
     row = kept.get(result.name)
     if row is None:
         return ""
-    return f"{row.date}, {row.commit}" + ("" if row.command == result.command else ", by another command")
+    busy = f", load {row.load:.0f}" if row.load > 1 else ""
+    other = "" if row.command == result.command else ", by another command"
+    return f"{row.date}, {row.commit}{busy}{other}"
 
 
 def headlines(kept: Mapping[str, Kept] | None = None) -> str:

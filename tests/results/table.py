@@ -37,6 +37,7 @@ class Result:
     cells    the other cells, formats of figures
     tier     "minutes" or "hours": what QUICK=1 takes and leaves
     shown    the output is kept, for the README
+    idle     a speed: not measured while others use the machine
     """
 
     name: str
@@ -46,6 +47,7 @@ class Result:
     cells: tuple[str, ...]
     tier: Literal["minutes", "hours"] = "minutes"
     shown: bool = False
+    idle: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,12 +319,14 @@ SPEED = Section(
             "gnss-hil run soyuz --bus inline",
             {"cpu_us": cpu_us_per_epoch, "times": summary("real_time_factor")},
             ("{cpu_us:,.0f} us CPU an epoch, {times:.0f} times real time",),
+            idle=True,
         ),
         Result(
             "inline-all", "the same with every factor on",
             "gnss-hil run soyuz --bus inline --on all",
             {"cpu_us": cpu_us_per_epoch, "times": summary("real_time_factor")},
             ("{cpu_us:,.0f} us CPU an epoch, {times:.0f} times real time",),
+            idle=True,
         ),
         Result(
             "embedded", "embedded: two processes and the recorder",
@@ -344,20 +348,24 @@ SPEED = Section(
                 "frames": summary("frames.received"), "lost": summary("frames.lost"),
             },
             ("{p50:.1f} ms p50, {p99:.1f} ms p99; {frames:,.0f} frames, {lost:.0f} lost",), "hours",
+            idle=True,
         ),
         Result(
             "one-epoch", "start-up: a run of one epoch, whole process",
             "gnss-hil run soyuz --duration 1 --bus inline", {"cpu_us": cpu_us_per_epoch},
             ("{cpu_us:,.0f} us CPU",),
+            idle=True,
         ),
         Result(
-            "help", "`gnss-hil --help`", "gnss-hil --help", {"elapsed_s": elapsed}, ("{elapsed_s:.2f} s",)
+            "help", "`gnss-hil --help`", "gnss-hil --help",
+            {"elapsed_s": elapsed}, ("{elapsed_s:.2f} s",), idle=True,
         ),
         Result(
             "codec", "codec in batches of 240 against cantools",
             "python -m tests.benchmarks.codec",
             {"decode": printed(r"decoding ([\d.]+) times"), "encode": printed(r"encoding ([\d.]+) times")},
             ("decoding {decode:.0f} times, encoding {encode:.0f} times as fast",),
+            idle=True,
         ),
         tests(
             "vcan", "real vcan in user-mode Linux, one CPU", "tests/system/test_socketcan.py",
