@@ -13,7 +13,7 @@ LEAD = """# Results
 
 Written by `make results` (`QUICK=1` for those of minutes) from the table in `tests/results/table.py` and the
 figures it measured; do not edit. Each row says when and of which commit it was measured; a + behind the
-commit means that files were changed since, a load that other work took the processors. Commands are run in the
+commit means that files were changed since, a load that other work took processors. Commands are run in the
 repository, with `GNSS_HIL_DATA` set to the folder of real data (rows that need none do without). `RUN` is a
 folder; a run that names none gets one.
 """
