@@ -91,7 +91,9 @@ class Codec:
             name: raw[:, i] if layout.integral[i] else physical[:, i] for i, name in enumerate(layout.signals)
         }
 
-    def encode(self, kind: str, values: Mapping[str, NDArray], n: int | None = None) -> NDArray[np.uint8]:
+    def encode(
+        self, kind: str, values: Mapping[str, NDArray | float], n: int | None = None
+    ) -> NDArray[np.uint8]:
         """Payloads (n, 8) from name -> (n,) or scalar, rounded half to even.
 
         Signals not named are zero (the protection header is filled in by `dbc.contract.e2e.protect`).

@@ -9,7 +9,7 @@ from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.flightsw.io.frame_statistics import CONSEQUENCE, Reason
 from gnss_hil.tools.icd import charts, maths, messages, prose, protection, sequence, timing
 from gnss_hil.tools.icd.contract import Contract
-from gnss_hil.tools.icd.markup import Markup, figure, table, tag, text
+from gnss_hil.tools.icd.markup import Child, Markup, figure, table, tag, text
 from gnss_hil.tools.run_config.frame_budget import Budget
 
 
@@ -35,7 +35,7 @@ class Subject:
 class Chapter:
     title: str
     anchor: str
-    body: Callable[[Subject], object]
+    body: Callable[[Subject], Child]
 
 
 _FORMULAS = frozenset({"Measurements", "Attitude"})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -52,7 +53,7 @@ class Layout:
 
     @property
     def comment(self) -> str:
-        return self.messages[0].comment
+        return self.messages[0].comment or ""
 
     @property
     def group(self) -> Group:
@@ -60,12 +61,12 @@ class Layout:
 
     @property
     def protected(self) -> bool:
-        return "E2EProfile" in self.messages[0].dbc.attributes
+        return "E2EProfile" in _attributes(self.messages[0])
 
     @property
     def stream_key(self) -> str:
-        attributes = self.messages[0].dbc.attributes
-        return attributes["E2EStreamKey"].value if "E2EStreamKey" in attributes else ""
+        attributes = _attributes(self.messages[0])
+        return str(attributes["E2EStreamKey"].value) if "E2EStreamKey" in attributes else ""
 
     @property
     def repeats(self) -> bool:
@@ -101,7 +102,12 @@ class Contract:
         return next(name for name, table in self.value_tables().items() if table == choices)
 
     def value_tables(self) -> dict[str, dict[int, str]]:
-        return {name: labels(table) for name, table in self.database.dbc.value_tables.items()}
+        dbc = self.database.dbc
+        return {name: labels(table) for name, table in dbc.value_tables.items()} if dbc else {}
+
+
+def _attributes(message: Message) -> Mapping:
+    return message.dbc.attributes if message.dbc else {}
 
 
 def labels(choices) -> dict[int, str]:
@@ -114,9 +120,10 @@ def group_of(can_id: int) -> Group:
 
 def load(codec: Codec) -> Contract:
     """Reads the DBC text of a codec; messages that share a layout are one `Layout`."""
-    from cantools.database import load_string
+    from cantools.database.can import Database
 
-    database = load_string(codec.text, database_format="dbc")
+    database = Database()
+    database.add_dbc_string(codec.text)
     members: dict[str, list[Message]] = {}
     for message in sorted(database.messages, key=lambda m: m.frame_id):
         members.setdefault(codec.layouts[codec.kind_of[message.frame_id]].name, []).append(message)

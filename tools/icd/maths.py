@@ -40,8 +40,9 @@ def _whole(lines: list[str]) -> Iterator[str]:
 
 
 def _line(line: str) -> Markup:
-    constants = [_CONSTANT.fullmatch(piece) for piece in line.split(", ")]
-    if all(constants):
+    pieces = line.split(", ")
+    constants = [found for found in map(_CONSTANT.fullmatch, pieces) if found]
+    if len(constants) == len(pieces):
         return tag.p([", " if k else "", _constant(*c.groups())] for k, c in enumerate(constants))
     if ":" in line:
         return tag.p(inline(line))

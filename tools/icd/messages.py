@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
 
-def number(value: float) -> str:
-    """All digits of a decimal; powers of ten where it is small."""
-    return decimal(f"{value:.15g}")
+def number(value: float | None) -> str:
+    """All digits of a decimal; powers of ten where it is small; none of what is not given."""
+    return "" if value is None else decimal(f"{value:.15g}")
 
 
 def code_id(can_id: int) -> Markup:

@@ -43,7 +43,7 @@ def inline(line: str) -> Markup:
 
 
 def _span(found: re.Match) -> Markup:
-    kind = found.lastgroup if found.lastgroup != "to" else "link"
+    kind = next(name for name, words in found.groupdict().items() if words is not None)
     if kind == "link":
         href = _CHAPTER_OF.get(found["to"])
         return tag.a(inline(found["link"]), href=href) if href else inline(found["link"])

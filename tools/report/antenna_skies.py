@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import Index
 from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.dbc.common.satellites import name as satellite_name
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.figure import Json, Plot, antenna_colour, numbers
-from gnss_hil.tools.report.sky_plot import side_names
+from gnss_hil.tools.report.sky_plot import Sightings, side_names
 from gnss_hil.tools.report.time_series import NO_CHANNELS
 
 NO_SKY = "No instant has both an attitude on the bus and a place of the craft."
@@ -31,19 +32,19 @@ def skies(craft: Craft) -> list[Plot]:
         return [Plot.missing("Sky of the antennas", NO_CHANNELS)]
     if not len(craft.sightings.t_ns):
         return [Plot.missing("Sky of the antennas", NO_SKY)]
-    return [_sky(craft, antenna) for antenna in range(craft.vehicle.antennas)]
+    return [_sky(craft, craft.sightings, antenna) for antenna in range(craft.vehicle.antennas)]
 
 
-def _sky(craft: Craft, antenna: int) -> Plot:
-    seen, vehicle = craft.sightings, craft.vehicle
+def _sky(craft: Craft, seen: Sightings, antenna: int) -> Plot:
+    vehicle = craft.vehicle
     mask_deg = float(np.degrees(vehicle.mask_rad[antenna]))
     reach_deg = max(90.0, mask_deg)
     here = seen.tracked[:, antenna]
     kind = np.where(here, _THIS, np.where(seen.tracked.any(axis=1), _ANOTHER, _NOBODY))
     inside = seen.off_deg[:, antenna] <= reach_deg
-    data = [_points(craft, antenna, np.flatnonzero(inside & (kind == k)), k) for k in range(3)]
+    data = [_points(seen, antenna, np.flatnonzero(inside & (kind == k)), k) for k in range(3)]
     data.append(_mask(mask_deg))
-    data.append(_named(craft, antenna, np.flatnonzero(inside & here & (seen.instant == seen.instant.max()))))
+    data.append(_named(seen, antenna, np.flatnonzero(inside & here & (seen.instant == seen.instant.max()))))
     sides = list(side_names(vehicle.boresight_body[antenna]))
     polar = {
         "radialaxis": {"range": [0, reach_deg], "dtick": 30, "showticklabels": False, "ticks": ""},
@@ -55,31 +56,29 @@ def _sky(craft: Craft, antenna: int) -> Plot:
     return Plot(f"Sky of antenna {vehicle.names[antenna]}", "", figure, height=350)
 
 
-def _points(craft: Craft, antenna: int, rows: np.ndarray, kind: int) -> Json:
-    seen = craft.sightings
+def _points(seen: Sightings, antenna: int, rows: Index, kind: int) -> Json:
     colour = _COLOURS[kind] or antenna_colour(antenna + 1)
     words = [f"{satellite_name(s)} {iso(int(t))[11:19]}"
              for s, t in zip(seen.satellite[rows], seen.t_ns[rows], strict=True)]  # fmt: skip
     return _polar(
-        craft, antenna, rows, mode="markers", text=words,
+        seen, antenna, rows, mode="markers", text=words,
         hovertemplate="%{text}, %{r:.0f}° off<extra></extra>",
         marker={"size": _SIZES[kind], "color": colour},
     )  # fmt: skip
 
 
-def _named(craft: Craft, antenna: int, rows: np.ndarray) -> Json:
+def _named(seen: Sightings, antenna: int, rows: Index) -> Json:
     """What the antenna tracked at the end, by name."""
     edge = {"color": "--paper", "width": 1}
     return _polar(
-        craft, antenna, rows, mode="markers+text", hoverinfo="skip", textposition="top center",
-        text=[satellite_name(s) for s in craft.sightings.satellite[rows]],
+        seen, antenna, rows, mode="markers+text", hoverinfo="skip", textposition="top center",
+        text=[satellite_name(s) for s in seen.satellite[rows]],
         textfont={"size": 10, "color": "--ink"},
         marker={"size": 8, "color": antenna_colour(antenna + 1), "line": edge},
     )  # fmt: skip
 
 
-def _polar(craft: Craft, antenna: int, rows: np.ndarray, **more) -> Json:
-    seen = craft.sightings
+def _polar(seen: Sightings, antenna: int, rows: Index, **more) -> Json:
     off, around = numbers(seen.off_deg[rows, antenna]), numbers(seen.round_deg[rows, antenna])
     return {"type": "scatterpolar", "r": off, "theta": around} | more
 

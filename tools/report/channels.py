@@ -12,9 +12,11 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.tools.report.decimate import BUCKETS
 from gnss_hil.tools.report.sky_plot import Places
-from gnss_hil.tools.results.parquet import Labelled, batches_of_craft
+from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results.parquet import Labelled
 
 _AXES = tuple(f"sv_{v}{a}_ecef_m{p}" for v, p in (("", ""), ("v", "ps")) for a in "xyz")
+_NUMBERS = ("t_gps_s", "receiver", "cn0_dbhz", *_AXES)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,12 +86,13 @@ def read_channels(
     wanted = np.zeros(len(marks_ns) + 1, bool)
     wanted[instants] = True
     rows, seen = [], []
-    for batch in batches_of_craft(path, craft, ("t_gps_s", "receiver", "satellite", "cn0_dbhz", *_AXES)):
-        mark = np.searchsorted(marks_s, batch["t_gps_s"]).astype(np.int32)
-        receiver, satellite = batch["receiver"].astype(np.uint8), _numbers(batch["satellite"])
-        rows.append((mark, receiver, satellite, batch["cn0_dbhz"].astype(np.float32)))
+    for batch in parquet.batches_of_craft(path, craft, (*_NUMBERS, "satellite")):
+        t_s, by, strength, *axes = (parquet.numbers(batch, name) for name in _NUMBERS)
+        mark = np.searchsorted(marks_s, t_s).astype(np.int32)
+        receiver, satellite = by.astype(np.uint8), _satellites(parquet.text(batch, "satellite"))
+        rows.append((mark, receiver, satellite, strength.astype(np.float32)))
         at = np.flatnonzero(wanted[mark])
-        vectors = np.column_stack([batch[name][at] for name in _AXES])
+        vectors = np.column_stack([axis[at] for axis in axes])
         seen.append((mark[at], receiver[at], satellite[at], vectors))
     if not rows:
         rows.append((np.zeros(0, np.int32), np.zeros(0, np.uint8), np.zeros(0, np.int16),
@@ -97,11 +100,11 @@ def read_channels(
         seen.append((*rows[0][:3], np.zeros((0, 6))))
     mark, by, satellite, vectors = (np.concatenate(parts) for parts in zip(*seen, strict=True))
     places = Places(marks_ns[mark], satellite.astype(np.int64), vectors[:, :3], vectors[:, 3:])
-    columns = (np.concatenate(parts) for parts in zip(*rows, strict=True))
-    return Channels(marks_ns, *columns, places, by.astype(np.int64))
+    mark, receiver, satellite, cn0_dbhz = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    return Channels(marks_ns, mark, receiver, satellite, cn0_dbhz, places, by.astype(np.int64))
 
 
-def _numbers(names: Labelled) -> NDArray[np.int16]:
+def _satellites(names: Labelled) -> NDArray[np.int16]:
     """(n,) satellite numbers of a column of names."""
     numbers = {satellites.name(i): i for i in range(satellites.SATELLITES)}
     return np.array([numbers[name] for name in names.labels], np.int16)[names.codes]

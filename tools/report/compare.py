@@ -113,7 +113,11 @@ def _figures(summary: Mapping[str, Any]) -> dict[str, float | int | None]:
 
 def _row(a, b) -> tuple[str, str, str]:
     ratio = f"{b / a:.3g}" if a and b is not None else "-"
-    return (*(figure(v) if v is None or isinstance(v, int) else small(v) for v in (a, b)), ratio)
+    return _shown(a), _shown(b), ratio
+
+
+def _shown(value: float | int | None) -> str:
+    return figure(value) if value is None or isinstance(value, int) else small(value)
 
 
 def render(names: Sequence[str], body: Sequence[tuple[str, str, str, str]]) -> str:

@@ -84,7 +84,7 @@ def gather(
                                                                           ("xy", "xz", "yz")]))  # fmt: skip
         sigma = np.where(np.isnan(error), np.nan, sigmas_along(axes, said))
     here = position if truth_m is None else np.where(np.isnan(position), truth_m, position)
-    usable = ~np.isnan(here).any(axis=1) & ~np.isnan(quaternion).any(axis=1)
+    usable = ~np.logical_or.reduce(np.isnan(np.column_stack([here, quaternion])), axis=1)
     looks = instants(usable)
     table = read_channels(channels, name, t_ns, looks) if channels is not None else None
     held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)

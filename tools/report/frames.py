@@ -56,11 +56,14 @@ def geodetic(position_m: Vectors) -> tuple[Vectors, Vectors, Vectors]:
     polar_m = EQUATOR_M * (1 - FLATTENING)
     axis_m = np.hypot(x, y)
     reduced = np.arctan2(EQUATOR_M * z, polar_m * axis_m)
-    for _ in range(2):
-        latitude = np.arctan2(
+
+    def latitude_of(reduced: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.arctan2(
             z + e2 / (1 - e2) * polar_m * np.sin(reduced) ** 3, axis_m - e2 * EQUATOR_M * np.cos(reduced) ** 3
         )
-        reduced = np.arctan2((1 - FLATTENING) * np.sin(latitude), np.cos(latitude))
+
+    latitude = latitude_of(reduced)
+    latitude = latitude_of(np.arctan2((1 - FLATTENING) * np.sin(latitude), np.cos(latitude)))
     normal_m = EQUATOR_M / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
     height_m = axis_m * np.cos(latitude) + z * np.sin(latitude) - EQUATOR_M**2 / normal_m
     return np.degrees(np.arctan2(y, x)), np.degrees(latitude), height_m

@@ -47,9 +47,9 @@ def _path(x: NDArray, y: NDArray, fixed: NDArray[np.bool_], **more) -> list[Json
     for name, wanted, colour, width in _PATHS:
         which = fixed == wanted
         if which.any():
-            at = (numbers(np.where(which, v, np.nan)) for v in (x, y))
+            east, north = (numbers(np.where(which, v, np.nan)) for v in (x, y))
             style = {"line": {"width": width}, "marker": {"size": width, "color": colour}}
-            parts.append(line(name, *at, colour, mode="lines+markers", **style, **more))
+            parts.append(line(name, east, north, colour, mode="lines+markers", **style, **more))
     return parts
 
 
@@ -74,8 +74,8 @@ def ground_track(craft: Craft) -> Plot:
     coast = {"type": "scatter", "mode": "lines", "x": coast_lon, "y": coast_lat, "fill": "toself",
              "fillcolor": "--land", "line": {"color": "--coast", "width": 0.6}, "hoverinfo": "skip",
              "showlegend": False}  # fmt: skip
-    apart = (np.insert(v, breaks, np.nan) for v in (lon, lat))
-    path = _path(*apart, np.insert(fixed, breaks, False),
+    east, north = (np.insert(v, breaks, np.nan) for v in (lon, lat))
+    path = _path(east, north, np.insert(fixed, breaks, False),
                  hovertemplate="%{y:.2f}° N, %{x:.2f}° E<extra></extra>")  # fmt: skip
     degrees = {"ticksuffix": "°", "zeroline": False, "constrain": "domain"}
     x = axis("longitude, east", range=[-180, 180], dtick=60, **degrees)

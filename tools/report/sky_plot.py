@@ -69,7 +69,7 @@ def antenna_axes(boresight_body: NDArray[np.float64]) -> NDArray[np.float64]:
 def side_names(boresight_body: NDArray[np.float64]) -> tuple[str, str, str, str]:
     """Body axes nearest to up, right, down and left in an antenna's picture."""
     up, right, _ = antenna_axes(boresight_body)
-    return tuple(_axis_name(v) for v in (up, right, -up, -right))
+    return _axis_name(up), _axis_name(right), _axis_name(-up), _axis_name(-right)
 
 
 def _axis_name(direction: NDArray[np.float64]) -> str:

@@ -67,7 +67,7 @@ _BANDS = ((3, "--band-3"), (1, "--band-1"))
 
 def position_error(craft: Craft) -> Plot:
     title = "Position error"
-    if craft.error_m is None:
+    if craft.error_m is None or craft.sigma_m is None:
         return Plot.missing(title, NO_TRUTH)
     if np.isnan(craft.error_m).all():
         return Plot.missing(title, NO_FIX)
@@ -77,7 +77,9 @@ def position_error(craft: Craft) -> Plot:
     for i, (direction, domain) in enumerate(zip(_DIRECTIONS, stacked(3), strict=True)):
         on = {"yaxis": numbered("y", i)}
         for factor, colour in _BANDS:
-            data += _bounds(craft, i, factor, colour, on, showlegend=i == 0)
+            data += _bounds(
+                craft.t_ns, factor * craft.sigma_m[:, i], f"{factor} sigma", colour, on, showlegend=i == 0
+            )
         error = craft.error_m[:, i]
         data.append(trace("fix - truth", craft.t_ns, error, "--accent", showlegend=i == 0,
                           line={"width": 1}, **on))  # fmt: skip
@@ -101,16 +103,15 @@ def _view(error_m: NDArray, sigma_m: NDArray) -> float:
     return float(max(wanted))
 
 
-def _bounds(craft: Craft, i: int, factor: int, colour: str, on: Json, showlegend: bool) -> list[Json]:
-    """A band of +- factor sigma; at the ends of a gap it closes."""
-    sigma = factor * craft.sigma_m[:, i]
-    rows = extremes(sigma)
-    rows = rows[~np.isnan(sigma[rows])]
-    x = np.r_[craft.t_ns[rows], craft.t_ns[rows][::-1]]
-    y = np.r_[sigma[rows], -sigma[rows][::-1]]
+def _bounds(t_ns: NDArray[np.int64], bound: NDArray, name: str, colour: str, on: Json, **more) -> list[Json]:
+    """A band of +- bound; at the ends of a gap it closes."""
+    rows = extremes(bound)
+    rows = rows[~np.isnan(bound[rows])]
+    x = np.r_[t_ns[rows], t_ns[rows][::-1]]
+    y = np.r_[bound[rows], -bound[rows][::-1]]
     style = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
-    return [{"type": "scatter", "name": f"{factor} sigma", "x": moments(x), "y": numbers(y), "fill": "toself",
-             "fillcolor": colour, "showlegend": showlegend, **style, **on}]  # fmt: skip
+    return [{"type": "scatter", "name": name, "x": moments(x), "y": numbers(y), "fill": "toself",
+             "fillcolor": colour, **more, **style, **on}]  # fmt: skip
 
 
 def strength(craft: Craft) -> Plot:

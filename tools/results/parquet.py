@@ -148,9 +148,22 @@ def batches_of_craft(path: Path, craft: str, names: Sequence[str]) -> Iterator[d
             yield rows
 
 
+def numbers(batch: Columns, name: str) -> NDArray:
+    """A column of numbers (n,)."""
+    column = batch[name]
+    assert not isinstance(column, Labelled)
+    return column
+
+
+def text(batch: Columns, name: str) -> Labelled:
+    """A column of text (n,)."""
+    column = batch[name]
+    assert isinstance(column, Labelled)
+    return column
+
+
 def _rows_of(batch: Columns, craft: str, names: Sequence[str]) -> dict:
-    owner = batch["craft"]
-    assert isinstance(owner, Labelled)
+    owner = text(batch, "craft")
     mine = np.array([label == craft for label in owner.labels], bool)[owner.codes]
     if mine.all():
         return {name: batch[name] for name in names}
