@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 
@@ -62,7 +63,7 @@ def gps_blocks(day: date) -> dict[int, str]:
     return found
 
 
-def block_rows(day: date, gps: str, chosen: dict[str, str]) -> NDArray[np.intp]:
+def block_rows(day: date, gps: str, chosen: Mapping[str, str]) -> NDArray[np.intp]:
     """Rows (512,) of BLOCKS over satellite indices; NO_BLOCK for other systems than GPS and GLONASS.
 
     day      whose constellation is meant

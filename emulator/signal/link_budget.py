@@ -95,7 +95,9 @@ def _level_dbwm2(block: Block, level: str) -> Array:
     return shape_db + received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
 
 
-def arriving_dbw(transmitters: Transmit, index: ArrayLike, off_nadir: Array, distance_m: Array) -> Array:
+def arriving_dbw(
+    transmitters: Transmit, index: NDArray[np.int64], off_nadir: Array, distance_m: Array
+) -> Array:
     """Power (n,) [dBW] an isotropic right-handed antenna receives from satellites of these indices (n,)."""
     level = antenna_patterns.look_up(transmitters.level_dbwm2, transmitters.row[index], off_nadir)
     return level - 20 * np.log10(distance_m)

@@ -73,7 +73,9 @@ def rays(direct: Array, delay_m: Array, coefficient: Complex, wave_m: Array, chi
     """
     turned = coefficient * np.exp(-2j * np.pi * delay_m / wave_m[:, None])
     zero = np.zeros((len(direct), 1))
-    return Sum(np.hstack((zero, delay_m / chip_m[:, None])), np.hstack((direct[:, None], turned)))
+    return Sum(
+        np.hstack((zero, delay_m / chip_m[:, None])), np.hstack((direct[:, None].astype(complex), turned))
+    )
 
 
 def discriminator(kind: Discriminator, early: Complex, prompt: Complex, late: Complex) -> Array:
@@ -137,10 +139,10 @@ def _false_position(
         found[moving] = middle
         still = np.abs(middle - last) >= TOLERANCE_CHIPS
         if not still.all():
-            low, high, below, above, stale, middle, moving = (
-                column[still] for column in (low, high, below, above, stale, middle, moving)
+            low, high, below, above, stale, middle = (
+                column[still] for column in (low, high, below, above, stale, middle)
             )
-            total = total[still]
+            moving, total = moving[still], total[still]
             if not len(moving):
                 break
         value = discriminator(kind, *total.at(correlate, middle[:, None] + shift).T)

@@ -7,9 +7,10 @@ Nothing is drawn at random: a still structure gives a constant error, a turning 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.signal import multipath
@@ -25,6 +26,8 @@ from gnss_hil.emulator.signal.structure.bodies import (
     faces_at,
 )
 from gnss_hil.emulator.signal.structure.reflections import Gain
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 LATER_S = 0.002
 """From one instant to the other: short against any beat. While a craft slews as fast as it may, a reflection
@@ -132,7 +135,13 @@ def _rays(
         seen.pair, len(antenna), settings.reflections, seen.delay_m, strength, settings.least_amplitude
     )
     # Row -1, which stands for no reflection, finds the zeros at the end.
-    return tuple(np.append(column, 0)[row] for column in (seen.delay_m, later_m, strength))
+    delay_m, later_m, strength = (np.append(column, 0)[row] for column in (seen.delay_m, later_m, strength))
+    return delay_m, later_m, strength
+
+
+def _twice(column: NDArray[Scalar]) -> NDArray[Scalar]:
+    """A column (p,) for both instants, (2 p,)."""
+    return np.concatenate((column, column))
 
 
 def _locks(
@@ -183,8 +192,10 @@ def receive(
     if not len(antenna):
         return Reception(*np.zeros((4, 0)))
     now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, antenna, satellite, gain_dbi)
-    twice = [np.concatenate((column, column)) for column in (direct, strength, wave_m, chip_m)]
-    code_chips, lag_rad, level = _locks(settings, spacing_chips, np.concatenate((now_m, later_m)), *twice)
+    code_chips, lag_rad, level = _locks(
+        settings, spacing_chips, np.concatenate((now_m, later_m)), _twice(direct), _twice(strength),
+        _twice(wave_m), _twice(chip_m),
+    )  # fmt: skip
     lag, later = lag_rad.reshape(2, -1)
     turned = np.remainder(later - lag + np.pi, 2 * np.pi) - np.pi
     count = len(antenna)

@@ -35,7 +35,7 @@ def antenna_axes(boresight: Array) -> tuple[Array, Array]:
     x is the axis of the body that is farthest from the boresight, made square to it. Another choice changes
     phases by a constant, which an ambiguity swallows.
     """
-    x = np.eye(3)[np.argmin(np.abs(boresight), axis=1)]
+    x: Array = np.eye(3)[np.argmin(np.abs(boresight), axis=1)]
     x = x - np.einsum("mk,mk->m", x, boresight)[:, None] * boresight
     x /= norm(x)[:, None]
     return x, np.cross(boresight, x)

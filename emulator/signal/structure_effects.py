@@ -66,17 +66,17 @@ class StructurePoses:
         signals   (p,) each: antenna, satellite, amplitude of the direct ray (1 free, 0 hidden), lengths of
                   carrier wave and code chip [m]
         """
+        antenna, satellite, direct, wave_m, chip_m = signals
         out = np.zeros((4, len(at)))
         for epochs in self._groups():
             mine = np.flatnonzero((at >= epochs.start) & (at < epochs.stop))
             if not len(mine):
                 continue
-            antenna, satellite, direct, wave_m, chip_m = (column[mine] for column in signals)
             # Satellites of all epochs in one row, which is that of `_pose`.
-            flat = (at[mine] - epochs.start) * self.los.shape[1] + satellite
+            flat = (at[mine] - epochs.start) * self.los.shape[1] + satellite[mine]
             found = multipath_engine.receive(
                 self.shape, settings, spacing_chips, self._pose(epochs), self.vehicle.lever_arm_body_m,
-                antenna, flat, direct, wave_m, chip_m, self._gain_dbi(antennas),
+                antenna[mine], flat, direct[mine], wave_m[mine], chip_m[mine], self._gain_dbi(antennas),
             )  # fmt: skip
             out[:, mine] = found.range_m, found.phase_m, found.rate_mps, found.level_db
         return Reception(*out)

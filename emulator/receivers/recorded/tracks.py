@@ -8,7 +8,7 @@ rate where the file has no Doppler.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -71,8 +71,8 @@ class Tracks:
         return len(self.sat)
 
     def __getitem__(self, rows) -> Tracks:
-        columns = (getattr(self, name)[rows] for name in self.__slots__[:-1])
-        return Tracks(*columns, self.dropped)
+        names = (field.name for field in fields(self) if field.name != "dropped")
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +135,7 @@ def _raw(file: Observations, signal: Signal, epoch_of: Numbers) -> _Raw:
     phase[phase == 0] = np.nan
     lli = _flags(file, codes.phase, rows)
     arc = arcs(sat, epoch, np.isfinite(phase), (lli & LOST_LOCK) > 0)
-    carrier_hz = signal.carrier_hz + _frequencies(file, signal, sat) * signal.spacing_hz
+    carrier_hz = signal.carrier_hz + _frequencies(file, signal, sat).astype(float) * signal.spacing_hz
     wave_m = LIGHT_MPS / carrier_hz
     t_s = (file.t_ns[file.epoch[rows]] - file.t_ns[0]) / NS_PER_S
     by_spline = _best_rates(sat, epoch, arc, t_s, phase * wave_m, range_m[rows])

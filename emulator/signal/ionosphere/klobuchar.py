@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import Floats
+
 Array = NDArray[np.float64]
 
 NIGHT_S = 5e-9
@@ -29,7 +31,7 @@ class Coefficients:
 
 
 def vertical_delay_s(
-    coefficients: Coefficients, second_of_day: Array, lat_rad: Array, lon_rad: Array
+    coefficients: Coefficients, second_of_day: Floats, lat_rad: Array, lon_rad: Array
 ) -> Array:
     """Vertical delay on GPS L1 [s] over a place; arrays that broadcast.
 

@@ -10,9 +10,12 @@ Analysis Center Workshop 1996. Both cited from memory; the integrals are checked
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import Floats
 
 Array = NDArray[np.float64]
 
@@ -45,7 +48,11 @@ class Profile:
         return float(_CHAPMAN * (self.topside_m * inside + self.bottomside_m * (1 - inside)))
 
 
-def _plasmasphere_above(profile: Profile, above_m: Array) -> Array:
+@overload
+def _plasmasphere_above(profile: Profile, above_m: float) -> float: ...
+@overload
+def _plasmasphere_above(profile: Profile, above_m: Array) -> Array: ...
+def _plasmasphere_above(profile: Profile, above_m: Floats) -> Floats:
     """Share of the plasmasphere beyond a distance over the peak, of all up to infinity."""
     slow, fast = profile.plasmasphere_m, profile.topside_m
     return (slow * np.exp(-above_m / slow) - fast * np.exp(-above_m / fast)) / (slow - fast)

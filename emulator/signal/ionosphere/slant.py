@@ -75,7 +75,7 @@ def slant_tec_tecu(
     later = np.broadcast_to(later_s, length.shape)[ray, None]
     vertical = field.vertical_tecu(t_ns, later, np.arctan2(z, np.sqrt(across2)), np.arctan2(y, x))
     content = half * ((density_pm(field.profile, height) * vertical) @ _WEIGHTS)
-    return np.bincount(ray, content, len(length))
+    return np.bincount(ray, content, len(length)).astype(np.float64, copy=False)
 
 
 APART_S = 0.5

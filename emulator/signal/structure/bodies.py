@@ -91,8 +91,8 @@ def _frame(part: Box | Panel) -> tuple[Array, Array]:
     """Axes (3, 3) and half extents (3,) of a part."""
     if isinstance(part, Box):
         return dcm_321(*np.deg2rad(part.turn_deg)), np.array(part.size_m) / 2
-    normal = np.array(part.normal_body) / np.linalg.norm(part.normal_body)
-    along = np.array(part.along_body) - normal * np.dot(part.along_body, normal)
+    normal: Array = np.array(part.normal_body) / np.linalg.norm(part.normal_body)
+    along: Array = np.array(part.along_body) - normal * np.dot(part.along_body, normal)
     along /= np.linalg.norm(along)
     return np.array((along, np.cross(normal, along), normal)), np.array((*part.size_m, 0.0)) / 2
 

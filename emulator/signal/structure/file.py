@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.vehicle import Strict, Vector
-from gnss_hil.emulator.signal.structure.materials import MATERIALS
+from gnss_hil.emulator.signal.structure.materials import MaterialName
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,31}$")]
 Length = Annotated[float, Field(gt=0, le=500)]
@@ -89,7 +89,7 @@ class Part(Strict):
 
     name: Name
     centre_m: Vector
-    material: Literal[tuple(MATERIALS)] = "metal"
+    material: MaterialName = "metal"
     amplitude: Annotated[float, Field(ge=0, le=1)] = 1.0
     roughness_m: Annotated[float, Field(ge=0, le=1)] = 0.0
     joint: str | None = None

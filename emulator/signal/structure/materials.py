@@ -9,6 +9,7 @@ coherent part. Time runs as exp(+j w t).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,16 @@ from gnss_hil.emulator.signal.bands import L1_HZ
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+MaterialName = Literal["metal", "glass"]
+"""The rows of MATERIALS, as structure files name them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Material:
     """a, c, d of P.2040-3, table 3: permittivity a, conductivity c f^d [S/m] with f in GHz (b is 0 for both).
     A surface is taken as a half space of it (modelled)."""
 
-    name: str
+    name: MaterialName
     a: float
     c: float
     d: float
@@ -38,7 +42,9 @@ class Material:
         return self.a - 1j * conductivity / (2 * np.pi * L1_HZ * epsilon_0)
 
 
-MATERIALS = {m.name: m for m in (Material("metal", 1.0, 1e7, 0.0), Material("glass", 6.31, 0.0036, 1.3394))}
+MATERIALS: dict[MaterialName, Material] = {
+    m.name: m for m in (Material("metal", 1.0, 1e7, 0.0), Material("glass", 6.31, 0.0036, 1.3394))
+}
 
 
 def fresnel(permittivity: Complex, cos_incidence: Array) -> tuple[Complex, Complex]:
@@ -47,7 +53,7 @@ def fresnel(permittivity: Complex, cos_incidence: Array) -> tuple[Complex, Compl
     permittivity    (k,) relative, complex
     cos_incidence   (k,) of the angle from the surface's normal, 0 to 1
     """
-    inside = np.sqrt(permittivity - (1 - cos_incidence**2))
+    inside: Complex = np.sqrt(permittivity - (1 - cos_incidence**2))
     te = (cos_incidence - inside) / (cos_incidence + inside)
     tm = (permittivity * cos_incidence - inside) / (permittivity * cos_incidence + inside)
     return te, tm

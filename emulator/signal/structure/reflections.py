@@ -108,7 +108,7 @@ def _clear(bodies: Bodies, found: Reflections, origin_m: Array, incoming: Array)
     from there along incoming (k, 3) to the satellites."""
     point_m = origin_m + found.distance_m[:, None] * found.towards_body
     near = hits(bodies, origin_m, found.towards_body, found.distance_m)
-    return ~(near | hits(bodies, point_m, incoming)).any(axis=-1)
+    return ~np.logical_or.reduce(near | hits(bodies, point_m, incoming), axis=-1)
 
 
 def delays_m(faces: Faces, face: Numbers, antenna_body_m: Array, los_body: Array) -> Array:

@@ -47,4 +47,4 @@ def blocked(bodies: Bodies, antenna_body_m: Array, los_body: Array) -> NDArray[n
     antenna_body_m   (m, 3) places of the antennas, body axes, outside all boxes
     los_body         (n, 3) unit vectors to the satellites, body axes
     """
-    return hits(bodies, antenna_body_m[:, None], los_body[None]).any(axis=-1)
+    return np.logical_or.reduce(hits(bodies, antenna_body_m[:, None], los_body[None]), axis=-1)
