@@ -1,12 +1,14 @@
 """Loop noise against simulated correlators and numbers worked by hand."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from gnss_hil.dbc.common import vehicle
 from gnss_hil.emulator.error_models import carrier_noise, code_noise, doppler_noise
-from gnss_hil.emulator.error_models.base import Context
+from gnss_hil.emulator.error_models.base import CraftContext
 from gnss_hil.emulator.signal import loops
 from gnss_hil.emulator.signal.loops import Loops
 
@@ -70,7 +72,9 @@ def test_numbers_by_hand():
 
 ROWS = {row.ROW.name: row for row in (code_noise, carrier_noise, doppler_noise)}
 SHAPE = 40, 8, 60  # epochs, receivers, satellites
-CONTEXT = Context(3, 4, 0, 10**9, (0, 10**9), np.arange(64), lambda name: name, loops=Loops())
+CONTEXT = CraftContext(
+    3, 4, 0, 10**9, (0, 10**9), np.arange(64), Path, vehicle.load(vehicle.find("soyuz-ms")), Loops()
+)
 
 
 def disturbed(name):
