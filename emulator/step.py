@@ -1,4 +1,4 @@
-"""One epoch of the emulator: a pure function from the state between epochs and the commands heard to frames.
+"""One epoch of the emulator: a pure function from the state between epochs and commands received to frames.
 
 What no command changes is worked out in blocks of epochs (`emulator.environment`) and kept for as long as
 it is near; a world answers the same whether a block is at hand or not. What commands change is stepped here.
@@ -21,7 +21,7 @@ def emulate_step(
 ) -> tuple[EmulatorState, dict[str, FrameBatch], NDArray]:
     """Play one epoch.
 
-    inbox    frames heard since the last epoch, by name of the craft whose bus they were on
+    inbox    frames received since the last epoch, by name of the craft whose bus they were on
     returns  next state; frames by craft; truth (crafts,) of dtype `emulator.truth.TRUTH`
     """
     units, sent, truth = [], {}, np.zeros(len(world.craft), TRUTH)

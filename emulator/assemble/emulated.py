@@ -101,7 +101,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         mark_source=mark_domain + 1,
         epochs_per_pass=max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
-        stationery=frames.stationery(contract, vehicle.antennas),
+        templates=frames.frame_templates(contract, vehicle.antennas),
     )
     return EmulatedCraft(craft.name, environment, receivers)
 

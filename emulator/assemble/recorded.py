@@ -88,7 +88,7 @@ def build_observed(
         marks_ns=marks_ns,
         epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
-        stationery=frames.stationery(contract, vehicle.antennas),
+        templates=frames.frame_templates(contract, vehicle.antennas),
         sky=sky,
         almanac=held,
         row_of=row_of,

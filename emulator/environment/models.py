@@ -59,12 +59,12 @@ def link(models: Models) -> LinkTerm | None:
     terms = [model.link() for model in models.get(Stage.LINK, ())]
     if not terms:
         return None
-    told = [(f.name, getattr(term, f.name)) for term in terms for f in fields(LinkTerm)]
-    told = [(name, value) for name, value in told if value is not None]
-    twice = sorted({name for name, _ in told if sum(name == other for other, _ in told) > 1})
+    given = [(f.name, getattr(term, f.name)) for term in terms for f in fields(LinkTerm)]
+    given = [(name, value) for name, value in given if value is not None]
+    twice = sorted({name for name, _ in given if sum(name == other for other, _ in given) > 1})
     if twice:
         raise Clash(f"two models of stage link tell {', '.join(twice)}")
-    return LinkTerm(**dict(told))
+    return LinkTerm(**dict(given))
 
 
 def visibility(models: Models, at: EpochGeometry) -> tuple[VisibilityTerm, ...]:

@@ -95,7 +95,7 @@ def _disturbed(env: Environment, at: ChannelGeometry) -> tuple[ChannelGeometry, 
     paths = joined.path_models(env.models)
     led = paths.led(at)
     if paths.leading:
-        # What is heard of a hidden satellite has its level already.
+        # What is received of a hidden satellite has its level already.
         at = with_level(at, np.where(at.hidden, at.cn0_dbhz, at.cn0_dbhz + led.level_db))
     return at, led + paths.followed(at)
 

@@ -177,7 +177,7 @@ class TrackingTerm:
     """How channels track.
 
     half_cycles     (p,) by which carrier phases slip in the epoch; None: never
-    collection_ns   systems and times from which satellites are heard, (...,) [ns] -> time until their
+    collection_ns   systems and times from which satellites are received, (...,) [ns] -> time until their
                     ephemerides are collected [ns]; None: one fixed time
     shared          whether the receivers of a craft tell each other what they have collected
     """
@@ -203,7 +203,7 @@ class ErrorModel:
     """A model at work; a row's `build` makes one and answers what its stage asks.
 
     leads          PATH: asked before the others, which meet the C/N0 that it leaves
-    reaches        PATH: asked, too, for signals whose direct ray is hidden; at its level they are still heard
+    reaches        PATH: asked, too, for signals whose direct ray is hidden, still received at its level
     needs_sun      whether it looks at the Sun or at the structure
     """
 

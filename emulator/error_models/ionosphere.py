@@ -71,10 +71,10 @@ _PROFILE = {
 
 def profile_of(params: Ionosphere) -> Profile:
     """The preset's profile, with what the scenario says in its place."""
-    told = ((scale, unit, getattr(params, name)) for name, (scale, unit) in _PROFILE.items())
+    given = ((scale, unit, getattr(params, name)) for name, (scale, unit) in _PROFILE.items())
     return replace(
         PRESETS[params.activity].profile,
-        **{scale: unit * value for scale, unit, value in told if value is not None},
+        **{scale: unit * value for scale, unit, value in given if value is not None},
     )
 
 

@@ -25,7 +25,7 @@ class Model(ErrorModel):
         epochs, receiver = at.epochs, (at.at, at.receiver)
         x, y = ((axis @ epochs.dcm_body_from_ecef)[receiver] for axis in self.axes_body)
         rate = (epochs.rate_body_rps[:, None] @ epochs.dcm_body_from_ecef)[:, 0]
-        cycles, per_s = phase_windup.wound_in_motion(
+        cycles, per_s = phase_windup.windup_and_rate(
             epochs.motion.pos_m[at.at, at.row],
             epochs.motion.vel_mps[at.at, at.row],
             epochs.sun_ecef_m[at.at],

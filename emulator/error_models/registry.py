@@ -55,7 +55,7 @@ FACTORS = table(
     shadowing.ROW,
     multipath.ROW,
 )
-"""By name, in the order in which they are told and joined."""
+"""By name, in the order in which they are listed and joined."""
 
 
 def of_scope(scope: str) -> dict[str, Row]:

@@ -37,7 +37,7 @@ class Craft(Protocol):
     def fresh(self) -> Any:
         """The unit before the first epoch."""
 
-    def step(self, unit: Any, heard: FrameBatch, epoch: int) -> tuple[Any, FrameBatch, NDArray]:
+    def step(self, unit: Any, received: FrameBatch, epoch: int) -> tuple[Any, FrameBatch, NDArray]:
         """One epoch: the unit after it, its frames, and truth, a row of `emulator.truth.TRUTH` but for the
         craft's number. A pure function of its arguments."""
         ...

@@ -32,7 +32,7 @@ _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "R
 
 CN0_TOP_DBHZ = 63.75
 AGE_TOP_H = 255
-"""Where C/N0 and the age of an almanac, ten days, end on the bus: more is told as this."""
+"""Where C/N0 and the age of an almanac, ten days, end on the bus: more is reported as this."""
 
 COUNTER_HZ = 10e6
 """Counter by which a receiver tags its latch, to 100 ns: diagnostic. Clocks are found from pseudoranges."""
@@ -85,7 +85,7 @@ def _phase_bits(codec: Codec) -> PhaseBits:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stationery:
+class FrameTemplates:
     """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the head's (1, k)."""
 
     head: Form
@@ -110,14 +110,14 @@ class Stationery:
         return self.heartbeats.can_id.astype(np.int64) * CHANNELS
 
 
-def stationery(codec: Codec, receivers: int) -> Stationery:
+def frame_templates(codec: Codec, receivers: int) -> FrameTemplates:
     def identifiers(kinds: Sequence[str], number: int) -> list[int]:
         return [codec.can_id_of[kind, number] for kind in kinds]
 
     def by_receiver(kinds):
         return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
 
-    return Stationery(
+    return FrameTemplates(
         head=form(codec, _HEAD),
         channel=form(codec, MEASUREMENT_KINDS),
         closing=form(codec, _CLOSING),
@@ -141,16 +141,16 @@ def _heartbeats(codec: Codec, receivers: int) -> Part:
     return Part(can_id, codec.encode("HEARTBEAT", values, len(nodes)))
 
 
-def _part(paper: Form, can_id: NDArray[np.uint32], values: dict) -> Part:
+def _part(template: Form, can_id: NDArray[np.uint32], values: dict) -> Part:
     """Frames of a filled form with identifiers (n, k); one with a value that does not fit is not sent."""
-    data, fits = paper.fill(len(can_id), values)
+    data, fits = template.fill(len(can_id), values)
     if fits.all():
         return Part(can_id.reshape(-1), data.reshape(-1, WIDTH))
     return Part(can_id[fits], data[fits])
 
 
 def head_parts(
-    paper: Stationery,
+    templates: FrameTemplates,
     session: int,
     epoch: int,
     t_ns: int,
@@ -166,7 +166,7 @@ def head_parts(
     """
     mark = gpstime.week_second_ns(t_ns)
     values = head_values(session, epoch, mark, leap_s, quaternion, rate_body_rps, mark_clock)
-    whole = _part(paper.head, paper.head_id, values)
+    whole = _part(templates.head, templates.head_id, values)
     return (
         Part(whole.can_id[:_MARK_FRAMES], whole.data[:_MARK_FRAMES]),
         Part(whole.can_id[_MARK_FRAMES:], whole.data[_MARK_FRAMES:]),
@@ -196,7 +196,7 @@ def receiver_state(commanded: NDArray[np.bool_], counts: Numbers, warm: bool) ->
     return np.where(obeys, RECEIVER_STATE["COMMANDED"], RECEIVER_STATE["AUTONOMOUS" if warm else "START"])
 
 
-def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part:
+def answers_part(templates: FrameTemplates, commands: Commands, result: Numbers) -> Part:
     """Answers in the order the commands came."""
     values = {
         "channel": commands.channel,
@@ -205,7 +205,7 @@ def answers_part(paper: Stationery, commands: Commands, result: Numbers) -> Part
         "sat_number": satellites.number_of(commands.sat),
         "transaction": commands.transaction,
     }
-    return _part(paper.answer, paper.answer_id[commands.receiver - 1], values)
+    return _part(templates.answer, templates.answer_id[commands.receiver - 1], values)
 
 
 def tag_offset_ns(clock_s: NDArray) -> NDArray:
@@ -217,7 +217,7 @@ def tag_offset_ns(clock_s: NDArray) -> NDArray:
 
 
 def receivers_part(
-    paper: Stationery,
+    templates: FrameTemplates,
     seen: Observations,
     sky: SkyState,
     clock_s: NDArray,
@@ -230,14 +230,14 @@ def receivers_part(
     A channel with a value that the bus cannot carry (a range rate of 14 km/s) is left out whole, and not
     counted in STATUS.
     """
-    channels, fits = paper.channel.fill(len(seen.row), channel_values(seen, sky, seen.row))
+    channels, fits = templates.channel.fill(len(seen.row), channel_values(seen, sky, seen.row))
     whole = fits.all(axis=1)
     receiver = seen.receiver
     if not whole.all():
         channels, receiver = channels[whole], receiver[whole]
-    m, k = paper.channel_id.shape
+    m, k = templates.channel_id.shape
     tracking = np.bincount(receiver, minlength=m)
-    closing, _ = paper.closing.fill(
+    closing, _ = templates.closing.fill(
         m,
         {
             "tag_offset_ns": tag_offset_ns(clock_s),
@@ -250,7 +250,7 @@ def receivers_part(
     )
     place = np.concatenate((np.repeat(2 * receiver, k), np.repeat(2 * np.arange(m) + 1, len(_CLOSING))))
     order = np.argsort(place, kind="stable")
-    can_id = np.concatenate((paper.channel_id[receiver].reshape(-1), paper.closing_id.reshape(-1)))
+    can_id = np.concatenate((templates.channel_id[receiver].reshape(-1), templates.closing_id.reshape(-1)))
     data = np.concatenate((channels.reshape(-1, WIDTH), closing.reshape(-1, WIDTH)))
     return Part(can_id[order], data[order])
 
@@ -281,21 +281,21 @@ def channel_values(seen: Observations, sky: SkyState, satellite) -> dict:
     }  # fmt: skip
 
 
-def almanac_part(paper: Stationery, sat: Numbers, receiver: Numbers, told: Predictions) -> Part:
+def almanac_part(templates: FrameTemplates, sat: Numbers, receiver: Numbers, predicted: Predictions) -> Part:
     """Predictions of satellites (p,), three frames each, from receivers (p,) (0-based)."""
-    return _part(paper.almanac, paper.almanac_id[receiver], almanac_values(sat, told))
+    return _part(templates.almanac, templates.almanac_id[receiver], almanac_values(sat, predicted))
 
 
-def almanac_values(sat: Numbers, told: Predictions) -> dict:
+def almanac_values(sat: Numbers, predicted: Predictions) -> dict:
     """Signals of the almanac's frames by name, (p,) each."""
-    pos, vel = told.pos_ecef_m.T, told.vel_ecef_mps.T
+    pos, vel = predicted.pos_ecef_m.T, predicted.vel_ecef_mps.T
     return {
         "sat_system": satellites.system_of(sat),
         "sat_number": satellites.number_of(sat),
         "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
         "vx_mps": vel[0], "vy_mps": vel[1], "vz_mps": vel[2],
-        "health": ~told.healthy,
-        "age_h": np.minimum(np.floor(told.age_h), AGE_TOP_H),
+        "health": ~predicted.healthy,
+        "age_h": np.minimum(np.floor(predicted.age_h), AGE_TOP_H),
     }  # fmt: skip
 
 

@@ -30,7 +30,7 @@ _AXES = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Knowledge:
-    """angle_rad (3,) body axes as believed, turned from the true ones; rate_rps (3,) believed minus true
+    """angle_rad (3,) body axes as estimated, turned from the true ones; rate_rps (3,) estimated minus true
     rate; drift_rps (3,) drift of the gyros that the computer does not know of; all in body axes."""
 
     angle_rad: Array
@@ -121,8 +121,8 @@ def known(parts: Sensors, before: Knowledge | None, draws: Stream, epoch: int) -
     return advance(parts, before, standard, epoch)
 
 
-def believed(quaternion: Array, angle_rad: Array) -> Array:
-    """Quaternions (..., 4) of body from ECEF as believed: the true ones, their body axes turned by angle_rad
+def reported_quaternion(quaternion: Array, angle_rad: Array) -> Array:
+    """Quaternions (..., 4) of body from ECEF as reported: the true ones, their body axes turned by angle_rad
     (..., 3)."""
     angle = np.sqrt(np.einsum("...k,...k->...", angle_rad, angle_rad))[..., None]
     part = 0.5 * np.sinc(angle / (2 * np.pi))  # sin(angle / 2) / angle

@@ -1,8 +1,8 @@
-"""How long it takes to collect an ephemeris: what must be heard of a message's frame, from where one begins.
+"""How long it takes to collect an ephemeris: which parts of its frame a receiver needs.
 
 A frame is made of units (subframes, strings) that are only of use whole. Who begins to listen inside one has
 to wait until it comes again; those needed may come in any order, from two frames (modelled: the ephemeris
-does not change between them, and nothing is heard wrong).
+does not change between them, and nothing is received wrong).
 
     GPS      subframes 1 to 3 of 5, 6 s each: 18 to 36 s       IS-GPS-200, 20.3.2 and 20.3.3
     GLONASS  strings 1 to 4 of 15, 2 s each: 8 to 32 s         GLONASS ICD 5.1 (2008), 4.3 and 4.4
@@ -53,7 +53,7 @@ _BY_UTC = _column(lambda frame: frame.by_utc) != 0
 
 
 def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
-    """Time to collect an ephemeris (...,) [ns] of a satellite heard from begins_ns (...,) on, GPS time [ns].
+    """Time to collect an ephemeris (...,) [ns] of satellites received from begins_ns (...,) on (GPS time).
 
     system  (...,) of the satellites; ValueError for one whose frames are not known
     """

@@ -1,4 +1,4 @@
-"""What a craft's structure does to the signals of its channels: rays gathered, loops settled, errors told.
+"""What a craft's structure does to the signals of its channels: rays gathered, loops settled, errors found.
 
 Two instants, some milliseconds apart, give the range rate: the carrier's error turns as the geometry does.
 Nothing is drawn at random: a still structure gives a constant error, a turning one an error that beats.
@@ -38,7 +38,7 @@ _NOMINAL_WAVE_M = 0.19
 
 
 class Settings(Protocol):
-    """What the engine must be told; as the parameters of the error model `multipath`."""
+    """What the engine is set to; as the parameters of the error model `multipath`."""
 
     @property
     def discriminator(self) -> multipath.Discriminator: ...

@@ -41,16 +41,16 @@ def antenna_axes(boresight: Array) -> tuple[Array, Array]:
     return x, np.cross(boresight, x)
 
 
-def wound(along: Array, transmit: tuple[Array, Array], receive: tuple[Array, Array]) -> Array:
+def windup(along: Array, transmit: tuple[Array, Array], receive: tuple[Array, Array]) -> Array:
     """Wind-up (...,) [cycles], -1/2 to 1/2, to be added to phases that grow with distance.
 
     along     (..., 3) unit vectors from satellites to antennas
     transmit  x and y of the satellites, receive of the antennas; (..., 3) each.
     """
-    sent = _dipole(along, *transmit, -1.0)
-    heard = _dipole(along, *receive, 1.0)
-    turned = np.einsum("...k,...k->...", along, np.cross(sent, heard))
-    return np.arctan2(turned, np.einsum("...k,...k->...", sent, heard)) / _TURN
+    transmitted = _dipole(along, *transmit, -1.0)
+    received = _dipole(along, *receive, 1.0)
+    turned = np.einsum("...k,...k->...", along, np.cross(transmitted, received))
+    return np.arctan2(turned, np.einsum("...k,...k->...", transmitted, received)) / _TURN
 
 
 def _dipole(along: Array, x: Array, y: Array, sense: float) -> Array:
@@ -58,7 +58,7 @@ def _dipole(along: Array, x: Array, y: Array, sense: float) -> Array:
     return x - np.einsum("...k,...k->...", along, x)[..., None] * along + sense * np.cross(along, y)
 
 
-def wound_in_motion(
+def windup_and_rate(
     pos_tx_m: Array,
     vel_tx_mps: Array,
     sun_m: Array,
@@ -78,7 +78,7 @@ def wound_in_motion(
     along = pos_rx_m + shift * vel_rx_mps - satellite
     along /= norm(along)[..., None]
     x, y = (axis + shift * np.cross(rate_rx_rps, axis) for axis in receive)
-    before, now, after = wound(along, satellite_axes(satellite, sun_m), (x, y))
+    before, now, after = windup(along, satellite_axes(satellite, sun_m), (x, y))
     return now, _wrapped(after - before) / (2 * _STEP_S)
 
 

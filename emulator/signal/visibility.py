@@ -39,7 +39,7 @@ def look(satellites: Motion, pos_ecef_m: Array, boresight: Array, least_height_m
     """View of satellites (..., n, 3) from a craft at pos_ecef_m (..., 3) with antennas whose axes are
     boresight (..., m, 3), all at the instant of reception.
 
-    least_height_m  angles are told of satellites whose rays pass the Earth as high or higher; inf of others
+    least_height_m  angles are given of satellites whose rays pass the Earth as high or higher; inf of others
     """
     towards = satellites.pos_m - pos_ecef_m[..., None, :]
     towards -= (norm(towards) / LIGHT_MPS)[..., None] * satellites.vel_mps

@@ -32,7 +32,7 @@ NOTHING = -1
 Flags = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
 Collection = Callable[[Numbers, Numbers], Numbers]
-"""Rows of the sky and times since when they are heard, (m, k) [ns] -> how long their ephemerides take
+"""Rows of the sky and times since when they are received, (m, k) [ns] -> how long their ephemerides take
 [ns]."""
 
 

@@ -64,7 +64,7 @@ class Prospects:
 
 
 def timely(frames: FrameBatch, epoch: int) -> Flags:
-    """(c,) whether commands heard before `epoch` is played answer one of the OLDEST_EPOCHS before it.
+    """(c,) whether commands received before `epoch` is played answer one of the OLDEST_EPOCHS before it.
 
     They carry the number of the epoch they answer modulo 16, so one held back for 16 epochs is young again:
     that is left to the counter of its stream.

@@ -48,22 +48,22 @@ class Receivers:
     mark_source: int
     epochs_per_pass: int
     codec: Codec
-    stationery: frames.Stationery
+    templates: frames.FrameTemplates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unit:
     """The receivers of a craft between epochs.
 
-    sent, heard   counters of protected streams, as sender and receiver
-    refused       (verdicts,) command frames rejected so far, by `dbc.contract.e2e.Verdict`
-    models        what error models stepped with the receivers remember, in their order
+    sent, received   counters of protected streams, as sender and receiver
+    refused          (verdicts,) command frames rejected so far, by `dbc.contract.e2e.Verdict`
+    models           what error models stepped with the receivers remember, in their order
     """
 
     channels: Channels
     knowledge: Knowledge
     sent: I8
-    heard: I8
+    received: I8
     refused: I64
     models: tuple[object, ...] = ()
 

@@ -24,7 +24,7 @@ from gnss_hil.emulator.receivers.emulated.channels import FULL, Channels
 from gnss_hil.emulator.receivers.emulated.craft import Receivers
 from gnss_hil.emulator.receivers.emulated.phase import Phases
 from gnss_hil.emulator.receivers.observations import Observations
-from gnss_hil.emulator.sensors.attitude_determination import believed
+from gnss_hil.emulator.sensors.attitude_determination import reported_quaternion
 from gnss_hil.emulator.signal.bands import BY_SYSTEM
 from gnss_hil.emulator.truth import TRUTH
 
@@ -137,7 +137,7 @@ class Prepared:
         )
 
     def _arranged(self, channels: Channels, warm: bool, left_out: Bool | None) -> Layout:
-        templates = self._receivers.stationery
+        templates = self._receivers.templates
         receiver, channel = np.nonzero(channels.lock == FULL)
         if left_out is not None:
             receiver, channel = receiver[~left_out], channel[~left_out]
@@ -202,7 +202,7 @@ class Prepared:
         )
 
     def _filled(self, found: Signals, at: I64, length: int) -> Columns:
-        templates, sky = self._receivers.stationery, self.block.geometry.sky
+        templates, sky = self._receivers.templates, self.block.geometry.sky
         values = frames.channel_values(_observations(found), sky, (found.at.at, found.at.row))
         data, fits = templates.channel.fill(len(at), values)
 
@@ -227,13 +227,13 @@ class Prepared:
     def _kept(self, values: dict, spread, length: int) -> F64 | None:
         if not self._keep_values:
             return None
-        names = self._receivers.stationery.channel.names
+        names = self._receivers.templates.channel.names
         return np.stack([spread(np.broadcast_to(np.asarray(values[name], float), length)) for name in names])
 
     # The almanac.
 
     def _prepare_almanac(self, receivers: Receivers, block: Block) -> None:
-        at, templates = block.geometry, receivers.stationery
+        at, templates = block.geometry, receivers.templates
         held, antennas = receivers.almanac, receivers.vehicle.antennas
         portions = []
         for k, epoch in enumerate(at.epoch.tolist()):
@@ -242,8 +242,8 @@ class Prepared:
         rows, sender = (np.concatenate(part) for part in zip(*portions, strict=True))
         counts = [len(part) for part, _ in portions]
         epoch = np.repeat(np.arange(len(at)), counts)
-        told = almanac.predictions(held, at.sky, (epoch, rows), rows, at.mark_ns[epoch])
-        data, fits = templates.almanac.fill(len(rows), frames.almanac_values(at.sky.index[rows], told))
+        predicted = almanac.predictions(held, at.sky, (epoch, rows), rows, at.mark_ns[epoch])
+        data, fits = templates.almanac.fill(len(rows), frames.almanac_values(at.sky.index[rows], predicted))
         self.known = np.broadcast_to(
             at.sky.available if held is None else held.known, at.sky.available.shape
         ).sum(axis=1)
@@ -319,7 +319,8 @@ def _head(receivers: Receivers, block: Block) -> tuple[U64, Bool]:
     at = block.geometry
     quaternion, rate = at.quaternion, at.rate_body_rps
     if block.reported is not None:
-        quaternion, rate = believed(quaternion, block.reported.angle_rad), rate + block.reported.rate_rps
+        quaternion = reported_quaternion(quaternion, block.reported.angle_rad)
+        rate = rate + block.reported.rate_rps
     marks = at.mark_ns.tolist()
     week, second, nanosecond = np.array([gpstime.week_second_ns(t) for t in marks]).T
     leap_s = np.array([gpstime.leap_seconds(t) for t in marks])
@@ -332,7 +333,7 @@ def _head(receivers: Receivers, block: Block) -> tuple[U64, Bool]:
         rate,
         receivers.mark_source,
     )
-    data, fits = receivers.stationery.head.fill(len(at), values)
+    data, fits = receivers.templates.head.fill(len(at), values)
     return _words(data), fits
 
 
@@ -347,7 +348,7 @@ def _closing(receivers: Receivers, block: Block, known: I64) -> U64:
         "almanac_satellites": np.repeat(known, m),
         "frames": 0, "channels_tracking": 0, "state": 0,
     }  # fmt: skip
-    data, _ = receivers.stationery.closing.fill(len(at) * m, values)
+    data, _ = receivers.templates.closing.fill(len(at) * m, values)
     return _words(data).reshape(len(at), m, -1)
 
 

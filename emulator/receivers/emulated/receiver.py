@@ -70,12 +70,12 @@ class EmulatedCraft:
         stepped = sum(len(models.get(stage, ())) for stage in (Stage.OBSERVABLE, Stage.FRAMES))
         return cold(self.receivers, self.environment, stepped)
 
-    def step(self, unit: Unit, heard: FrameBatch, epoch: int) -> tuple[Unit, FrameBatch, NDArray]:
+    def step(self, unit: Unit, received: FrameBatch, epoch: int) -> tuple[Unit, FrameBatch, NDArray]:
         """One epoch: the next unit, its block of frames, and truth, a row of `emulator.truth.TRUTH`."""
         prepared, k = self.prepared(epoch)
         block, receivers = prepared.block, self.receivers
         t_ns = int(block.geometry.t_ns[k])
-        channels, counters, refused, answers = self._hear(prepared, k, unit, heard, epoch)
+        channels, counters, refused, answers = self._obey(prepared, k, unit, received, epoch)
         if not channels.commanded.all():
             channels = self._choose(prepared, k, channels)
         held = None if block.held is None else block.held[k]
@@ -126,7 +126,7 @@ class EmulatedCraft:
         """(p, 10) words of the measurement frames, and states of the models that disturb observables."""
         columns, rows = prepared.columns(), layout.base + k
         slips = channels.slips[layout.receiver, layout.channel]
-        templates = self.receivers.stationery
+        templates = self.receivers.templates
         models = self.environment.models.get(Stage.OBSERVABLE, ())
         words = columns.words[rows]
         states = list(unit.models)
@@ -169,7 +169,7 @@ class EmulatedCraft:
         epoch: int,
     ) -> tuple[FrameBatch, NDArray[np.int8]]:
         """The epoch's frames, protected, and the counters of their streams."""
-        templates, codec = self.receivers.stationery, self.receivers.codec
+        templates, codec = self.receivers.templates, self.receivers.codec
         mark_ns = int(prepared.block.geometry.mark_ns[k])
         head, head_fits = prepared.head(k)
         almanac, almanac_id, almanac_stream, almanac_rank, almanac_fits = prepared.almanac(k)
@@ -209,23 +209,23 @@ class EmulatedCraft:
             kept[number], block = model.frames(kept[number], block, epoch)
         return block, tuple(kept)
 
-    def _hear(
-        self, prepared: Prepared, k: int, unit: Unit, heard: FrameBatch, epoch: int
+    def _obey(
+        self, prepared: Prepared, k: int, unit: Unit, received: FrameBatch, epoch: int
     ) -> tuple[Channels, NDArray[np.int8], I64, tuple[frames.Part, ...]]:
-        """Obey the commands among the frames heard.
+        """Obey the commands among the frames received.
 
-        returns  channels, counters of the streams heard, command frames rejected so far, answers to send
+        returns  channels, counters of the streams received, command frames rejected so far, answers to send
         A command that fails the checks of the bus is counted, not answered: what it asked for is not known.
         So is one that does not answer an epoch just past (MIXED_EPOCH): its sender has long decided
         otherwise.
         """
         receivers = self.receivers
         codec = receivers.codec
-        kind = codec.kind_of[heard.can_id & SFF_MASK]
-        mine = heard[kind == codec.kinds["COMMAND"].number]
+        kind = codec.kind_of[received.can_id & SFF_MASK]
+        mine = received[kind == codec.kinds["COMMAND"].number]
         if not len(mine):
-            return unit.channels, unit.heard, unit.refused, ()
-        checked = e2e.screen(codec, mine, unit.heard)
+            return unit.channels, unit.received, unit.refused, ()
+        checked = e2e.screen(codec, mine, unit.received)
         refused = unit.refused + np.bincount(checked.verdict, minlength=len(e2e.Verdict))
         refused[[e2e.Verdict.OK, e2e.Verdict.LOST]] = 0
         timely = commands.timely(checked.frames, epoch)
@@ -239,5 +239,5 @@ class EmulatedCraft:
         channels, result = commands.obey(
             unit.channels, orders, receivers.vehicle.channels, prospects, int(at.t_ns[k])
         )
-        answers = (frames.answers_part(receivers.stationery, orders, result),) if len(orders) else ()
+        answers = (frames.answers_part(receivers.templates, orders, result),) if len(orders) else ()
         return channels, checked.counters, refused, answers

@@ -1,6 +1,6 @@
 """A craft whose receiver is real: its observations come from a file, its frames are those of any craft.
 
-Its marks are the file's epoch tags, which the receiver's own clock told: they say so on the bus. Satellites
+Its marks are the file's epoch tags, by the receiver's own clock: they say so on the bus. Satellites
 are put where they were when they sent, which a pseudorange and a tag of the same clock tell exactly, however
 far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
 unknown: body axes are said to be those of the Earth, which means nothing while the vehicle file has no lever
@@ -73,7 +73,7 @@ class RecordedCraft:
     marks_ns: Numbers
     epochs_per_pass: int
     codec: Codec
-    stationery: frames.Stationery
+    templates: frames.FrameTemplates
     sky: Sky
     almanac: HeldAlmanac | None
     row_of: Numbers
@@ -83,7 +83,7 @@ class RecordedCraft:
         return RecordedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
 
     def step(
-        self, unit: RecordedUnit, heard: FrameBatch, epoch: int
+        self, unit: RecordedUnit, received: FrameBatch, epoch: int
     ) -> tuple[RecordedUnit, FrameBatch, NDArray]:
         """One epoch. The receiver is real, and obeys no command."""
         unit, block = play(self, unit, self.sky.at(int(self.marks_ns[epoch])), epoch)
@@ -135,16 +135,16 @@ def play(
 ) -> tuple[RecordedUnit, FrameBatch]:
     """The block of an epoch; sky at the epoch's mark."""
     held = craft.almanac
-    paper, mark_ns = craft.stationery, int(craft.marks_ns[epoch])
+    templates, mark_ns = craft.templates, int(craft.marks_ns[epoch])
     # Precise orbits tell no frequencies; what the receiver tuned to counts.
     tuned = craft.frequency[sky.index]
     sky = replace(sky, frequency=np.where(tuned != 0, tuned, sky.frequency))
     seen = observed(craft, sky, craft.row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
-    told = almanac.predictions(held, sky, rows, rows, mark_ns)
+    predicted = almanac.predictions(held, sky, rows, rows, mark_ns)
     mark, attitude = frames.head_parts(
-        paper, craft.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
+        templates, craft.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
         MARK_OF_DOMAIN_0,
     )  # fmt: skip
     state = np.full(craft.vehicle.antennas, frames.RECEIVER_STATE["AUTONOMOUS"])
@@ -153,10 +153,10 @@ def play(
         mark,
         attitude,
         frames.receivers_part(
-            paper, seen, sky, clocks_s, craft.vehicle.clock_domain, state, np.count_nonzero(known)
+            templates, seen, sky, clocks_s, craft.vehicle.clock_domain, state, np.count_nonzero(known)
         ),
-        frames.almanac_part(paper, sky.index[rows], sender, told),
-        paper.heartbeats,
+        frames.almanac_part(templates, sky.index[rows], sender, predicted),
+        templates.heartbeats,
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
     return RecordedUnit(sent, unit.refused), block

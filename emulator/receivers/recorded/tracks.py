@@ -169,14 +169,15 @@ def _frequencies(file: Observations, signal: Signal, sat: Numbers) -> Numbers:
     """GLONASS frequency numbers (p,) by the file's header, 0 elsewhere; ScenarioError if it lacks one."""
     if not signal.spacing_hz or not len(sat):
         return np.zeros(len(sat), np.int64)
-    told = file.header.frequencies
-    missing = [number for number in np.unique(satellites.number_of(sat)).tolist() if number not in told]
+    frequencies = file.header.frequencies
+    number = satellites.number_of(sat).tolist()
+    missing = sorted(set(number) - set(frequencies))
     if missing:
         raise ScenarioError(
             f"{file.origin}: GLONASS SLOT / FRQ # has no frequency of R{missing[0]:02d}; "
             f"{signal.name} needs it"
         )
-    return np.array([told[number] for number in satellites.number_of(sat).tolist()], np.int64)
+    return np.array([frequencies[n] for n in number], np.int64)
 
 
 def _codes(file: Observations, signal: Signal) -> Codes:

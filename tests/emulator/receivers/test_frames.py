@@ -26,8 +26,8 @@ def observations(n_channels):
 
 def part(seen):
     the_world = emulated.world()
-    paper, sky = the_world.craft[0].receivers.stationery, the_world.sky.at(the_world.start_ns)
-    return frames.receivers_part(paper, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int), 48)
+    templates, sky = the_world.craft[0].receivers.templates, the_world.sky.at(the_world.start_ns)
+    return frames.receivers_part(templates, seen, sky, np.zeros(4), np.zeros(4, int), np.zeros(4, int), 48)
 
 
 @pytest.mark.parametrize(

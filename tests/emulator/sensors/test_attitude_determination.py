@@ -153,7 +153,7 @@ def test_believed_axes_are_the_true_ones_turned():
         axes = body_from_ecef.inv()  # takes components in body axes to ecef: its columns are the axes
         turned = axes * Rotation.from_rotvec(angle)
         quaternion = quaternion_of_dcm(body_from_ecef.as_matrix())
-        found = a.believed(quaternion, angle)
+        found = a.reported_quaternion(quaternion, angle)
         assert dcm_of_quaternion(found) == pytest.approx(turned.inv().as_matrix(), abs=1e-14)
         assert found[0] >= 0
         assert found @ found == pytest.approx(1, abs=1e-14)

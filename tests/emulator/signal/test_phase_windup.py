@@ -41,7 +41,7 @@ def test_as_another_implementation_has_it(case):
     antennas with x east and y north. (It follows RTKLIB, which takes x north and y west.)"""
     satellite, antenna, east, north, expected = (np.array(part, float) for part in case)
     along = (antenna - satellite) / np.linalg.norm(antenna - satellite)
-    found = phase_windup.wound(along, phase_windup.satellite_axes(satellite, SUN_M), (east, north))
+    found = phase_windup.windup(along, phase_windup.satellite_axes(satellite, SUN_M), (east, north))
     assert found == pytest.approx(expected, abs=1e-7)
 
 
@@ -71,7 +71,7 @@ def test_facing_antennas_have_the_phase_of_their_fields():
         along = rng.normal(size=3)
         along /= np.linalg.norm(along)
         phase, (transmit, receive) = received_phase(along, *rng.uniform(-3, 3, 2))
-        off = phase_windup.wound(along, transmit, receive) + phase
+        off = phase_windup.windup(along, transmit, receive) + phase
         assert off - np.rint(off) == pytest.approx(0, abs=1e-12)
 
 
@@ -86,9 +86,9 @@ def test_an_antenna_turned_once_about_its_boresight_counts_one_cycle():
             turned = tuple(turn.apply(axis[0]) for axis in axes)
             still_tx, still_rx = (np.array((1.0, 0, 0)), np.array((0, 1.0, 0))), tuple(a[0] for a in axes)
             if who == "receive":
-                cycles = phase_windup.wound(along, still_tx, turned)
+                cycles = phase_windup.windup(along, still_tx, turned)
             else:
-                cycles = phase_windup.wound(along, tuple(turn.apply(axis) for axis in still_tx), still_rx)
+                cycles = phase_windup.windup(along, tuple(turn.apply(axis) for axis in still_tx), still_rx)
             before = phase_windup.continued(cycles, before)
             start = before if np.isnan(start) else start
         assert before - start == pytest.approx(whole, abs=1e-12)
@@ -125,9 +125,9 @@ def test_the_rate_is_the_derivative():
         turned = tuple(Rotation.from_rotvec(turn_rps * t).apply(axis) for axis in axes)
         satellite, antenna = pos_tx + t * vel_tx, pos_rx + t * vel_rx
         along = (antenna - satellite) / np.linalg.norm(antenna - satellite, axis=1, keepdims=True)
-        return phase_windup.wound(along, phase_windup.satellite_axes(satellite, SUN_M), turned)
+        return phase_windup.windup(along, phase_windup.satellite_axes(satellite, SUN_M), turned)
 
-    cycles, rate = phase_windup.wound_in_motion(pos_tx, vel_tx, SUN_M, pos_rx, vel_rx, axes, turn_rps)
+    cycles, rate = phase_windup.windup_and_rate(pos_tx, vel_tx, SUN_M, pos_rx, vel_rx, axes, turn_rps)
     assert cycles == pytest.approx(at(0.0), abs=1e-12)
     step = at(1e-3) - at(-1e-3)
     assert rate == pytest.approx((step - np.rint(step)) / 2e-3, abs=2e-5)
@@ -142,4 +142,4 @@ def test_turns_are_counted_on_and_start_anew():
 def test_a_sun_in_line_with_satellite_and_earth_leaves_numbers():
     pos = np.array(((26_560e3, 0.0, 0.0), (0.0, 26_560e3, 0.0)))
     axes = phase_windup.satellite_axes(pos, np.array((1.5e11, 0.0, 0.0)))
-    assert np.isfinite(phase_windup.wound(-pos / 26_560e3, axes, axes)).all()
+    assert np.isfinite(phase_windup.windup(-pos / 26_560e3, axes, axes)).all()

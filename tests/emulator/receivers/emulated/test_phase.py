@@ -15,9 +15,9 @@ def phases(factors, epochs=12):
 
 
 def test_windup_changes_phases_by_little_and_smoothly_and_ranges_not_at_all():
-    plain, wound = phases({}), phases({"phase_windup": True})
-    assert np.array_equal(plain[3], wound[3])
-    off = wound[0] - plain[0]
+    plain, turned = phases({}), phases({"phase_windup": True})
+    assert np.array_equal(plain[3], turned[3])
+    off = turned[0] - plain[0]
     assert np.abs(off - np.rint(off)).max() > 0.001
     assert np.abs(np.diff(off, axis=0)).max() < 0.05, "cycles in a second: an orbit turns once in 93 minutes"
 
