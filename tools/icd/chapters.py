@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.flightsw.io.frame_statistics import CONSEQUENCE, Reason
-from gnss_hil.tools.icd import charts, maths, messages, prose, protection, sequence, timing
+from gnss_hil.tools.icd import charts, messages, prose, protection, sequence, timing
 from gnss_hil.tools.icd.contract import Contract
 from gnss_hil.tools.icd.markup import Child, Markup, figure, table, tag, text
 from gnss_hil.tools.run_config.frame_budget import Budget
@@ -38,17 +38,13 @@ class Chapter:
     body: Callable[[Subject], Child]
 
 
-_FORMULAS = frozenset({"Measurements", "Attitude"})
-"""Sections whose indented blocks are formulas."""
-
 _CONVENTIONS = ("Time", "Measurements", "Attitude", "Almanac", "Commands", "Navigation")
 
-_NOTHING: Callable[[list[str]], Markup] = lambda _: Markup("")  # noqa: E731 - drawn instead
+_NOTHING: prose.Block = lambda _: Markup("")  # noqa: E731 - drawn instead
 
 
-def section(title: str, block: Callable[[list[str]], Markup] | None = None, heading: str = "") -> Markup:
+def section(title: str, block: prose.Block = prose.code, heading: str = "") -> Markup:
     """A section of the contract's page under its own heading."""
-    block = block or (maths.block if title in _FORMULAS else prose.code)
     body = prose.render(prose.sections()[title], block)
     return tag.section(tag.h3(heading or title, id=prose.anchor(title)), body)
 

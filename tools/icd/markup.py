@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-_VOID = frozenset({"mspace", "br", "col", "hr", "meta", "rect", "line", "path", "circle", "polygon"})
+_VOID = frozenset({"br", "col", "hr", "meta", "rect", "line", "path", "circle", "polygon"})
 
 
 class Markup(str):

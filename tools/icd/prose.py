@@ -1,24 +1,20 @@
-"""The words of `docs/contract.md`, which ships in this package: they are written once.
-
-Read is the Markdown which that page uses: sections, paragraphs, lists, tables, indented blocks, code,
-emphasis and links. A link to another page of the repository becomes one to the chapter that holds the same.
-"""
+"""The words of `docs/contract.md`, which ships in this package: they are written once."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib import resources
 
-from gnss_hil.tools.icd.markup import Markup, table, tag, text
+from markdown_it import MarkdownIt
+from markdown_it.renderer import RendererHTML
+from markdown_it.token import Token
 
-Block = Callable[[list[str]], Markup]
+from gnss_hil.tools.icd import maths
+from gnss_hil.tools.icd.markup import Markup, tag
 
-_INLINE = re.compile(
-    r"`(?P<code>[^`]+)`|\*\*(?P<strong>[^*]+)\*\*|\*(?P<em>[^*\s][^*]*)\*|\[(?P<link>[^]]+)\]\((?P<to>[^)]+)\)"
-)
-_CHAPTER_OF = {"messages.md": "#messages", "contract.md": "#conventions"}
+Block = Callable[[str], Markup]
 
 
 @cache
@@ -33,80 +29,43 @@ def anchor(title: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
 
 
-def inline(line: str) -> Markup:
-    """Code, emphasis and links of a line."""
-    out, end = [], 0
-    for found in _INLINE.finditer(line):
-        out += [line[end : found.start()], _span(found)]
-        end = found.end()
-    return text([*out, line[end:]])
+class _Renderer(RendererHTML):
+    """Elements as the style sheet wants them: tables in a box that scrolls, numbers flush right, formulas."""
+
+    def table_open(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        return '<div class="wide"><table>'
+
+    def table_close(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        return "</table></div>"
+
+    def th_open(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        right = "right" in str(tokens[idx].attrGet("style"))
+        return f'<{tokens[idx].tag} class="n">' if right else f"<{tokens[idx].tag}>"
+
+    td_open = th_open
+
+    def fence(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        words = tokens[idx]
+        return maths.block(words.content) if words.info == "math" else code(words.content)
+
+    def code_block(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        return env["block_of"](tokens[idx].content)
 
 
-def _span(found: re.Match) -> Markup:
-    kind = next(name for name, words in found.groupdict().items() if words is not None)
-    if kind == "link":
-        href = _CHAPTER_OF.get(found["to"])
-        return tag.a(inline(found["link"]), href=href) if href else inline(found["link"])
-    return getattr(tag, kind)(found[kind] if kind == "code" else inline(found[kind]))
-
-
-def _blocks(markdown: str) -> Iterator[list[str]]:
-    """Lines that belong together: split at empty lines, and before a list or table."""
-    block: list[str] = []
-    for line in markdown.splitlines():
-        if not line.strip():
-            if block and not block[0].startswith("    "):
-                yield block
-                block = []
-            elif block:
-                block.append("")
-            continue
-        if block and block[0].startswith("    ") and not line.startswith("    "):
-            yield block
-            block = []
-        if block and _kind(line) != _kind(block[0]) and _kind(line) in ("list", "table"):
-            yield block
-            block = []
-        block.append(line)
-    if block:
-        yield block
-
-
-def _kind(line: str) -> str:
-    return next(
-        (
-            kind
-            for start, kind in (("    ", "code"), ("- ", "list"), ("|", "table"))
-            if line.startswith(start)
-        ),
-        "paragraph",
-    )
+@cache
+def _markdown() -> MarkdownIt:
+    options = {"html": False, "xhtmlOut": True}
+    return MarkdownIt("commonmark", options, renderer_cls=_Renderer).enable("table")
 
 
 def paragraph(words: str, **attributes: object) -> Markup:
-    return tag.p(inline(" ".join(words.split())), **attributes)
+    return tag.p(Markup(_markdown().renderInline(" ".join(words.split()))), **attributes)
 
 
-def _paragraph(lines: list[str]) -> Markup:
-    return paragraph("\n".join(lines))
-
-
-def _list(lines: list[str]) -> Markup:
-    items = re.split(r"^- ", "\n".join(lines), flags=re.MULTILINE)[1:]
-    return tag.ul(tag.li(inline(" ".join(item.split()))) for item in items)
-
-
-def _table(lines: list[str]) -> Markup:
-    rows = [[inline(cell.strip()) for cell in line.strip().strip("|").split("|")] for line in lines]
-    ruler = [cell.strip() for cell in lines[1].strip().strip("|").split("|")]
-    return table(rows[0], rows[2:], [k for k, cell in enumerate(ruler) if cell.endswith(":")])
-
-
-def code(lines: list[str]) -> Markup:
-    return tag.pre("\n".join(line[4:] for line in lines).strip("\n"))
+def code(content: str) -> Markup:
+    return tag.pre(content.rstrip("\n"))
 
 
 def render(markdown: str, block_of: Block = code) -> Markup:
     """A section as markup; `block_of` turns its indented blocks into it."""
-    by_kind = {"paragraph": _paragraph, "list": _list, "table": _table, "code": block_of}
-    return text(by_kind[_kind(lines[0])](lines) for lines in _blocks(markdown))
+    return Markup(_markdown().render(markdown, {"block_of": block_of}))
