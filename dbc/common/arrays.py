@@ -1,6 +1,6 @@
 """Arrays by the type of their elements; shapes and units stand in docstrings.
 
-F64, F32     floating-point numbers
+F64, F32     floating-point numbers; C128 complex ones
 I64, I32, I8     integers; U64, U32, U16, U8 unsigned: words, identifiers, payload bytes
 Bool         masks
 Index        positions in other arrays, as `np.flatnonzero` gives them
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 F64: TypeAlias = NDArray[np.float64]
 F32: TypeAlias = NDArray[np.float32]
+C128: TypeAlias = NDArray[np.complex128]
 I64: TypeAlias = NDArray[np.int64]
 I32: TypeAlias = NDArray[np.int32]
 I8: TypeAlias = NDArray[np.int8]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
@@ -21,7 +22,6 @@ from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
-from gnss_hil.emulator.receivers.emulated.channels import Numbers
 from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 from gnss_hil.emulator.receivers.recorded.tracks import tracks
@@ -64,7 +64,7 @@ def build_observed(
     session: int,
     sky: Sky,
     held: HeldAlmanac | None,
-    row_of: Numbers,
+    row_of: I64,
 ) -> RecordedCraft:
     """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
 
@@ -112,7 +112,7 @@ def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
         )
 
 
-def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) -> Numbers:
+def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) -> I64:
     """(e,) number of the run's epoch for each of the file's, -1 for one that is left out."""
     step_ns = np.diff(file.t_ns).min() if len(file.t_ns) > 1 else time.interval_ns
     if abs(time.interval_ns / step_ns - 1) > NEAR:
@@ -129,7 +129,7 @@ def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) ->
     return found
 
 
-def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: Numbers) -> Numbers:
+def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: I64) -> I64:
     """(epochs,) tags of the file; where it has no epoch, the one it would have."""
     marks_ns = time.start_ns + np.arange(time.epochs) * time.interval_ns
     inside = epoch_of >= 0
@@ -138,14 +138,14 @@ def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: Numbe
 
 
 def _reference(
-    settings: scenario.ObservationFile, marks_ns: Numbers, measured: Orientation | None, key: str
+    settings: scenario.ObservationFile, marks_ns: I64, measured: Orientation | None, key: str
 ) -> Trajectory | None:
     if settings.reference is None:
         return None
     return read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key)
 
 
-def _frequencies(file: rinex_obs.Observations) -> Numbers:
+def _frequencies(file: rinex_obs.Observations) -> I64:
     """(SATELLITES,) GLONASS frequency numbers as the file's header has them, 0 elsewhere."""
     frequency = np.zeros(satellites.SATELLITES, np.int64)
     for slot, k in file.header.frequencies.items():

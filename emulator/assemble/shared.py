@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gnss_hil.dbc.common.arrays import I64 as Numbers
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
@@ -34,14 +34,12 @@ class Shared:
     cache: SkyCache
     sun: Sun
     almanac: HeldAlmanac | None
-    row_of: Numbers
+    row_of: I64
     models: Models
     measured: finals.Orientation | None
 
 
-def context_of(
-    given: scenario.Scenario, key: int, index: Numbers, open_path: Callable[[str], Path]
-) -> Context:
+def context_of(given: scenario.Scenario, key: int, index: I64, open_path: Callable[[str], Path]) -> Context:
     time = given.time
     return Context(given.seed, key, time.start_ns, time.interval_ns, time.span_ns, index, open_path)
 
@@ -59,7 +57,7 @@ def merged(own: Models, of_sky: Models) -> Models:
     return {stage: (*own.get(stage, ()), *of_sky.get(stage, ())) for stage in Stage}
 
 
-def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], index: Numbers) -> Models:
+def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], index: I64) -> Models:
     """Models of the sky, the same for all craft."""
     context = context_of(given, keyed_draws.SKY_KEY, index, open_path)
     found: Models = {}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import I64 as Numbers
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.assemble.emulated import build_emulated
 from gnss_hil.emulator.assemble.shared import Shared, misreports, models_of_sky
@@ -99,9 +99,7 @@ def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> fi
     return found
 
 
-def _almanac(
-    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: Numbers
-) -> HeldAlmanac | None:
+def _almanac(given: scenario.Scenario, resolve_path: Callable[[str], Path], index: I64) -> HeldAlmanac | None:
     """The almanac that a scenario names, for the satellites (n,) of its sky."""
     if not given.sky.almanac:
         return None

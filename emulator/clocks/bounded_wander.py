@@ -9,13 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.numerics import keyed_draws
 
 DOMAINS = 8
 
-ClockState = NDArray[np.float64]
+ClockState = F64
 """(2, DOMAINS) clocks minus GPS time [s] and their rates [s/s]."""
 
 Clocks = Callable[[ClockState | None, int], ClockState]
@@ -28,24 +28,22 @@ class Wander:
 
     amplitude_s: float
     rate_radps: float
-    phase_rad: NDArray[np.float64]
+    phase_rad: F64
 
 
-def offset_s(
-    wander: Wander, t_s: float | NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def offset_s(wander: Wander, t_s: float | F64) -> tuple[F64, F64]:
     """Clock minus GPS time (8,) [s] by domain, t_s after the start, and its rate (8,) [s/s]."""
     angle = wander.rate_radps * t_s + wander.phase_rad
     return wander.amplitude_s * np.sin(angle), wander.amplitude_s * wander.rate_radps * np.cos(angle)
 
 
-def phases_rad(seed: int, craft_key: int) -> NDArray[np.float64]:
+def phases_rad(seed: int, craft_key: int) -> F64:
     """(8,) by clock domain, each drawn at a place of its own: the first of four words of a counter."""
     generator = np.random.Philox(key=(seed, craft_key), counter=(0, 0, 1, 0))
     return 2 * np.pi * keyed_draws.uniform(generator.random_raw(4 * DOMAINS)[::4])
 
 
-def over(wander: Wander, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+def over(wander: Wander, t_s: F64) -> F64:
     """Offsets [s] and rates [s/s] (k, 2, 8) at times (k,) after the start."""
     return np.stack(offset_s(wander, t_s[:, None]), axis=1)
 

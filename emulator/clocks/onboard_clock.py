@@ -11,8 +11,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 
@@ -37,7 +37,7 @@ class Walk:
         return self._begins[int(hour)] + float(before + part * (after - before))
 
 
-def _steps(seed: int, craft_key: int, hour: int) -> NDArray[np.float64]:
+def _steps(seed: int, craft_key: int, hour: int) -> F64:
     """(3601,) walk through an hour from zero, by seconds."""
     raw = Stream(seed, craft_key, "onboard_clock").words(hour, _HOUR)
     return np.concatenate(((0.0,), np.cumsum(keyed_draws.normal(raw))))

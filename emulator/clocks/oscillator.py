@@ -15,12 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.clocks.bounded_wander import ClockState
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +45,7 @@ OSCILLATORS = table(
 )  # fmt: skip
 
 
-def spread(white: float, walk: float, dt_s: float) -> Array:
+def spread(white: float, walk: float, dt_s: float) -> F64:
     """What a step adds: lower triangle (2, 2) that makes time [s] and frequency errors of two standard
     normal numbers.
 
@@ -62,7 +60,7 @@ def spread(white: float, walk: float, dt_s: float) -> Array:
     )
 
 
-def advance(oscillator: Oscillator, state: ClockState, standard: Array, dt_s: float) -> ClockState:
+def advance(oscillator: Oscillator, state: ClockState, standard: F64, dt_s: float) -> ClockState:
     """Time errors [s] and frequency errors (2, c) of c oscillators dt_s later.
 
     standard  (c, 2) standard normal numbers

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common import satellites, systems
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, by_number, uploads
 from gnss_hil.emulator.earth.constants import MU_M3PS2
 from gnss_hil.emulator.error_models.base import (
@@ -34,9 +34,6 @@ from gnss_hil.emulator.error_models.base import (
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 from gnss_hil.emulator.signal.geometry import spin
-
-Array = NDArray[np.float64]
-
 
 Sigma = Annotated[float, Field(ge=0, le=1000)]
 Triple = tuple[Sigma, Sigma, Sigma]
@@ -75,12 +72,12 @@ class EphemerisError(Factor):
 def errors(
     parameters: EphemerisError,
     seed: int,
-    index: NDArray[np.int64],
-    middles_ns: NDArray[np.int64],
-    nodes_s: Array,
-    pos_ecef_m: Array,
-    vel_ecef_mps: Array,
-) -> Array:
+    index: I64,
+    middles_ns: I64,
+    nodes_s: F64,
+    pos_ecef_m: F64,
+    vel_ecef_mps: F64,
+) -> F64:
     """Reported minus true positions (s, k, n, 3) [m], ECEF, of satellites index (n,).
 
     middles_ns (s,)  middles of minutes of GPS time [ns];  nodes_s (k,) relative to them [s]
@@ -103,7 +100,7 @@ def _periods_s(parameters: EphemerisError) -> dict[int, float]:
     return {value: seconds for value, seconds in given if seconds is not None}
 
 
-def _by_satellite(parameters: EphemerisError, index: NDArray[np.int64]) -> tuple[Array, Array]:
+def _by_satellite(parameters: EphemerisError, index: I64) -> tuple[F64, F64]:
     """1 sigma (n, 3) [m] and mean motion (n,) [rad/s]."""
     system = satellites.system_of(index)
     sigma_m, mean_motion = np.zeros((len(index), 3)), np.zeros(len(index))
@@ -115,7 +112,7 @@ def _by_satellite(parameters: EphemerisError, index: NDArray[np.int64]) -> tuple
     return sigma_m, mean_motion
 
 
-def free_motion(drawn: Array, sigma_m: Array, angle_rad: Array) -> tuple[Array, Array, Array]:
+def free_motion(drawn: F64, sigma_m: F64, angle_rad: F64) -> tuple[F64, F64, F64]:
     """Radial, along- and cross-track errors [m], each of the given 1 sigma at any angle.
 
     drawn      (..., 5 or more) standard normal numbers
@@ -130,7 +127,7 @@ def free_motion(drawn: Array, sigma_m: Array, angle_rad: Array) -> tuple[Array, 
     return radial, along, sigma_cross * (d * cos + e * sin)
 
 
-def orbital_axes(pos_ecef_m: Array, vel_ecef_mps: Array) -> tuple[Array, Array, Array]:
+def orbital_axes(pos_ecef_m: F64, vel_ecef_mps: F64) -> tuple[F64, F64, F64]:
     """Unit vectors (..., 3) up, ahead and along the orbit's normal, of motion relative to inertial space."""
     up = pos_ecef_m / np.linalg.norm(pos_ecef_m, axis=-1, keepdims=True)
     normal = np.cross(pos_ecef_m, vel_ecef_mps + spin(pos_ecef_m))
@@ -142,7 +139,7 @@ def orbital_axes(pos_ecef_m: Array, vel_ecef_mps: Array) -> tuple[Array, Array, 
 class Model(ErrorModel):
     params: EphemerisError
     seed: int
-    index: NDArray[np.int64]
+    index: I64
 
     def report(self, at: ReportInput) -> ReportTerm:
         off_m = errors(

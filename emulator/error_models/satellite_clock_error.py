@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from gnss_hil.dbc.common import satellites, systems
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, Uploads, by_number, uploads
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
@@ -32,10 +32,6 @@ from gnss_hil.emulator.error_models.base import (
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
-
 
 Sigma = Annotated[float, Field(ge=0, le=1000)]
 Period = Annotated[float, Field(ge=60, le=14 * 86400, multiple_of=60)]
@@ -82,9 +78,7 @@ CLOCKS = table(
 )
 
 
-def errors(
-    parameters: SatelliteClockError, seed: int, index: Numbers, middles_ns: Numbers, nodes_s: Array
-) -> Array:
+def errors(parameters: SatelliteClockError, seed: int, index: I64, middles_ns: I64, nodes_s: F64) -> F64:
     """Reported minus true clocks (s, k, n) [m] of satellites index (n,).
 
     middles_ns (s,)  middles of minutes of GPS time [ns];  nodes_s (k,) relative to them [s]
@@ -103,7 +97,7 @@ def errors(
     return at_m[0][:, None] + part * (at_m[1] - at_m[0])[:, None]
 
 
-def _by_satellite(parameters: SatelliteClockError, seed: int, index: Numbers) -> tuple[Array, Array, Uploads]:
+def _by_satellite(parameters: SatelliteClockError, seed: int, index: I64) -> tuple[F64, F64, Uploads]:
     """Allan deviation over a day (n,), 1 sigma at an upload (n,) [m], uploads."""
     system = satellites.system_of(index)
     day, upload_m = np.zeros(len(index)), np.zeros(len(index))
@@ -117,7 +111,7 @@ def _by_satellite(parameters: SatelliteClockError, seed: int, index: Numbers) ->
     return day, upload_m, uploads(seed, index, periods_s)
 
 
-def _walked(seed: int, index: Numbers, begun: Numbers, ends: Numbers) -> Array:
+def _walked(seed: int, index: I64, begun: I64, ends: I64) -> F64:
     """Standard Brownian motion [s^0.5] of satellites from the minutes begun (s, n) to ends (..., s, 1)."""
     # Who is never given an upload has not begun within this age, and has no clock error either.
     first = int(np.min(np.where(begun > 0, begun, np.min(ends))))
@@ -126,7 +120,7 @@ def _walked(seed: int, index: Numbers, begun: Numbers, ends: Numbers) -> Array:
     return sums[ends - first, column] - sums[np.maximum(begun - first, 0), column]
 
 
-def _sums(seed: int, index: Numbers, first: int, last: int) -> Array:
+def _sums(seed: int, index: I64, first: int, last: int) -> F64:
     """Brownian motion (last - first + 1, n) [s^0.5] at whole minutes, zero at the first."""
     hours = range(first // _PER_HOUR, (last - 1) // _PER_HOUR + 1)
     stream = Stream(seed, SKY_KEY, "satellite_clock_error minutes")
@@ -142,7 +136,7 @@ def _sums(seed: int, index: Numbers, first: int, last: int) -> Array:
 class Model(ErrorModel):
     params: SatelliteClockError
     seed: int
-    index: NDArray[np.int64]
+    index: I64
 
     def report(self, at: ReportInput) -> ReportTerm:
         off_m = errors(self.params, self.seed, self.index, at.middles_ns, at.nodes_s)

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import Ints
+from gnss_hil.dbc.common.arrays import I64, U8, U32, U64, Bool, Ints
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, CHANNELS, MEASUREMENT_KINDS, TIME_NODE, VALUES
 from gnss_hil.emulator.constellation.almanac.orbits import Predictions
 from gnss_hil.emulator.constellation.sky import SkyState
-from gnss_hil.emulator.receivers.emulated.channels import FULL, Numbers
+from gnss_hil.emulator.receivers.emulated.channels import FULL
 from gnss_hil.emulator.receivers.emulated.commands import Commands
 from gnss_hil.emulator.receivers.observations import Observations
 
@@ -42,14 +42,14 @@ _MARK_FRAMES = 3
 _CLOSING = ("TAG", "STATUS")
 _ALMANAC = ("ALM_XY", "ALM_Z", "ALM_V")
 
-Payloads = NDArray[np.uint8]
+Payloads = U8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """Frames in order: identifiers (n,) and payloads (n, 8)."""
 
-    can_id: NDArray[np.uint32]
+    can_id: U32
     data: Payloads
 
 
@@ -68,7 +68,7 @@ class PhaseBits:
     slips: np.uint64
     half_cycle: np.uint64
 
-    def word(self, cycles: NDArray, slips: Numbers, half_cycle: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    def word(self, cycles: NDArray, slips: I64, half_cycle: Bool) -> U64:
         """(p,) bits of the frame, of phases within their range."""
         raw = np.rint(cycles / self.factor).astype(np.int64).view(np.uint64)
         flags = (slips.astype(np.uint64) << self.slips) | (half_cycle.astype(np.uint64) << self.half_cycle)
@@ -93,20 +93,20 @@ class FrameTemplates:
     closing: Form
     almanac: Form
     answer: Form
-    head_id: NDArray[np.uint32]
-    channel_id: NDArray[np.uint32]
-    closing_id: NDArray[np.uint32]
-    almanac_id: NDArray[np.uint32]
-    answer_id: NDArray[np.uint32]
+    head_id: U32
+    channel_id: U32
+    closing_id: U32
+    almanac_id: U32
+    answer_id: U32
     heartbeats: Part
     phase: PhaseBits
 
     @property
-    def beat_words(self) -> NDArray[np.uint64]:
+    def beat_words(self) -> U64:
         return self.heartbeats.data.view("<u8")[:, 0]
 
     @property
-    def beat_stream(self) -> Numbers:
+    def beat_stream(self) -> I64:
         return self.heartbeats.can_id.astype(np.int64) * CHANNELS
 
 
@@ -141,7 +141,7 @@ def _heartbeats(codec: Codec, receivers: int) -> Part:
     return Part(can_id, codec.encode("HEARTBEAT", values, len(nodes)))
 
 
-def _part(template: Form, can_id: NDArray[np.uint32], values: dict) -> Part:
+def _part(template: Form, can_id: U32, values: dict) -> Part:
     """Frames of a filled form with identifiers (n, k); one with a value that does not fit is not sent."""
     data, fits = template.fill(len(can_id), values)
     if fits.all():
@@ -186,7 +186,7 @@ def head_values(session, epoch, mark, leap_s, quaternion, rate_body_rps, mark_cl
     }  # fmt: skip
 
 
-def receiver_state(commanded: NDArray[np.bool_], counts: Numbers, warm: bool) -> Numbers:
+def receiver_state(commanded: Bool, counts: I64, warm: bool) -> I64:
     """(m,) START while the unit is cold, COMMANDED once a command has set any channel of a receiver.
 
     commanded (m, k) channels;  counts (m,) of channels that a receiver has
@@ -196,7 +196,7 @@ def receiver_state(commanded: NDArray[np.bool_], counts: Numbers, warm: bool) ->
     return np.where(obeys, RECEIVER_STATE["COMMANDED"], RECEIVER_STATE["AUTONOMOUS" if warm else "START"])
 
 
-def answers_part(templates: FrameTemplates, commands: Commands, result: Numbers) -> Part:
+def answers_part(templates: FrameTemplates, commands: Commands, result: I64) -> Part:
     """Answers in the order the commands came."""
     values = {
         "channel": commands.channel,
@@ -221,8 +221,8 @@ def receivers_part(
     seen: Observations,
     sky: SkyState,
     clock_s: NDArray,
-    clock_domain: Numbers,
-    state: Numbers,
+    clock_domain: I64,
+    state: I64,
     almanac_satellites: Ints,
 ) -> Part:
     """For each receiver its channels and its closing frames: what block 2 of RU 2706636 C1 puts out.
@@ -281,12 +281,12 @@ def channel_values(seen: Observations, sky: SkyState, satellite) -> dict:
     }  # fmt: skip
 
 
-def almanac_part(templates: FrameTemplates, sat: Numbers, receiver: Numbers, predicted: Predictions) -> Part:
+def almanac_part(templates: FrameTemplates, sat: I64, receiver: I64, predicted: Predictions) -> Part:
     """Predictions of satellites (p,), three frames each, from receivers (p,) (0-based)."""
     return _part(templates.almanac, templates.almanac_id[receiver], almanac_values(sat, predicted))
 
 
-def almanac_values(sat: Numbers, predicted: Predictions) -> dict:
+def almanac_values(sat: I64, predicted: Predictions) -> dict:
     """Signals of the almanac's frames by name, (p,) each."""
     pos, vel = predicted.pos_ecef_m.T, predicted.vel_ecef_mps.T
     return {

@@ -16,14 +16,12 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.clocks.oscillator import spread
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import product
-
-Array = NDArray[np.float64]
 
 _AXES = 3
 
@@ -33,9 +31,9 @@ class Knowledge:
     """angle_rad (3,) body axes as estimated, turned from the true ones; rate_rps (3,) estimated minus true
     rate; drift_rps (3,) drift of the gyros that the computer does not know of; all in body axes."""
 
-    angle_rad: Array
-    rate_rps: Array
-    drift_rps: Array
+    angle_rad: F64
+    rate_rps: F64
+    drift_rps: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +56,7 @@ class Sensors:
     star_rad: float
     angle_gain: float
     drift_gain: float
-    initial: Array
+    initial: F64
 
 
 def settled(white: float, walk: float, star_rad: float, interval_s: float) -> float:
@@ -75,7 +73,7 @@ def settled(white: float, walk: float, star_rad: float, interval_s: float) -> fl
 
 def after_a_fix(
     walk: float, star_rad: float, interval_s: float, ratio: float, angle_gain: float, drift_gain: float
-) -> Array:
+) -> F64:
     """(2, 2) lower triangle of the covariance of attitude and unknown drift after a fix, settled.
 
     With K the gains, the covariance is K star^2 in its first column. The drift's follows from
@@ -91,13 +89,13 @@ def after_a_fix(
     return np.array(((angle, 0.0), (cross / angle, sqrt(max(drift - (cross / angle) ** 2, 0.0)))))
 
 
-def at_start(parts: Sensors, standard: Array) -> Knowledge:
+def at_start(parts: Sensors, standard: F64) -> Knowledge:
     """Before the first epoch, from (3, 2) standard normal numbers."""
     angle_rad, drift_rps = parts.initial @ standard.T
     return Knowledge(angle_rad, drift_rps, drift_rps)
 
 
-def advance(parts: Sensors, state: Knowledge, standard: Array, epoch: int) -> Knowledge:
+def advance(parts: Sensors, state: Knowledge, standard: F64, epoch: int) -> Knowledge:
     """An epoch later.
 
     standard  (3, 3) standard normal numbers: axis; gyro noise, walk of drift, star sensor
@@ -121,7 +119,7 @@ def known(parts: Sensors, before: Knowledge | None, draws: Stream, epoch: int) -
     return advance(parts, before, standard, epoch)
 
 
-def reported_quaternion(quaternion: Array, angle_rad: Array) -> Array:
+def reported_quaternion(quaternion: F64, angle_rad: F64) -> F64:
     """Quaternions (..., 4) of body from ECEF as reported: the true ones, their body axes turned by angle_rad
     (..., 3)."""
     angle = np.sqrt(np.einsum("...k,...k->...", angle_rad, angle_rad))[..., None]

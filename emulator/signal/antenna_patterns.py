@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.emulator.files.antenna_table import Pattern
-from gnss_hil.emulator.signal.geometry import Array
 
 NODES = 721
 GRID_DEG = np.linspace(0.0, 180.0, NODES)
@@ -25,7 +25,7 @@ def cosine_law(boresight_dbi: float, at_90deg_dbi: float) -> Pattern:
     return Pattern(GRID_DEG, gain, "linear in the cosine")
 
 
-def on_grid(pattern: Pattern, floor_db: float) -> Array:
+def on_grid(pattern: Pattern, floor_db: float) -> F64:
     """Gains (721,) at GRID_DEG.
 
     floor_db   gain at 180 deg of a pattern that ends before: from its last angle a straight line leads there
@@ -36,7 +36,7 @@ def on_grid(pattern: Pattern, floor_db: float) -> Array:
     return np.interp(GRID_DEG, angle, gain)
 
 
-def look_up(tables: Array, row: ArrayLike, angle_rad: Array) -> Array:
+def look_up(tables: F64, row: ArrayLike, angle_rad: F64) -> F64:
     """Values [dB] of tables (r, 721) on the grid at angles from 0 to pi [rad]; row and angles broadcast."""
     place = angle_rad * _PER_RAD
     left = np.minimum(place.astype(np.intp), NODES - 2)
@@ -55,8 +55,8 @@ class Receive:
     row         (m,) pattern of each antenna
     """
 
-    right_dbi: Array
-    row: NDArray[np.intp]
+    right_dbi: F64
+    row: Index
 
 
 def receive(patterns: tuple[Pattern, ...], floor_dbi: float) -> Receive:
@@ -67,6 +67,6 @@ def receive(patterns: tuple[Pattern, ...], floor_dbi: float) -> Receive:
     return Receive(right, row)
 
 
-def gain_dbi(antennas: Receive, angle_rad: Array) -> Array:
+def gain_dbi(antennas: Receive, angle_rad: F64) -> F64:
     """Gain (m, n) [dBi] for right-handed waves at angles (m, n) off each antenna's boresight [rad]."""
     return look_up(antennas.right_dbi, antennas.row[:, None], angle_rad)

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import systems
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.signals import SIGNALS, Signal
 from gnss_hil.dbc.common.systems import SYSTEMS, System
 from gnss_hil.emulator.earth.constants import EQUATORIAL_RADIUS_M, LIGHT_MPS
@@ -68,11 +68,11 @@ class BandTable:
     power_dbwm2 received power of an isotropic antenna times distance squared [dB(W m^2)]
     """
 
-    signal: NDArray[np.int64]
-    carrier_hz: NDArray[np.float64]
-    spacing_hz: NDArray[np.float64]
-    chip_m: NDArray[np.float64]
-    power_dbwm2: NDArray[np.float64]
+    signal: I64
+    carrier_hz: F64
+    spacing_hz: F64
+    chip_m: F64
+    power_dbwm2: F64
 
 
 def _table(bands: tuple[Band, ...]) -> BandTable:
@@ -90,6 +90,6 @@ def _table(bands: tuple[Band, ...]) -> BandTable:
 BY_SYSTEM = _table(BANDS)
 
 
-def wavelength_m(system: NDArray[np.int64], frequency: NDArray[np.int64]) -> NDArray[np.float64]:
+def wavelength_m(system: I64, frequency: I64) -> F64:
     """Carrier wavelengths (p,) [m] of the preferred signals of satellites (p,), frequency numbers (p,)."""
     return LIGHT_MPS / (BY_SYSTEM.carrier_hz[system] + frequency * BY_SYSTEM.spacing_hz[system])

@@ -9,10 +9,10 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Correlation = Callable[[Array], Array]
+from gnss_hil.dbc.common.arrays import F64
+
+Correlation = Callable[[F64], F64]
 """Correlation by delay [chips], 1 at zero."""
 
 _STEP_CHIPS = 1 / 256
@@ -20,7 +20,7 @@ _REACH_CHIPS = 6.0
 _FREQUENCIES = 4001
 
 
-def triangle(delay_chips: Array) -> Array:
+def triangle(delay_chips: F64) -> F64:
     """Of rectangular chips through an infinitely wide front end."""
     return np.maximum(1 - np.abs(delay_chips), 0.0)
 
@@ -40,7 +40,7 @@ def band_limited(bandwidth_chips: float) -> Correlation:
     table = np.asarray(np.trapezoid(density * waves, frequency, axis=1))
     table /= table[0]
 
-    def correlate(delay_chips: Array) -> Array:
+    def correlate(delay_chips: F64) -> F64:
         place = np.abs(delay_chips) / _STEP_CHIPS
         left = np.minimum(place.astype(np.int64), len(table) - 2)
         share = np.minimum(place - left, 1.0)

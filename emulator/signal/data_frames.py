@@ -16,12 +16,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, systems
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-
-Numbers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +40,7 @@ FRAMES = {"gps": Frame(6, 3, 5), "glonass": Frame(2, 4, 15, by_utc=True)}
 """By name of the system. GLONASS frames begin with days of UTC + 3 h, hence with half minutes of UTC."""
 
 
-def _column(of: Callable[[Frame], int]) -> Numbers:
+def _column(of: Callable[[Frame], int]) -> I64:
     """A property of FRAMES as (8,) over systems; 0 where a system has no row."""
     return systems.column(lambda system: of(FRAMES[system.name]) if system.name in FRAMES else 0, 0)
 
@@ -52,7 +50,7 @@ _NEEDED, _UNITS = _column(lambda frame: frame.needed), _column(lambda frame: fra
 _BY_UTC = _column(lambda frame: frame.by_utc) != 0
 
 
-def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
+def collection_ns(system: I64, begins_ns: I64) -> I64:
     """Time to collect an ephemeris (...,) [ns] of satellites received from begins_ns (...,) on (GPS time).
 
     system  (...,) of the satellites; ValueError for one whose frames are not known
@@ -69,13 +67,13 @@ def collection_ns(system: Numbers, begins_ns: Numbers) -> Numbers:
     return ends * unit_ns - of_frame_ns
 
 
-def units_begun(system: Numbers, t_ns: Numbers) -> Numbers:
+def units_begun(system: I64, t_ns: I64) -> I64:
     """How many units (subframes, strings) satellites of these systems (...,) have begun until t_ns (...,),
     GPS time, counted from anywhere; where frames are not known, one every nanosecond."""
     return (t_ns - np.where(_BY_UTC[system], _leap_ns(t_ns), 0)) // np.maximum(_UNIT_NS[system], 1)
 
 
-def _leap_ns(t_ns: Numbers) -> Numbers:
+def _leap_ns(t_ns: I64) -> I64:
     """GPS - UTC (...,) [ns] at GPS times (...,)."""
     times = np.ravel(t_ns)
     ends = {gpstime.leap_seconds(int(t)) for t in (times.min(), times.max())} if len(times) else {0}

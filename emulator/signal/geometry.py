@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, MU_M3PS2, ROTATION_RPS
-
-Array = NDArray[np.float64]
 
 SHAPIRO_M = 2 * MU_M3PS2 / LIGHT_MPS**2
 """Scale of the gravitational delay, 8.87 mm. IERS Conventions (2010), eq. 11.17, with gamma = 1."""
@@ -25,11 +23,11 @@ class EcefMotion(Protocol):
     """Positions (..., 3) with first and second time derivatives in ECEF, as `SkyState` has them."""
 
     @property
-    def pos_ecef_m(self) -> Array: ...
+    def pos_ecef_m(self) -> F64: ...
     @property
-    def vel_ecef_mps(self) -> Array: ...
+    def vel_ecef_mps(self) -> F64: ...
     @property
-    def acc_ecef_mps2(self) -> Array: ...
+    def acc_ecef_mps2(self) -> F64: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,15 +37,15 @@ class Motion:
     pos_m [m], vel_mps [m/s], acc_mps2 [m/s^2]
     """
 
-    pos_m: Array
-    vel_mps: Array
-    acc_mps2: Array
+    pos_m: F64
+    vel_mps: F64
+    acc_mps2: F64
 
     def __getitem__(self, rows) -> Motion:
         return Motion(self.pos_m[rows], self.vel_mps[rows], self.acc_mps2[rows])
 
 
-def spin(vectors: Array) -> Array:
+def spin(vectors: F64) -> F64:
     """omega_earth x v of vectors (..., 3)."""
     out = np.zeros_like(vectors)
     out[..., 0] = -ROTATION_RPS * vectors[..., 1]
@@ -65,12 +63,12 @@ def inertial(state: EcefMotion) -> Motion:
     )
 
 
-def norm(vectors: Array) -> Array:
+def norm(vectors: F64) -> F64:
     """Lengths of vectors (..., 3)."""
     return np.sqrt(np.einsum("...k,...k->...", vectors, vectors))
 
 
-def angle_rad(one: Array, other: Array) -> Array:
+def angle_rad(one: F64, other: F64) -> F64:
     """Angles (...,) [rad] between unit vectors (..., 3), accurate near 0 and pi too.
 
     Source: Kahan, "How Futile are Mindless Assessments of Roundoff", 2006, section 12
@@ -87,12 +85,12 @@ class Path:
     rate_mps   (p,) its derivative by GPS time of reception [m/s]
     """
 
-    flight_s: Array
-    length_m: Array
-    rate_mps: Array
+    flight_s: F64
+    length_m: F64
+    rate_mps: F64
 
 
-def path(satellite: Motion, pos_m: Array, vel_mps: Array) -> Path:
+def path(satellite: Motion, pos_m: F64, vel_mps: F64) -> Path:
     """Signals from satellites to antennas, both at the instant of reception.
 
     satellite       motion of the transmitting antennas (p, 3) at *reception*; the transmission instant is
@@ -119,7 +117,7 @@ def path(satellite: Motion, pos_m: Array, vel_mps: Array) -> Path:
     return Path(flight_s, LIGHT_MPS * flight_s, rate_mps)
 
 
-def shapiro_m(radius_tx_m: Array, radius_rx_m: Array, distance_m: Array) -> Array:
+def shapiro_m(radius_tx_m: F64, radius_rx_m: F64, distance_m: F64) -> F64:
     """Gravitational delay of a signal [m], by the Earth alone.
 
     Source: IERS Conventions (2010), eq. 11.17
@@ -128,7 +126,7 @@ def shapiro_m(radius_tx_m: Array, radius_rx_m: Array, distance_m: Array) -> Arra
     return SHAPIRO_M * np.log((both + distance_m) / (both - distance_m))
 
 
-def at_transmission(state: EcefMotion, rows: NDArray[np.int64], flight_s: Array) -> tuple[Array, Array]:
+def at_transmission(state: EcefMotion, rows: I64, flight_s: F64) -> tuple[F64, F64]:
     """ECEF positions and velocities (p, 3) at the transmission instants, in the axes of those instants.
 
     state     satellites at reception;  rows (p,) which of them;  flight_s (p,)
@@ -148,17 +146,17 @@ class Antennas:
     boresight       unit vector
     """
 
-    pos_m: Array
-    vel_mps: Array
-    boresight: Array
+    pos_m: F64
+    vel_mps: F64
+    boresight: F64
 
 
 def antennas(
     craft: EcefMotion,
-    dcm_body_from_ecef: Array,
-    rate_body_rps: Array,
-    lever_body_m: Array,
-    boresight_body: Array,
+    dcm_body_from_ecef: F64,
+    rate_body_rps: F64,
+    lever_body_m: F64,
+    boresight_body: F64,
 ) -> Antennas:
     """Where the antennas of a craft are and look, at one instant or several (...).
 
@@ -176,7 +174,7 @@ def antennas(
     )
 
 
-def cross_matrix(vectors: Array) -> Array:
+def cross_matrix(vectors: F64) -> F64:
     """Matrices (..., 3, 3) that multiply by vectors (..., 3) crosswise from the left."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     out = np.zeros((*x.shape, 3, 3))

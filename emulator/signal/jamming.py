@@ -15,13 +15,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.signal import antenna_patterns
 from gnss_hil.emulator.signal.antenna_patterns import Receive
 from gnss_hil.emulator.signal.bands import BY_SYSTEM
-from gnss_hil.emulator.signal.geometry import Array, norm
+from gnss_hil.emulator.signal.geometry import norm
 from gnss_hil.emulator.signal.visibility import (
     EQUATORIAL_RADIUS_M,
     POLAR_RADIUS_M,
@@ -48,16 +48,16 @@ class Jammers:
     bandwidth_hz      (j,) of noise
     """
 
-    place_ecef_m: Array
-    eirp_dbw: Array
-    direction_body: Array
-    received_dbw: Array
+    place_ecef_m: F64
+    eirp_dbw: F64
+    direction_body: F64
+    received_dbw: F64
     kind: tuple[Kind, ...]
-    centre_hz: Array
-    bandwidth_hz: Array
+    centre_hz: F64
+    bandwidth_hz: F64
 
 
-def place_ecef_m(latitude_rad: float, longitude_rad: float, height_m: float) -> Array:
+def place_ecef_m(latitude_rad: float, longitude_rad: float, height_m: float) -> F64:
     """ECEF coordinates (3,) [m] of a geodetic place on WGS-84.
 
     Source: NGA.STND.0036, 4.1 (closed form)
@@ -70,7 +70,7 @@ def place_ecef_m(latitude_rad: float, longitude_rad: float, height_m: float) -> 
     return np.array((across_m * north, across_m * east, (shrink * normal_m + height_m) * sin))
 
 
-def _antiderivative(x: Array) -> Array:
+def _antiderivative(x: F64) -> F64:
     """Integral of sinc^2 from 0 to x, with sinc(x) = sin(pi x) / (pi x); odd, tends to 1/2.
 
     Source: by parts, with the sine integral of Abramowitz & Stegun, 5.2
@@ -81,7 +81,7 @@ def _antiderivative(x: Array) -> Array:
     return np.where(x == 0, 0.0, (sici(2 * u)[0] - np.sin(u) ** 2 / u) / np.pi)
 
 
-def overlap_perhz(kind: Kind, offset_hz: Array, bandwidth_hz: float, chip_hz: Array) -> Array:
+def overlap_perhz(kind: Kind, offset_hz: F64, bandwidth_hz: float, chip_hz: F64) -> F64:
     """Spectral overlap [1/Hz] of a jammer of unit power with signals sinc^2(f / Rc) / Rc.
 
     offset_hz   (n,) centre of the jammer less the signals' carriers
@@ -101,7 +101,7 @@ def overlap_perhz(kind: Kind, offset_hz: Array, bandwidth_hz: float, chip_hz: Ar
     return np.where(small, 2 / 3 - w**2 / 30, 4 * (1 - np.sin(far) / far) / far**2) / chip_hz
 
 
-def overlaps_perhz(jammers: Jammers, system: NDArray[np.int64], frequency: NDArray[np.int64]) -> Array:
+def overlaps_perhz(jammers: Jammers, system: I64, frequency: I64) -> F64:
     """Overlaps (j, n) [1/Hz] with satellites (n,) of these systems and GLONASS frequency numbers."""
     carrier_hz = BY_SYSTEM.carrier_hz[system] + frequency * BY_SYSTEM.spacing_hz[system]
     chip_hz = LIGHT_MPS / BY_SYSTEM.chip_m[system]
@@ -118,11 +118,11 @@ class Arrival:
     power_w     (j,) at an isotropic antenna; 0 where the Earth is in the way [W]
     """
 
-    los_ecef: Array
-    power_w: Array
+    los_ecef: F64
+    power_w: F64
 
 
-def arrivals(jammers: Jammers, pos_ecef_m: Array, dcm_body_from_ecef: Array) -> Arrival:
+def arrivals(jammers: Jammers, pos_ecef_m: F64, dcm_body_from_ecef: F64) -> Arrival:
     """Directions and powers at a craft at pos_ecef_m (3,) whose body axes are dcm_body_from_ecef (3, 3)."""
     towards = jammers.place_ecef_m - pos_ecef_m
     distance_m = norm(towards)
@@ -134,7 +134,7 @@ def arrivals(jammers: Jammers, pos_ecef_m: Array, dcm_body_from_ecef: Array) -> 
     return Arrival(los, np.concatenate((power_w, 10 ** (jammers.received_dbw / 10))))
 
 
-def density_wphz(arrival: Arrival, antennas: Receive, boresight_ecef: Array, overlap_perhz: Array) -> Array:
+def density_wphz(arrival: Arrival, antennas: Receive, boresight_ecef: F64, overlap_perhz: F64) -> F64:
     """Equivalent noise density (m, n) [W/Hz] at the terminals of antennas with boresights (m, 3).
 
     overlap_perhz   (j, n) of `overlaps_perhz`

@@ -14,15 +14,16 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.emulator.constellation.blocks import BLOCKS, Block
 from gnss_hil.emulator.files import antenna_table
 from gnss_hil.emulator.signal import antenna_patterns
 from gnss_hil.emulator.signal.antenna_patterns import Pattern, Receive
 from gnss_hil.emulator.signal.bands import BY_SYSTEM, band_of, edge_off_nadir_rad, slant_range_m
-from gnss_hil.emulator.signal.geometry import Array, angle_rad, norm
+from gnss_hil.emulator.signal.geometry import angle_rad, norm
 
 RECEIVE = ("isotropic", "cone-20deg", "cone-12deg")
 """Receive patterns of the package."""
@@ -50,7 +51,7 @@ def pattern_of(name: str, column: str, law_dbi: tuple[float, float]) -> Pattern:
     return antenna_table.read(Path(name), column)
 
 
-def off_nadir_rad(satellite_m: Array, craft_m: Array) -> Array:
+def off_nadir_rad(satellite_m: F64, craft_m: F64) -> F64:
     """Angles (n,) [rad] at satellites (n, 3) between the Earth's centre and a craft (3,), same frame."""
     down = -satellite_m / norm(satellite_m)[:, None]
     towards = craft_m - satellite_m
@@ -67,11 +68,11 @@ class Transmit:
     row           (512,) row of each satellite index
     """
 
-    level_dbwm2: Array
-    row: NDArray[np.intp]
+    level_dbwm2: F64
+    row: Index
 
 
-def transmit(row: NDArray[np.intp], level: Literal["typical", "minimum"]) -> Transmit:
+def transmit(row: Index, level: Literal["typical", "minimum"]) -> Transmit:
     """Transmitters with the row of each satellite (512,) in BLOCKS.
 
     level   "minimum": every block just keeps the interface documents' promise 5 deg above the horizon
@@ -86,7 +87,7 @@ def isotropic() -> Transmit:
     return Transmit(np.repeat(BY_SYSTEM.power_dbwm2[:, None], antenna_patterns.NODES, axis=1), system)
 
 
-def _level_dbwm2(block: Block, level: str) -> Array:
+def _level_dbwm2(block: Block, level: str) -> F64:
     band = band_of(block.system)
     pattern = shipped(block.pattern)
     received_dbw = block.received_dbw if level == "typical" else band.received_dbw
@@ -95,9 +96,7 @@ def _level_dbwm2(block: Block, level: str) -> Array:
     return shape_db + received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
 
 
-def arriving_dbw(
-    transmitters: Transmit, index: NDArray[np.int64], off_nadir: Array, distance_m: Array
-) -> Array:
+def arriving_dbw(transmitters: Transmit, index: I64, off_nadir: F64, distance_m: F64) -> F64:
     """Power (n,) [dBW] an isotropic right-handed antenna receives from satellites of these indices (n,)."""
     level = antenna_patterns.look_up(transmitters.level_dbwm2, transmitters.row[index], off_nadir)
     return level - 20 * np.log10(distance_m)
@@ -119,12 +118,12 @@ class Budget:
 
 def cn0_dbhz(
     budget: Budget,
-    index: NDArray[np.int64],
-    off_nadir: Array,
-    distance_m: Array,
-    angle_rad: Array,
+    index: I64,
+    off_nadir: F64,
+    distance_m: F64,
+    angle_rad: F64,
     jamming_wphz: ArrayLike = 0.0,
-) -> Array:
+) -> F64:
     """Carrier to noise density (m, n) [dBHz].
 
     index, off_nadir, distance_m   (n,) of the satellites: index, angle off their nadir [rad], distance [m]

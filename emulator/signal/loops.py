@@ -19,7 +19,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from gnss_hil.dbc.common.arrays import F64 as Array
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.vehicle import Strict
 
 
@@ -44,7 +44,7 @@ class Loops(Strict):
 _TWO_PI = 2 * np.pi
 
 
-def code_sigma_chips(cn0_hz: Array, loops: Loops) -> Array:
+def code_sigma_chips(cn0_hz: F64, loops: Loops) -> F64:
     """1 sigma of a delay lock loop [chips] by C/N0 as a ratio [Hz].
 
     sqrt(B D / (2 C/N0) (1 + 2 / ((2 - D) T C/N0)))
@@ -54,23 +54,23 @@ def code_sigma_chips(cn0_hz: Array, loops: Loops) -> Array:
     return np.sqrt(loops.code_bandwidth_hz * spacing / (2 * cn0_hz) * squaring)
 
 
-def carrier_sigma_rad(cn0_hz: Array, loops: Loops) -> Array:
+def carrier_sigma_rad(cn0_hz: F64, loops: Loops) -> F64:
     """1 sigma of a Costas phase lock loop [rad]: sqrt(B / C/N0 (1 + 1 / (2 T C/N0)))."""
     return np.sqrt(loops.carrier_bandwidth_hz / cn0_hz * (1 + 1 / (2 * loops.integration_s * cn0_hz)))
 
 
-def doppler_sigma_hz(cn0_hz: Array, loops: Loops) -> Array:
+def doppler_sigma_hz(cn0_hz: F64, loops: Loops) -> F64:
     """1 sigma of a frequency lock loop at high C/N0 [Hz]: sqrt(4 B / C/N0 (1 + 1 / (T C/N0))) / (2 pi T)."""
     squaring = 1 + 1 / (loops.integration_s * cn0_hz)
     return np.sqrt(4 * loops.frequency_bandwidth_hz / cn0_hz * squaring) / (_TWO_PI * loops.integration_s)
 
 
-def jitter_rad(loops: Loops, cn0_hz: Array) -> Array:
+def jitter_rad(loops: Loops, cn0_hz: F64) -> F64:
     """1 sigma of a carrier loop, noise and all else."""
     return np.hypot(carrier_sigma_rad(cn0_hz, loops), np.deg2rad(loops.other_jitter_deg))
 
 
-def slip_rate_hz(snr: Array, bandwidth_hz: float) -> Array:
+def slip_rate_hz(snr: F64, bandwidth_hz: float) -> F64:
     """Slips a second, to either side, of a first-order loop without steady error.
 
     snr           of the loop: one over the variance of its phase [rad^2] as linear theory has it

@@ -19,11 +19,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.emulator.signal.correlation import Array, Correlation, triangle
+from gnss_hil.dbc.common.arrays import C128, F64, I64
+from gnss_hil.emulator.signal.correlation import Correlation, triangle
 
-Complex = NDArray[np.complex128]
 Discriminator = Literal["coherent", "power"]
 
 _GRID_CHIPS = 0.125
@@ -37,10 +36,10 @@ class Sum:
     """The rays of p channels: delay_chips (p, k) beyond the direct one, amplitude (p, k) complex. The first
     column is the direct ray. Amplitude 0 stands for no ray."""
 
-    delay_chips: Array
-    amplitude: Complex
+    delay_chips: F64
+    amplitude: C128
 
-    def at(self, correlate: Correlation, offset_chips: Array) -> Complex:
+    def at(self, correlate: Correlation, offset_chips: F64) -> C128:
         """Outputs (p, c) of correlators whose replicas are offset_chips (p, c) behind the direct ray."""
         weight = correlate(offset_chips[:, :, None] - self.delay_chips[:, None])
         parts = np.ascontiguousarray(self.amplitude).view(np.float64).reshape(*self.amplitude.shape, 2)
@@ -59,12 +58,12 @@ class Lock:
     level        amplitude of the prompt sum relative to the direct ray alone, unobstructed; 0 without signal
     """
 
-    code_chips: Array
-    lag_rad: Array
-    level: Array
+    code_chips: F64
+    lag_rad: F64
+    level: F64
 
 
-def rays(direct: Array, delay_m: Array, coefficient: Complex, wave_m: Array, chip_m: Array) -> Sum:
+def rays(direct: F64, delay_m: F64, coefficient: C128, wave_m: F64, chip_m: F64) -> Sum:
     """The rays of p channels from the direct one and k reflections each.
 
     direct               (p,) amplitude of the direct ray relative to an unobstructed one, 0 when hidden
@@ -78,14 +77,14 @@ def rays(direct: Array, delay_m: Array, coefficient: Complex, wave_m: Array, chi
     )
 
 
-def discriminator(kind: Discriminator, early: Complex, prompt: Complex, late: Complex) -> Array:
+def discriminator(kind: Discriminator, early: C128, prompt: C128, late: C128) -> F64:
     """Discriminators (...) of correlator outputs (...)."""
     return ((early - late) * (prompt if kind == "coherent" else early + late).conj()).real
 
 
 def settle(
     kind: Discriminator, total: Sum, spacing_chips: float, correlate: Correlation = triangle
-) -> tuple[Array, Complex]:
+) -> tuple[F64, C128]:
     """Code errors (p,) [chips] where loops settle, and their prompt outputs (p,); both 0 without any ray."""
     code_chips, prompt = np.zeros(len(total.delay_chips)), total.amplitude[:, 0].copy()
     disturbed = np.flatnonzero(total.amplitude[:, 1:].any(axis=1))
@@ -96,7 +95,7 @@ def settle(
     return code_chips, prompt
 
 
-def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Correlation) -> Array:
+def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Correlation) -> F64:
     """Upward zeros (p,) [chips] of the discriminators of channels with rays, the strongest of each.
 
     A grid over all delays at which a replica meets a ray gives brackets, the Illinois form of false position
@@ -127,8 +126,8 @@ def _false_position(
     total: Sum,
     spacing_chips: float,
     correlate: Correlation,
-    bracket: tuple[Array, Array, Array, Array],
-) -> Array:
+    bracket: tuple[F64, F64, F64, F64],
+) -> F64:
     """Zeros (p,) [chips] between low and high, where discriminators are below and above zero."""
     low, high, below, above = bracket
     shift = spacing_chips / 2 * np.array((-1.0, 0.0, 1.0))
@@ -157,11 +156,11 @@ def _false_position(
 
 def lock(
     kind: Discriminator,
-    direct: Array,
-    delay_m: Array,
-    coefficient: Complex,
-    wave_m: Array,
-    chip_m: Array,
+    direct: F64,
+    delay_m: F64,
+    coefficient: C128,
+    wave_m: F64,
+    chip_m: F64,
     spacing_chips: float,
     correlate: Correlation = triangle,
 ) -> Lock:
@@ -181,9 +180,7 @@ def lock(
     return Lock(code_chips, np.where(prompt == 0, 0.0, own_rad - rest_rad), np.abs(prompt))
 
 
-def strongest(
-    pair: NDArray[np.int64], pairs: int, count: int, delay_m: Array, coefficient: Complex, least: float
-) -> NDArray[np.int64]:
+def strongest(pair: I64, pairs: int, count: int, delay_m: F64, coefficient: C128, least: float) -> I64:
     """Rows (pairs, count) of each pair's strongest reflections among k, -1 where there are fewer.
 
     pair (k,), delay_m (k,), coefficient (k,)   of the reflections;  least   amplitudes below it are left out

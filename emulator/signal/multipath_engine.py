@@ -12,19 +12,12 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import C128, F64, I64
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.signal import multipath
 from gnss_hil.emulator.signal.correlation import Correlation, band_limited, triangle
-from gnss_hil.emulator.signal.multipath import Complex
 from gnss_hil.emulator.signal.structure import reflections
-from gnss_hil.emulator.signal.structure.bodies import (
-    Array,
-    Bodies,
-    Numbers,
-    Structure,
-    bodies_at,
-    faces_at,
-)
+from gnss_hil.emulator.signal.structure.bodies import Bodies, Structure, bodies_at, faces_at
 from gnss_hil.emulator.signal.structure.reflections import Gain
 
 Scalar = TypeVar("Scalar", bound=np.generic)
@@ -59,9 +52,9 @@ class Pose:
     """A craft's structure and los_body (n, 3) to the satellites at two instants LATER_S apart."""
 
     bodies: Bodies
-    los_body: Array
+    los_body: F64
     later: Bodies
-    los_later: Array
+    los_later: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,13 +62,13 @@ class Reception:
     """What p channels receive, (p,) each: errors of pseudorange, carrier phase [m] and range rate [m/s];
     level_db by which C/N0 differs from the unobstructed direct ray's, -inf without signal."""
 
-    range_m: Array
-    phase_m: Array
-    rate_mps: Array
-    level_db: Array
+    range_m: F64
+    phase_m: F64
+    rate_mps: F64
+    level_db: F64
 
 
-def los_rate_body(los_body: Array, towards_mps: Array, distance_m: Array, rate_body_rps: Array) -> Array:
+def los_rate_body(los_body: F64, towards_mps: F64, distance_m: F64, rate_body_rps: F64) -> F64:
     """Rates (..., n, 3) [1/s] of unit vectors los_body (..., n, 3) as the turning craft sees them.
 
     towards_mps     (..., n, 3) inertial velocities of the targets relative to the craft, body axes [m/s]
@@ -86,9 +79,7 @@ def los_rate_body(los_body: Array, towards_mps: Array, distance_m: Array, rate_b
     return (towards_mps - along * los_body) / distance_m[..., None] - np.cross(rate_body_rps, los_body)
 
 
-def pose(
-    craft: Structure, los_body: Array, rate: Array, sun_body: Array, rate_body_rps: Array, t_s: float
-) -> Pose:
+def pose(craft: Structure, los_body: F64, rate: F64, sun_body: F64, rate_body_rps: F64, t_s: float) -> Pose:
     """The structure and the sky at t_s after the start and LATER_S on.
 
     los_body (n, 3) with its rate (n, 3), see `los_rate_body`;  sun_body (3,) direction of the Sun, body axes
@@ -113,11 +104,11 @@ def _rays(
     craft: Structure,
     settings: Settings,
     at: Pose,
-    antenna_body_m: Array,
-    antenna: Numbers,
-    satellite: Numbers,
+    antenna_body_m: F64,
+    antenna: I64,
+    satellite: I64,
     gain_dbi: Gain,
-) -> tuple[Array, Array, Complex]:
+) -> tuple[F64, F64, C128]:
     """Delays now and later (p, k) [m] and coefficients (p, k) of each pair's strongest reflections."""
     faces = faces_at(craft.surfaces, at.bodies)
     seen = reflections.find(
@@ -147,12 +138,12 @@ def _twice(column: NDArray[Scalar]) -> NDArray[Scalar]:
 def _locks(
     settings: Settings,
     spacing_chips: float,
-    delay_m: Array,
-    direct: Array,
-    strength: Complex,
-    wave_m: Array,
-    chip_m: Array,
-) -> Array:
+    delay_m: F64,
+    direct: F64,
+    strength: C128,
+    wave_m: F64,
+    chip_m: F64,
+) -> F64:
     """Code errors, phases and levels (3, q) as in `multipath.Lock`, each code by its own correlation."""
     if not strength.any():
         return np.array((np.zeros_like(direct), np.zeros_like(direct), direct))
@@ -173,12 +164,12 @@ def receive(
     settings: Settings,
     spacing_chips: float,
     at: Pose,
-    antenna_body_m: Array,
-    antenna: Numbers,
-    satellite: Numbers,
-    direct: Array,
-    wave_m: Array,
-    chip_m: Array,
+    antenna_body_m: F64,
+    antenna: I64,
+    satellite: I64,
+    direct: F64,
+    wave_m: F64,
+    chip_m: F64,
     gain_dbi: Gain,
 ) -> Reception:
     """What p channels receive.

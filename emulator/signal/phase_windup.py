@@ -12,36 +12,34 @@ Geodaetica 18 (1993) 91. Satellites: nominal yaw steering; noon and midnight tur
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.constellation.phase_centre import axes_ecef
 from gnss_hil.emulator.signal.geometry import norm
-
-Array = NDArray[np.float64]
 
 _STEP_S = 0.5
 _TURN = 2 * np.pi
 
 
-def satellite_axes(pos_m: Array, sun_m: Array) -> tuple[Array, Array]:
+def satellite_axes(pos_m: F64, sun_m: F64) -> tuple[F64, F64]:
     """Unit vectors x and y (..., 3) of satellites at pos_m (..., 3), the Sun at sun_m (3,), geocentric."""
     axes = axes_ecef(pos_m, sun_m)
     return axes[..., 0, :], axes[..., 1, :]
 
 
-def antenna_axes(boresight: Array) -> tuple[Array, Array]:
+def antenna_axes(boresight: F64) -> tuple[F64, F64]:
     """Unit vectors x and y (m, 3) that make right-handed axes with boresights (m, 3).
 
     x is the axis of the body that is farthest from the boresight, made square to it. Another choice changes
     phases by a constant, which an ambiguity swallows.
     """
-    x: Array = np.eye(3)[np.argmin(np.abs(boresight), axis=1)]
+    x: F64 = np.eye(3)[np.argmin(np.abs(boresight), axis=1)]
     x = x - np.einsum("mk,mk->m", x, boresight)[:, None] * boresight
     x /= norm(x)[:, None]
     return x, np.cross(boresight, x)
 
 
-def windup(along: Array, transmit: tuple[Array, Array], receive: tuple[Array, Array]) -> Array:
+def windup(along: F64, transmit: tuple[F64, F64], receive: tuple[F64, F64]) -> F64:
     """Wind-up (...,) [cycles], -1/2 to 1/2, to be added to phases that grow with distance.
 
     along     (..., 3) unit vectors from satellites to antennas
@@ -53,20 +51,20 @@ def windup(along: Array, transmit: tuple[Array, Array], receive: tuple[Array, Ar
     return np.arctan2(turned, np.einsum("...k,...k->...", transmitted, received)) / _TURN
 
 
-def _dipole(along: Array, x: Array, y: Array, sense: float) -> Array:
+def _dipole(along: F64, x: F64, y: F64, sense: float) -> F64:
     """The effective dipole (..., 3) of crossed ones."""
     return x - np.einsum("...k,...k->...", along, x)[..., None] * along + sense * np.cross(along, y)
 
 
 def windup_and_rate(
-    pos_tx_m: Array,
-    vel_tx_mps: Array,
-    sun_m: Array,
-    pos_rx_m: Array,
-    vel_rx_mps: Array,
-    receive: tuple[Array, Array],
-    rate_rx_rps: Array,
-) -> tuple[Array, Array]:
+    pos_tx_m: F64,
+    vel_tx_mps: F64,
+    sun_m: F64,
+    pos_rx_m: F64,
+    vel_rx_mps: F64,
+    receive: tuple[F64, F64],
+    rate_rx_rps: F64,
+) -> tuple[F64, F64]:
     """Wind-up (p,) [cycles], -1/2 to 1/2, and its rate (p,) [cycles/s] from half a second before and after.
 
     pos_tx_m, pos_rx_m       (p, 3) satellites and antennas, with inertial velocities, in the same axes
@@ -82,10 +80,10 @@ def windup_and_rate(
     return now, _wrapped(after - before) / (2 * _STEP_S)
 
 
-def _wrapped(cycles: Array) -> Array:
+def _wrapped(cycles: F64) -> F64:
     return cycles - np.rint(cycles)
 
 
-def continued(cycles: Array, before: Array) -> Array:
+def continued(cycles: F64, before: F64) -> F64:
     """Wind-up (...,) counted on from that of the epoch before, nan where there was none [cycles]."""
     return cycles + np.rint(np.where(np.isnan(before), cycles, before) - cycles)

@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.signal.bands import BY_SYSTEM
-from gnss_hil.emulator.signal.geometry import Array
 
 BOLTZMANN_DBWSPK = 10 * np.log10(1.380649e-23)
 """Boltzmann constant [dB(W s / K)], exact in the SI since 2019."""
 
 
-def gain_dbi(cos_angle: Array, boresight_dbi: float, at_90deg_dbi: float) -> Array:
+def gain_dbi(cos_angle: F64, boresight_dbi: float, at_90deg_dbi: float) -> F64:
     """Gain of a receiving antenna [dBi] by the cosine of the angle off boresight.
 
     Falls smoothly, in dB linear in the cosine, through the two given values and on behind the antenna
@@ -29,12 +28,12 @@ def gain_dbi(cos_angle: Array, boresight_dbi: float, at_90deg_dbi: float) -> Arr
 
 def cn0_dbhz(
     system: I64,
-    distance_m: Array,
-    angle_rad: Array,
+    distance_m: F64,
+    angle_rad: F64,
     boresight_dbi: float,
     at_90deg_dbi: float,
     noise_k: float,
-) -> Array:
+) -> F64:
     """Carrier to noise density (m, n) [dBHz].
 
     system, distance_m   (n,) of the satellites

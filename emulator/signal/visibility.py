@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.earth.constants import EQUATORIAL_RADIUS_M, LIGHT_MPS, POLAR_RADIUS_M
-from gnss_hil.emulator.signal.geometry import Array, Motion, angle_rad, norm
+from gnss_hil.emulator.signal.geometry import Motion, angle_rad, norm
 
 _TO_SPHERE = np.array((1.0, 1.0, EQUATORIAL_RADIUS_M / POLAR_RADIUS_M))
 
@@ -28,14 +29,14 @@ class View:
     los_ecef        (..., n, 3) unit vectors from the centre of mass
     """
 
-    distance_m: Array
-    sin_elevation: Array
-    ray_height_m: Array
-    angle_rad: Array
-    los_ecef: Array
+    distance_m: F64
+    sin_elevation: F64
+    ray_height_m: F64
+    angle_rad: F64
+    los_ecef: F64
 
 
-def look(satellites: Motion, pos_ecef_m: Array, boresight: Array, least_height_m: float = -np.inf) -> View:
+def look(satellites: Motion, pos_ecef_m: F64, boresight: F64, least_height_m: float = -np.inf) -> View:
     """View of satellites (..., n, 3) from a craft at pos_ecef_m (..., 3) with antennas whose axes are
     boresight (..., m, 3), all at the instant of reception.
 
@@ -55,19 +56,19 @@ def look(satellites: Motion, pos_ecef_m: Array, boresight: Array, least_height_m
     return View(distance_m, sin_elevation, height_m, angle, los)
 
 
-def _of_pairs(boresight: Array, los: Array) -> Array:
+def _of_pairs(boresight: F64, los: F64) -> F64:
     """Angles (s, m) or, of one instant, (m, s) [rad] between axes (s, m, 3) or (m, 3) and vectors (s, 3)."""
     if boresight.ndim == 2:
         return angles_rad(boresight, los)
     return angle_rad(boresight, los[:, None])
 
 
-def angles_rad(boresight: Array, los: Array) -> Array:
+def angles_rad(boresight: F64, los: F64) -> F64:
     """Angles (..., m, n) [rad] between unit vectors (..., m, 3) and (..., n, 3), each with each."""
     return angle_rad(boresight[..., :, None, :], los[..., None, :, :])
 
 
-def ray_height_m(pos_ecef_m: Array, towards_m: Array) -> Array:
+def ray_height_m(pos_ecef_m: F64, towards_m: F64) -> F64:
     """Least height (..., n) [m] above the WGS-84 ellipsoid of the way from a craft to satellites.
 
     pos_ecef_m   (..., 3) the craft

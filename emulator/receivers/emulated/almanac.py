@@ -11,18 +11,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac, Predictions
 from gnss_hil.emulator.constellation.sky import SkyState
-from gnss_hil.emulator.receivers.emulated.channels import Flags, Numbers
 
 
-def contents(held: HeldAlmanac | None, sky: SkyState) -> Flags:
+def contents(held: HeldAlmanac | None, sky: SkyState) -> Bool:
     """(n,) satellites of the sky that are in the unit's almanac."""
     return sky.available if held is None else held.known
 
 
 def predictions(
-    held: HeldAlmanac | None, sky: SkyState, satellite, rows: Numbers, mark_ns: Numbers | int
+    held: HeldAlmanac | None, sky: SkyState, satellite, rows: I64, mark_ns: I64 | int
 ) -> Predictions:
     """What the unit says of satellites `rows` (p,) of its almanac for time marks, (p,) or one.
 
@@ -35,7 +35,7 @@ def predictions(
     )
 
 
-def portion(known: Flags, epoch: int, epochs_per_pass: int, receivers: int) -> tuple[Numbers, Numbers]:
+def portion(known: Bool, epoch: int, epochs_per_pass: int, receivers: int) -> tuple[I64, I64]:
     """Rows of the sky that are sent in this epoch, and which receiver (0-based) sends each.
 
     known            (n,) satellites in the almanac

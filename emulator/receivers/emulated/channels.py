@@ -19,8 +19,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I8, I64, Bool
 from gnss_hil.dbc.contract.messages import VALUES
 
 LOCK = {label: raw for raw, label in VALUES["Lock"].items()}
@@ -29,9 +29,7 @@ SLIPS = 16
 NEVER_NS = -(1 << 62)
 NOTHING = -1
 
-Flags = NDArray[np.bool_]
-Numbers = NDArray[np.int64]
-Collection = Callable[[Numbers, Numbers], Numbers]
+Collection = Callable[[I64, I64], I64]
 """Rows of the sky and times since when they are received, (m, k) [ns] -> how long their ephemerides take
 [ns]."""
 
@@ -51,14 +49,14 @@ class Channels:
     turns_cyc  turns of antennas counted on in the carrier phase [cycles], nan where none are
     """
 
-    commanded: Flags
-    target: Numbers
-    lock: NDArray[np.int8]
-    since_ns: Numbers
-    slips: Numbers
-    ambiguity: NDArray[np.float64]
-    arc: Numbers
-    turns_cyc: NDArray[np.float64]
+    commanded: Bool
+    target: I64
+    lock: I8
+    since_ns: I64
+    slips: I64
+    ambiguity: F64
+    arc: I64
+    turns_cyc: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +69,7 @@ class Knowledge:
     """
 
     warm: bool
-    collected_ns: Numbers
+    collected_ns: I64
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +84,7 @@ class Pace:
     ephemeris_age_ns: int
 
 
-def fresh_channels(counts: Numbers) -> Channels:
+def fresh_channels(counts: I64) -> Channels:
     """All channels idle and searching by themselves; counts (m,) channels of each receiver."""
     shape = len(counts), int(counts.max())
     exists = np.arange(shape[1]) < counts[:, None]
@@ -110,7 +108,7 @@ def fresh_knowledge(satellites: int, holders: int = 1) -> Knowledge:
     return Knowledge(False, np.full((holders, satellites), NEVER_NS))
 
 
-def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -> Channels:
+def retarget(channels: Channels, commanded: Bool, target: I64, t_ns: int) -> Channels:
     """Channels set anew; one whose satellite stays keeps its lock."""
     if np.array_equal(target, channels.target):
         return replace(channels, commanded=commanded)
@@ -120,7 +118,7 @@ def retarget(channels: Channels, commanded: Flags, target: Numbers, t_ns: int) -
     return replace(channels, commanded=commanded, target=target, lock=lock, since_ns=since_ns)
 
 
-def receivable(channels: Channels, signal: Flags, held: Flags | None) -> Flags:
+def receivable(channels: Channels, signal: Bool, held: Bool | None) -> Bool:
     """(m, n) signals at antennas: strong enough to be found, or, where a channel has it, to be held
     (None: what is found is held)."""
     if held is None:
@@ -135,11 +133,11 @@ def receivable(channels: Channels, signal: Flags, held: Flags | None) -> Flags:
 def advance(
     channels: Channels,
     knowledge: Knowledge,
-    signal: Flags,
+    signal: Bool,
     pace: Pace,
     t_ns: int,
     collection_ns: Collection | None = None,
-) -> tuple[Channels, Knowledge, Flags]:
+) -> tuple[Channels, Knowledge, Bool]:
     """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
 
     signal   (m, n) whether a satellite's signal is strong enough at an antenna
@@ -175,18 +173,18 @@ def advance(
     )
 
 
-def _holder(knowledge: Knowledge, receivers: int) -> Numbers:
+def _holder(knowledge: Knowledge, receivers: int) -> I64:
     """(m, 1) row of collected_ns that each receiver knows of."""
     return np.minimum(np.arange(receivers), len(knowledge.collected_ns) - 1)[:, None]
 
 
-def _fresh(knowledge: Knowledge, pace: Pace, target: Numbers, t_ns: int) -> Flags:
+def _fresh(knowledge: Knowledge, pace: Pace, target: I64, t_ns: int) -> Bool:
     """(m, k) whether a receiver has an ephemeris of a channel's satellite that still serves."""
     serves = t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns
     return serves[_holder(knowledge, len(target)), target]
 
 
-def _collect(knowledge: Knowledge, target: Numbers, measures: Flags, t_ns: int) -> Knowledge:
+def _collect(knowledge: Knowledge, target: I64, measures: Bool, t_ns: int) -> Knowledge:
     """A satellite that is measured sends its ephemeris over and over: knowledge of it stays new."""
     collected_ns = knowledge.collected_ns.copy()
     holder = np.broadcast_to(_holder(knowledge, len(target)), target.shape)

@@ -13,13 +13,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites, systems
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import VALUES
-from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, Flags, Numbers, retarget
+from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, retarget
 from gnss_hil.emulator.signal.bands import BY_SYSTEM
 
 ACTION = {label: raw for raw, label in VALUES["Action"].items()}
@@ -38,12 +38,12 @@ nobody waits for the flight software it may be later; older than this it was hel
 class Commands:
     """Commands of one epoch (c,), in order of arrival; `receiver` is 1-based, `sat` a satellite index."""
 
-    receiver: Numbers
-    channel: Numbers
-    action: Numbers
-    sat: Numbers
-    signal: Numbers
-    transaction: Numbers
+    receiver: I64
+    channel: I64
+    action: I64
+    sat: I64
+    signal: I64
+    transaction: I64
 
     def __len__(self) -> int:
         return len(self.receiver)
@@ -57,13 +57,13 @@ class Prospects:
     available, healthy, in_sight   (n,) by row; in_sight is True where the receiver cannot tell
     """
 
-    row_of: Numbers
-    available: Flags
-    healthy: Flags
-    in_sight: Flags
+    row_of: I64
+    available: Bool
+    healthy: Bool
+    in_sight: Bool
 
 
-def timely(frames: FrameBatch, epoch: int) -> Flags:
+def timely(frames: FrameBatch, epoch: int) -> Bool:
     """(c,) whether commands received before `epoch` is played answer one of the OLDEST_EPOCHS before it.
 
     They carry the number of the epoch they answer modulo 16, so one held back for 16 epochs is young again:
@@ -86,12 +86,12 @@ def read(codec: Codec, frames: FrameBatch) -> Commands:
     )
 
 
-def _refusals(commands: Commands, counts: Numbers, prospects: Prospects) -> Numbers:
+def _refusals(commands: Commands, counts: I64, prospects: Prospects) -> I64:
     """(c,) result of what can be said without the other channels; the first row that applies."""
     system, number = satellites.system_of(commands.sat), satellites.number_of(commands.sat)
     row = prospects.row_of[commands.sat]
     track = commands.action == ACTION["TRACK"]
-    table: tuple[tuple[str, NDArray[np.bool_]], ...] = (
+    table: tuple[tuple[str, Bool], ...] = (
         ("NO_SUCH_CHANNEL", commands.channel >= counts[commands.receiver - 1]),
         ("BAD_ACTION", ~np.isin(commands.action, list(ACTION.values()))),
         ("ACCEPTED", ~track),
@@ -105,8 +105,8 @@ def _refusals(commands: Commands, counts: Numbers, prospects: Prospects) -> Numb
 
 
 def obey(
-    channels: Channels, commands: Commands, counts: Numbers, prospects: Prospects, t_ns: int
-) -> tuple[Channels, Numbers]:
+    channels: Channels, commands: Commands, counts: I64, prospects: Prospects, t_ns: int
+) -> tuple[Channels, I64]:
     """Channels after the commands, and the result (c,) of each: permission 9 -> 1 of RU 2706636 C1.
 
     counts  (m,) channels of each receiver
@@ -124,17 +124,17 @@ def obey(
 # What an action does to one receiver's `commanded` and `target` (k,), in place, and its result.
 
 
-def _release(commanded: Flags, target: Numbers, channel: int, row: int) -> int:
+def _release(commanded: Bool, target: I64, channel: int, row: int) -> int:
     commanded[channel], target[channel] = True, NOTHING
     return ACCEPTED
 
 
-def _autonomous(commanded: Flags, target: Numbers, channel: int, row: int) -> int:
+def _autonomous(commanded: Bool, target: I64, channel: int, row: int) -> int:
     commanded[channel] = False
     return ACCEPTED
 
 
-def _track(commanded: Flags, target: Numbers, channel: int, row: int) -> int:
+def _track(commanded: Bool, target: I64, channel: int, row: int) -> int:
     elsewhere = target == row
     elsewhere[channel] = False
     if (elsewhere & commanded).any():

@@ -16,8 +16,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 
 WORTHWHILE = 0.9
 """A receiver leaves satellites it has for others only if the dilution falls below this share of what it can
@@ -34,9 +33,7 @@ _PINNED = 1e12
 _LEAST = 1e-12
 
 
-def smallest(
-    los: Array, system: NDArray[np.int64], eligible: Flags, present: Flags, wanted: NDArray[np.int64]
-) -> Flags:
+def smallest(los: F64, system: I64, eligible: Bool, present: Bool, wanted: I64) -> Bool:
     """The set of each receiver, (m, n): as many satellites as it wants, or all there are.
 
     los       (n, 3) unit vectors to the satellites
@@ -77,19 +74,19 @@ def smallest(
     return sets[how, mixture[how, receiver], receiver]
 
 
-def _mixtures(count: int) -> Flags:
+def _mixtures(count: int) -> Bool:
     """(c, count) which of the systems each mixture holds: every one that is not empty, the widest first."""
     held = [set(some) for size in range(count, 0, -1) for some in combinations(range(count), size)]
     return np.array([[k in some for k in range(count)] for some in held], bool).reshape(-1, count)
 
 
-def _with_offset(mixtures: Flags) -> Flags:
+def _with_offset(mixtures: Bool) -> Bool:
     """(c, s) systems whose offset a mixture has to find: all but the first, whose time the clock has."""
     first = np.argmax(mixtures, axis=1)
     return mixtures & (np.arange(mixtures.shape[1]) != first[:, None])
 
 
-def thinned(design: Array, pool: Flags, keep: Flags, wanted: NDArray, prior: Array) -> Flags:
+def thinned(design: F64, pool: Bool, keep: Bool, wanted: NDArray, prior: F64) -> Bool:
     """Sets (b, n) left of pools (b, n) when no more than wanted (b,) may be left.
 
     design (n, u); keep (b, n) is not taken away; prior (b, u) weights of what is known of the unknowns.
@@ -112,12 +109,12 @@ def thinned(design: Array, pool: Flags, keep: Flags, wanted: NDArray, prior: Arr
     return left
 
 
-def dilutions(design: Array, sets: Flags, prior: Array) -> Array:
+def dilutions(design: F64, sets: Bool, prior: F64) -> F64:
     """GDOP (...) of sets (..., n) of satellites with rows design (n, u); prior (..., u) as above."""
     return np.sqrt(np.trace(_inverse(design, sets, prior), axis1=-2, axis2=-1))
 
 
-def _inverse(design: Array, sets: Flags, prior: Array) -> Array:
+def _inverse(design: F64, sets: Bool, prior: F64) -> F64:
     """(..., u, u) inverse of the normal matrices, by Cholesky."""
     unknowns = np.eye(design.shape[1])
     normal = (design.T * sets[..., None, :]) @ design + prior[..., None] * unknowns

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.arrays import I8, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -167,7 +167,7 @@ class EmulatedCraft:
         answers: Sequence[frames.Part],
         unit: Unit,
         epoch: int,
-    ) -> tuple[FrameBatch, NDArray[np.int8]]:
+    ) -> tuple[FrameBatch, I8]:
         """The epoch's frames, protected, and the counters of their streams."""
         templates, codec = self.receivers.templates, self.receivers.codec
         mark_ns = int(prepared.block.geometry.mark_ns[k])
@@ -211,7 +211,7 @@ class EmulatedCraft:
 
     def _obey(
         self, prepared: Prepared, k: int, unit: Unit, received: FrameBatch, epoch: int
-    ) -> tuple[Channels, NDArray[np.int8], I64, tuple[frames.Part, ...]]:
+    ) -> tuple[Channels, I8, I64, tuple[frames.Part, ...]]:
         """Obey the commands among the frames received.
 
         returns  channels, counters of the streams received, command frames rejected so far, answers to send

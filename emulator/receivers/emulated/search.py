@@ -25,10 +25,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.dbc.common.satellites import system_of
-from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, Flags, Numbers
+from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels
 from gnss_hil.emulator.receivers.emulated.dilution import smallest
 from gnss_hil.emulator.signal.visibility import View
 
@@ -48,18 +49,18 @@ class Outlook:
     """
 
     view: View
-    index: Numbers
-    eligible: Flags
-    alone: Flags
-    target: Numbers
+    index: I64
+    eligible: Bool
+    alone: Bool
+    target: I64
     renews: bool
 
     @property
-    def wanted(self) -> Numbers:
+    def wanted(self) -> I64:
         """(m,) satellites that each receiver has channels for."""
         return self.alone.sum(axis=1)
 
-    def present(self) -> Flags:
+    def present(self) -> Bool:
         """(m, n) eligible satellites that a channel is set on by its receiver's own choice."""
         receiver, channel = np.nonzero(self.alone & (self.target >= 0))
         present = np.zeros_like(self.eligible)
@@ -80,7 +81,7 @@ class Rule:
     best: Callable[[Outlook], Best]
 
 
-def _cheapest(cost: Callable[[View, Numbers], NDArray[Any]]) -> Callable[[Outlook], Best]:
+def _cheapest(cost: Callable[[View, I64], NDArray[Any]]) -> Callable[[Outlook], Best]:
     """The choice of the satellites of least cost, (n,) or (m, n) by view and satellite index (n,)."""
 
     def best(outlook: Outlook) -> Best:
@@ -117,9 +118,7 @@ def renews(t_ns: int, interval_ns: int) -> bool:
     return t_ns % RENEWAL_NS < interval_ns
 
 
-def choose(
-    rule: Rule, channels: Channels, eligible: Flags, view: View, index: Numbers, renews: bool
-) -> Numbers:
+def choose(rule: Rule, channels: Channels, eligible: Bool, view: View, index: I64, renews: bool) -> I64:
     """Targets (m, k) after the channels without a command have chosen.
 
     eligible  (m, n) healthy satellites whose signal reaches the antenna
@@ -136,7 +135,7 @@ def choose(
     return target
 
 
-def _unclaimed(channels: Channels, eligible: Flags) -> Flags:
+def _unclaimed(channels: Channels, eligible: Bool) -> Bool:
     """Eligible satellites that no command has set on a channel of the same receiver."""
     receiver, channel = np.nonzero(channels.commanded & (channels.target >= 0))
     eligible = eligible.copy()
@@ -144,7 +143,7 @@ def _unclaimed(channels: Channels, eligible: Flags) -> Flags:
     return eligible
 
 
-def _settle(target: Numbers, alone: Flags, best: list[int]) -> None:
+def _settle(target: I64, alone: Bool, best: list[int]) -> None:
     """Set one receiver's free channels (k,) in place: keep who stays, drop who went, add who came."""
     free = []
     missing = dict.fromkeys(best)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites, signals
+from gnss_hil.dbc.common.arrays import I8, I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -27,7 +28,6 @@ from gnss_hil.emulator.environment.signals import reported_at_transmission
 from gnss_hil.emulator.orbits.dynamics import CraftState
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.emulated import almanac
-from gnss_hil.emulator.receivers.emulated.channels import Numbers
 from gnss_hil.emulator.receivers.observations import Observations
 from gnss_hil.emulator.receivers.recorded.tracks import Tracks
 from gnss_hil.emulator.truth import TRUTH, in_view_bits
@@ -67,16 +67,16 @@ class RecordedCraft:
     name: str
     vehicle: Vehicle
     orbit: Trajectory | None
-    frequency: Numbers
+    frequency: I64
     tracks: Tracks
-    bounds: Numbers
-    marks_ns: Numbers
+    bounds: I64
+    marks_ns: I64
     epochs_per_pass: int
     codec: Codec
     templates: frames.FrameTemplates
     sky: Sky
     almanac: HeldAlmanac | None
-    row_of: Numbers
+    row_of: I64
     session: int
 
     def fresh(self) -> RecordedUnit:
@@ -94,11 +94,11 @@ class RecordedCraft:
 class RecordedUnit:
     """A played craft between epochs: counters of its streams; commands it has refused, none ever."""
 
-    sent: NDArray[np.int8]
-    refused: Numbers
+    sent: I8
+    refused: I64
 
 
-def observed(craft: RecordedCraft, sky: SkyState, row_of: Numbers, epoch: int) -> Observations:
+def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Observations:
     """What the receiver saw in an epoch, as far as the sky knows the satellites; sky at the epoch's mark."""
     seen = craft.tracks[craft.bounds[epoch] : craft.bounds[epoch + 1]]
     row = row_of[seen.sat]

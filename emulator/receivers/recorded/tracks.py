@@ -12,17 +12,14 @@ from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.config.tables import ScenarioError
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_obs import Observations
 from gnss_hil.emulator.receivers.recorded.signals import Codes, Signal
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 SPLINE_DEGREE = 5
 ENOUGH = 4
@@ -54,17 +51,17 @@ class Tracks:
     dropped   rows left out: no range rate could be had, or no channel was free
     """
 
-    epoch: Numbers
-    channel: Numbers
-    sat: Numbers
-    signal: Numbers
-    carrier_hz: Array
-    range_m: Array
-    rate_mps: Array
-    phase_cyc: Array
-    slips: Numbers
-    half_cycle: NDArray[np.bool_]
-    cn0_dbhz: Array
+    epoch: I64
+    channel: I64
+    sat: I64
+    signal: I64
+    carrier_hz: F64
+    range_m: F64
+    rate_mps: F64
+    phase_cyc: F64
+    slips: I64
+    half_cycle: Bool
+    cn0_dbhz: F64
     dropped: int
 
     def __len__(self) -> int:
@@ -79,18 +76,18 @@ class Tracks:
 class _Raw:
     """One signal's rows in the order of satellite and epoch; names as in Tracks, arc (p,) by number."""
 
-    epoch: Numbers
-    sat: Numbers
-    arc: Numbers
-    carrier_hz: Array
-    range_m: Array
-    rate_mps: Array
-    phase_cyc: Array
-    half_cycle: NDArray[np.bool_]
-    strength: Array
+    epoch: I64
+    sat: I64
+    arc: I64
+    carrier_hz: F64
+    range_m: F64
+    rate_mps: F64
+    phase_cyc: F64
+    half_cycle: Bool
+    strength: F64
 
 
-def tracks(file: Observations, signals: Sequence[Signal], epoch_of: Numbers, channels: int) -> Tracks:
+def tracks(file: Observations, signals: Sequence[Signal], epoch_of: I64, channels: int) -> Tracks:
     """Channels' rows of a file.
 
     signals   wanted, in the order in which channels are given to them
@@ -121,7 +118,7 @@ def tracks(file: Observations, signals: Sequence[Signal], epoch_of: Numbers, cha
     )
 
 
-def _raw(file: Observations, signal: Signal, epoch_of: Numbers) -> _Raw:
+def _raw(file: Observations, signal: Signal, epoch_of: I64) -> _Raw:
     codes = _codes(file, signal)
     range_m = file.obs[codes.range]
     # A range of zero is RINEX 2's way of saying that there is none.
@@ -146,9 +143,7 @@ def _raw(file: Observations, signal: Signal, epoch_of: Numbers) -> _Raw:
     return _Raw(epoch, sat, arc, carrier_hz, range_m[rows], found_mps, phase - first, half, strength)
 
 
-def _best_rates(
-    sat: Numbers, epoch: Numbers, arc: Numbers, t_s: Array, phase_m: Array, code_m: Array
-) -> Array:
+def _best_rates(sat: I64, epoch: I64, arc: I64, t_s: F64, phase_m: F64, code_m: F64) -> F64:
     """Range rates (p,) [m/s]: of the phase; of the code, coarser, where an arc of phase is too short for it.
 
     The code knows no slips: its arcs end at gaps alone. Where both are too short the phase's chord is left.
@@ -160,12 +155,12 @@ def _best_rates(
     return np.where(better | ~np.isfinite(of_phase), of_code, of_phase)
 
 
-def _lengths(arc: Numbers) -> Numbers:
+def _lengths(arc: I64) -> I64:
     """(p,) points of the arc that each row is in."""
     return np.bincount(arc)[arc] if len(arc) else arc
 
 
-def _frequencies(file: Observations, signal: Signal, sat: Numbers) -> Numbers:
+def _frequencies(file: Observations, signal: Signal, sat: I64) -> I64:
     """GLONASS frequency numbers (p,) by the file's header, 0 elsewhere; ScenarioError if it lacks one."""
     if not signal.spacing_hz or not len(sat):
         return np.zeros(len(sat), np.int64)
@@ -190,18 +185,18 @@ def _codes(file: Observations, signal: Signal) -> Codes:
     )
 
 
-def _column(file: Observations, names: Sequence[str], rows: Numbers) -> Array:
+def _column(file: Observations, names: Sequence[str], rows: I64) -> F64:
     """Values (p,) of the first of these codes in a file, nan where there are none."""
     name = next((name for name in names if name in file.obs), None)
     return file.obs[name][rows].copy() if name else np.full(len(rows), np.nan)
 
 
-def _flags(file: Observations, names: Sequence[str], rows: Numbers) -> Numbers:
+def _flags(file: Observations, names: Sequence[str], rows: I64) -> I64:
     name = next((name for name in names if name in file.lli), None)
     return file.lli[name][rows] if name else np.zeros(len(rows), np.int64)
 
 
-def arcs(sat: Numbers, epoch: Numbers, phased: NDArray[np.bool_], lost: NDArray[np.bool_]) -> Numbers:
+def arcs(sat: I64, epoch: I64, phased: Bool, lost: Bool) -> I64:
     """Numbers (p,) of the arcs in rows sorted by satellite and epoch. One ends where a satellite or a phase
     is missing for an epoch, and where lock was lost."""
     begins = np.ones(len(sat), bool)
@@ -210,7 +205,7 @@ def arcs(sat: Numbers, epoch: Numbers, phased: NDArray[np.bool_], lost: NDArray[
     return np.cumsum(begins) - 1
 
 
-def rates(arc: Numbers, t_s: Array, phase_cyc: Array) -> Array:
+def rates(arc: I64, t_s: F64, phase_cyc: F64) -> F64:
     """Rates (p,) per second by an interpolating spline through each arc; nan in arcs of one."""
     from scipy.interpolate import make_interp_spline
 
@@ -225,19 +220,19 @@ def rates(arc: Numbers, t_s: Array, phase_cyc: Array) -> Array:
     return out
 
 
-def _stretches(values: Numbers) -> Iterator[tuple[int, int]]:
+def _stretches(values: I64) -> Iterator[tuple[int, int]]:
     """Begin and end of each stretch of equal values (p,), none of them negative."""
     bounds = np.append(np.flatnonzero(np.diff(values, prepend=-1)), len(values))
     return pairwise(bounds.tolist())
 
 
-def _first_of_each(arc: Numbers, phase_cyc: Array) -> Array:
+def _first_of_each(arc: I64, phase_cyc: F64) -> F64:
     """(p,) whole cycles of an arc's first phase: what its ambiguity takes off."""
     starts = np.flatnonzero(np.diff(arc, prepend=-1))
     return np.floor(phase_cyc[starts])[arc] if len(arc) else phase_cyc
 
 
-def decibels(strength: Array) -> Array:
+def decibels(strength: F64) -> F64:
     """C/N0 (p,) [dBHz] of signal strengths as written: dBHz, or voltage ratios in 1 Hz.
 
     Source: RINEX 3.05, 5.7 (S in dBHz); GRACE's receivers tell voltage ratios, 20 log10 of which is C/N0
@@ -249,9 +244,7 @@ def decibels(strength: Array) -> Array:
     return 20 * np.log10(np.maximum(strength, 1.0))
 
 
-def _seated(
-    epoch: Numbers, which: Numbers, sat: Numbers, arc: Numbers, channels: int
-) -> tuple[Numbers, Numbers]:
+def _seated(epoch: I64, which: I64, sat: I64, arc: I64, channels: int) -> tuple[I64, I64]:
     """Channel (p,) of each row, -1 where none was free, and slips (p,) modulo 16.
 
     A pair of satellite and signal keeps its channel while it is observed in every epoch; the lowest free one

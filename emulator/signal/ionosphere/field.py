@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.signal.bands import L1_HZ
 from gnss_hil.emulator.signal.ionosphere.delay import tecu_of_delay_m
@@ -15,9 +13,7 @@ from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients, vertical
 from gnss_hil.emulator.signal.ionosphere.maps import Maps, vertical_tecu
 from gnss_hil.emulator.signal.ionosphere.profile import Profile
 
-Array = NDArray[np.float64]
-
-Vertical = Callable[[int, Array | float, Array, Array], Array]
+Vertical = Callable[[int, F64 | float, F64, F64], F64]
 """(t_ns, later_s, lat_rad, lon_rad) -> vertical content [TECU]; they broadcast; latitudes are geocentric."""
 
 _DAY_NS = 86_400_000_000_000
@@ -35,7 +31,7 @@ def of_coefficients(coefficients: Coefficients, profile: Profile) -> Field:
     """Field of broadcast coefficients. Their latitude is geodetic; that the geocentric one is read instead,
     0.19 deg off at most, is nothing to a model that removes half of the effect."""
 
-    def vertical(t_ns: int, later_s: Array | float, lat_rad: Array, lon_rad: Array) -> Array:
+    def vertical(t_ns: int, later_s: F64 | float, lat_rad: F64, lon_rad: F64) -> F64:
         delay_s = vertical_delay_s(coefficients, t_ns % _DAY_NS * 1e-9 + later_s, lat_rad, lon_rad)
         return tecu_of_delay_m(LIGHT_MPS * delay_s, L1_HZ)
 

@@ -8,11 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import Floats
-
-Array = NDArray[np.float64]
+from gnss_hil.dbc.common.arrays import F64, Floats
 
 NIGHT_S = 5e-9
 _PEAK_S, _DAY_S, _SHORTEST_S = 50_400.0, 86_400.0, 72_000.0
@@ -30,9 +27,7 @@ class Coefficients:
     beta: tuple[float, ...]
 
 
-def vertical_delay_s(
-    coefficients: Coefficients, second_of_day: Floats, lat_rad: Array, lon_rad: Array
-) -> Array:
+def vertical_delay_s(coefficients: Coefficients, second_of_day: Floats, lat_rad: F64, lon_rad: F64) -> F64:
     """Vertical delay on GPS L1 [s] over a place; arrays that broadcast.
 
     second_of_day  GPS time within the day [s]
@@ -55,5 +50,5 @@ def vertical_delay_s(
     return NIGHT_S + amplitude * (1 - square * (0.5 - square / 24))
 
 
-def _cubic(c: tuple[float, ...], x: Array) -> Array:
+def _cubic(c: tuple[float, ...], x: F64) -> F64:
     return c[0] + x * (c[1] + x * (c[2] + x * c[3]))

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files import ionex
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.signal.ionosphere.maps import Maps
-
-Array = NDArray[np.float64]
 
 
 def joined(files: Sequence[ionex.TecMaps], origin: str, span_ns: tuple[int, int]) -> Maps:
@@ -46,7 +44,7 @@ def _check_grids(files: Sequence[ionex.TecMaps], origin: str) -> None:
         )
 
 
-def _check_times(times: NDArray[np.int64], origin: str, span_ns: tuple[int, int]) -> None:
+def _check_times(times: I64, origin: str, span_ns: tuple[int, int]) -> None:
     steps = np.unique(np.diff(times))
     # A leap second makes one step longer; nothing moves that fast up there.
     if len(steps) == 0 or np.ptp(steps) > 1_000_000_000:
@@ -58,7 +56,7 @@ def _check_times(times: NDArray[np.int64], origin: str, span_ns: tuple[int, int]
         )
 
 
-def _check_values(times: NDArray[np.int64], grid: ionex.TecMaps, values: Array, origin: str) -> None:
+def _check_values(times: I64, grid: ionex.TecMaps, values: F64, origin: str) -> None:
     if np.isnan(values).any():
         at, i, j = np.argwhere(np.isnan(values))[0]
         place = f"latitude {grid.lat_deg[i]:g}, longitude {grid.lon_deg[j]:g}"
@@ -67,7 +65,7 @@ def _check_values(times: NDArray[np.int64], grid: ionex.TecMaps, values: Array, 
         )
 
 
-def _gridded(times: NDArray[np.int64], grid: ionex.TecMaps, values: Array) -> Maps:
+def _gridded(times: I64, grid: ionex.TecMaps, values: F64) -> Maps:
     """Values (t, i, j) on the grid of a file, in the order of rising latitudes and longitudes; the meridian
     that ends the circle is left out."""
     south = np.argsort(grid.lat_deg)

@@ -11,9 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from gnss_hil.dbc.common.arrays import F64
 
 _DAY_S = 86_400.0
 
@@ -37,14 +36,14 @@ class Maps:
     west_rad: float
     lon_step_rad: float
     columns: int
-    vtec_tecu: Array
+    vtec_tecu: F64
 
     @property
     def last_ns(self) -> int:
         return self.first_ns + round(self.interval_s * (self.count - 1) * 1e9)
 
 
-def vertical_tecu(maps: Maps, t_ns: int, later_s: Array | float, lat_rad: Array, lon_rad: Array) -> Array:
+def vertical_tecu(maps: Maps, t_ns: int, later_s: F64 | float, lat_rad: F64, lon_rad: F64) -> F64:
     """Vertical content [TECU] over places (...,) at t_ns + later_s; beyond the last row of a map, that row's.
 
     Times outside the maps are extrapolated; whoever prepares a run refuses them.

@@ -13,11 +13,8 @@ from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import Floats
-
-Array = NDArray[np.float64]
+from gnss_hil.dbc.common.arrays import F64, Floats
 
 MAPPED_TO_M = 20_200e3
 """Vertical content is what lies below the height of GPS, where those are who measure it."""
@@ -51,14 +48,14 @@ class Profile:
 @overload
 def _plasmasphere_above(profile: Profile, above_m: float) -> float: ...
 @overload
-def _plasmasphere_above(profile: Profile, above_m: Array) -> Array: ...
+def _plasmasphere_above(profile: Profile, above_m: F64) -> F64: ...
 def _plasmasphere_above(profile: Profile, above_m: Floats) -> Floats:
     """Share of the plasmasphere beyond a distance over the peak, of all up to infinity."""
     slow, fast = profile.plasmasphere_m, profile.topside_m
     return (slow * np.exp(-above_m / slow) - fast * np.exp(-above_m / fast)) / (slow - fast)
 
 
-def share_above(profile: Profile, height_m: Array) -> Array:
+def share_above(profile: Profile, height_m: F64) -> F64:
     """Share of the vertical content (...,) that lies above a height (...,) [m], up to the height of GPS.
 
     Integral of alpha-Chapman above z: sqrt(2 pi e) erf(e^(-z/2) / sqrt 2).
@@ -80,7 +77,7 @@ def share_above(profile: Profile, height_m: Array) -> Array:
     return (1 - profile.plasmasphere_share) * layer + profile.plasmasphere_share * np.maximum(plasma, 0)
 
 
-def density_pm(profile: Profile, height_m: Array) -> Array:
+def density_pm(profile: Profile, height_m: F64) -> F64:
     """Density (...,) at a height (...,) [m] over the vertical content [1/m]."""
     above = height_m - profile.peak_m
     below = above < 0

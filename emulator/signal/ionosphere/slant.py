@@ -11,20 +11,18 @@ with the maps of 2017-01-01 that would be wrong by 0.07 m (rms, L1) for rays abo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.earth.constants import ECCENTRICITY2, POLAR_RADIUS_M
 from gnss_hil.emulator.signal.geometry import norm
 from gnss_hil.emulator.signal.ionosphere.field import Field
 from gnss_hil.emulator.signal.ionosphere.profile import Profile, density_pm
 
-Array = NDArray[np.float64]
-
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 """Six a piece: 1e-3 of the content, for all profiles that a scenario may name."""
 
 
-def _surface_m(across2: Array, radius2: Array) -> Array:
+def _surface_m(across2: F64, radius2: F64) -> F64:
     """Radius of the WGS-84 ellipsoid (...,) [m] below points with x^2 + y^2 = across2 and r^2 = radius2.
 
     r minus it differs from the geodetic height by 6e-6 of the height at most: 3 m at 500 km.
@@ -32,15 +30,15 @@ def _surface_m(across2: Array, radius2: Array) -> Array:
     return POLAR_RADIUS_M / np.sqrt(1 - ECCENTRICITY2 * (across2 / radius2))
 
 
-def _cuts_m(profile: Profile) -> Array:
+def _cuts_m(profile: Profile) -> F64:
     """Heights (6,) [m] at which rays are cut; below the first there are no electrons."""
     thin, thick, wide = profile.bottomside_m, profile.topside_m, profile.plasmasphere_m
     return profile.peak_m + np.sort((-3.5 * thin, 0.0, 4 * thick, 12 * thick, 30 * thick, 2 * wide))
 
 
 def slant_tec_tecu(
-    field: Field, t_ns: int, pos_ecef_m: Array, pos_sv_ecef_m: Array, later_s: Array | float = 0.0
-) -> Array:
+    field: Field, t_ns: int, pos_ecef_m: F64, pos_sv_ecef_m: F64, later_s: F64 | float = 0.0
+) -> F64:
     """Electron content (p,) [TECU] between receivers and satellites.
 
     pos_ecef_m     (3,) or (p, 3) receiving antennas
@@ -84,12 +82,12 @@ APART_S = 0.5
 def slant_tec_and_rate(
     field: Field,
     t_ns: int,
-    pos_ecef_m: Array,
-    vel_ecef_mps: Array,
-    pos_sv_ecef_m: Array,
-    vel_sv_ecef_mps: Array,
-    later_s: Array | float = 0.0,
-) -> tuple[Array, Array]:
+    pos_ecef_m: F64,
+    vel_ecef_mps: F64,
+    pos_sv_ecef_m: F64,
+    vel_sv_ecef_mps: F64,
+    later_s: F64 | float = 0.0,
+) -> tuple[F64, F64]:
     """Electron content (p,) [TECU] and its derivative by time (p,) [TECU/s], along with both ends' motion.
 
     (p, 3) each; velocities relative to the turning Earth; later_s (p,) or a number: each ray's instant is

@@ -8,15 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import C128, F64, I64
 from gnss_hil.emulator.numerics.rotations import dcm_321
 from gnss_hil.emulator.signal.structure import joints
 from gnss_hil.emulator.signal.structure.file import Box, Panel, StructureError, StructureFile
 from gnss_hil.emulator.signal.structure.materials import MATERIALS
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 _NORMAL = 2
 """Which of a panel's axes is its normal."""
@@ -31,9 +28,9 @@ class Bodies:
     half_m    (b, 3) half their extent along them; 0 along a panel's normal
     """
 
-    centre_m: Array
-    axes: Array
-    half_m: Array
+    centre_m: F64
+    axes: F64
+    half_m: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,14 +45,14 @@ class Surfaces:
     radius_m           (f,) of the cylinder along the body's x axis that it stands for; inf if it is flat
     """
 
-    body: Numbers
-    axis: Numbers
-    sign: Array
-    half_m: Array
-    permittivity: NDArray[np.complex128]
-    amplitude: Array
-    roughness_m: Array
-    radius_m: Array
+    body: I64
+    axis: I64
+    sign: F64
+    half_m: F64
+    permittivity: C128
+    amplitude: F64
+    roughness_m: F64
+    radius_m: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,11 +60,11 @@ class Faces:
     """f faces at one instant: normal, first and second edge (f, 3) unit vectors; centre_m (f, 3);
     axis_body (f, 3) x axes of their bodies, along which cylinders lie."""
 
-    normal: Array
-    first: Array
-    second: Array
-    centre_m: Array
-    axis_body: Array
+    normal: F64
+    first: F64
+    second: F64
+    centre_m: F64
+    axis_body: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,22 +79,22 @@ class Structure:
     name: str
     names: tuple[str, ...]
     at_zero: Bodies
-    joint: Numbers
+    joint: I64
     joints: joints.Joints
     surfaces: Surfaces
 
 
-def _frame(part: Box | Panel) -> tuple[Array, Array]:
+def _frame(part: Box | Panel) -> tuple[F64, F64]:
     """Axes (3, 3) and half extents (3,) of a part."""
     if isinstance(part, Box):
         return dcm_321(*np.deg2rad(part.turn_deg)), np.array(part.size_m) / 2
-    normal: Array = np.array(part.normal_body) / np.linalg.norm(part.normal_body)
-    along: Array = np.array(part.along_body) - normal * np.dot(part.along_body, normal)
+    normal: F64 = np.array(part.normal_body) / np.linalg.norm(part.normal_body)
+    along: F64 = np.array(part.along_body) - normal * np.dot(part.along_body, normal)
     along /= np.linalg.norm(along)
     return np.array((along, np.cross(normal, along), normal)), np.array((*part.size_m, 0.0)) / 2
 
 
-def _surfaces(parts: tuple[Box | Panel, ...], half_m: Array) -> Surfaces:
+def _surfaces(parts: tuple[Box | Panel, ...], half_m: F64) -> Surfaces:
     """Six faces of every box and two of every panel, the dull ones left out."""
     rows = [
         (number, axis, sign)
@@ -144,7 +141,7 @@ def structure(file: StructureFile) -> Structure:
     )
 
 
-def bodies_at(craft: Structure, sun_body: Array, t_s: float) -> Bodies:
+def bodies_at(craft: Structure, sun_body: F64, t_s: float) -> Bodies:
     """Where a structure's bodies are.
 
     sun_body   (3,) direction of the Sun, body axes
@@ -176,7 +173,7 @@ def faces_at(surfaces: Surfaces, bodies: Bodies) -> Faces:
     )
 
 
-def require_outside(craft: Structure, places: dict[str, Array], margin_m: float = 1e-6) -> None:
+def require_outside(craft: Structure, places: dict[str, F64], margin_m: float = 1e-6) -> None:
     """StructureError if a place (3,) is inside a box, all joints at zero: nothing would be seen from it."""
     bodies = craft.at_zero
     for name, place_m in places.items():

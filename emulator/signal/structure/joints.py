@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.signal.structure.file import Joint
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,14 +23,14 @@ class Joints:
     levels          numbers of the joints on the craft, on those, and so on
     """
 
-    point_m: Array
-    axis: Array
-    facing: Array
-    across: Array
-    angle_rad: Array
-    rate_rps: Array
-    parent: Numbers
-    levels: tuple[Numbers, ...]
+    point_m: F64
+    axis: F64
+    facing: F64
+    across: F64
+    angle_rad: F64
+    rate_rps: F64
+    parent: I64
+    levels: tuple[I64, ...]
 
 
 def joints(rows: Sequence[Joint]) -> Joints:
@@ -59,7 +56,7 @@ def joints(rows: Sequence[Joint]) -> Joints:
     )
 
 
-def rotation(axis: Array, angle_rad: Array) -> Array:
+def rotation(axis: F64, angle_rad: F64) -> F64:
     """(k, 3, 3) active rotations about unit vectors (k, 3) by angles (k,). Rodrigues' formula."""
     cos, sin = np.cos(angle_rad)[:, None, None], np.sin(angle_rad)[:, None, None]
     across = np.zeros((len(axis), 3, 3))
@@ -68,7 +65,7 @@ def rotation(axis: Array, angle_rad: Array) -> Array:
     return cos * np.eye(3) + sin * across + (1 - cos) * axis[:, :, None] * axis[:, None, :]
 
 
-def turned(rows: Joints, sun_body: Array, t_s: float) -> tuple[Array, Array]:
+def turned(rows: Joints, sun_body: F64, t_s: float) -> tuple[F64, F64]:
     """Where joints take what hangs on them: x -> turn x + shift, body axes.
 
     sun_body   (3,) direction of the Sun;  t_s since the start of the run [s]

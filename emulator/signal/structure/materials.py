@@ -12,12 +12,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import C128, F64
 from gnss_hil.emulator.signal.bands import L1_HZ
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MaterialName = Literal["metal", "glass"]
 """The rows of MATERIALS, as structure files name them."""
@@ -47,25 +44,25 @@ MATERIALS: dict[MaterialName, Material] = {
 }
 
 
-def fresnel(permittivity: Complex, cos_incidence: Array) -> tuple[Complex, Complex]:
+def fresnel(permittivity: C128, cos_incidence: F64) -> tuple[C128, C128]:
     """Reflection coefficients (k,) of the electric field across and along the plane of incidence, TE and TM.
 
     permittivity    (k,) relative, complex
     cos_incidence   (k,) of the angle from the surface's normal, 0 to 1
     """
-    inside: Complex = np.sqrt(permittivity - (1 - cos_incidence**2))
+    inside: C128 = np.sqrt(permittivity - (1 - cos_incidence**2))
     te = (cos_incidence - inside) / (cos_incidence + inside)
     tm = (permittivity * cos_incidence - inside) / (permittivity * cos_incidence + inside)
     return te, tm
 
 
-def circular(permittivity: Complex, cos_incidence: Array) -> tuple[Complex, Complex]:
+def circular(permittivity: C128, cos_incidence: F64) -> tuple[C128, C128]:
     """Reflection coefficients (k,) of a right-handed wave into right-handed and left-handed parts."""
     te, tm = fresnel(permittivity, cos_incidence)
     return (tm + te) / 2, (tm - te) / 2
 
 
-def coherent(roughness_m: Array, cos_incidence: Array, wave_m: Array) -> Array:
+def coherent(roughness_m: F64, cos_incidence: F64, wave_m: F64) -> F64:
     """Part (k,) of the amplitude that a surface of this height deviation (rms) reflects like a mirror:
     exp(-g / 2), g = (4 pi roughness cos / wave)^2."""
     return np.exp(-((4 * np.pi * roughness_m * cos_incidence / wave_m) ** 2) / 2)

@@ -14,13 +14,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.emulator.signal.structure.bodies import Array, Bodies, Faces, Numbers, Surfaces
+from gnss_hil.dbc.common.arrays import C128, F64, I64, Bool
+from gnss_hil.emulator.signal.structure.bodies import Bodies, Faces, Surfaces
 from gnss_hil.emulator.signal.structure.materials import circular, coherent
 from gnss_hil.emulator.signal.structure.shadowing import START_M, hits
 
-Gain = Callable[[Numbers, Array], Array]
+Gain = Callable[[I64, F64], F64]
 """Gain [dBi] of antennas (k,) for right-handed waves from directions (k, 3), body axes."""
 
 
@@ -35,12 +35,12 @@ class Reflections:
     towards_body   (k, 3) unit vectors from the antenna to the point of reflection
     """
 
-    pair: Numbers
-    face: Numbers
-    delay_m: Array
-    distance_m: Array
-    cos_incidence: Array
-    towards_body: Array
+    pair: I64
+    face: I64
+    delay_m: F64
+    distance_m: F64
+    cos_incidence: F64
+    towards_body: F64
 
     def __len__(self) -> int:
         return len(self.pair)
@@ -53,10 +53,10 @@ def find(
     bodies: Bodies,
     surfaces: Surfaces,
     faces: Faces,
-    antenna_body_m: Array,
-    los_body: Array,
-    antenna: Numbers,
-    satellite: Numbers,
+    antenna_body_m: F64,
+    los_body: F64,
+    antenna: I64,
+    satellite: I64,
     nearest_m: float = START_M,
 ) -> Reflections:
     """All single reflections of p pairs of an antenna and a satellite.
@@ -83,11 +83,11 @@ def find(
 def _inside(
     surfaces: Surfaces,
     faces: Faces,
-    antenna_body_m: Array,
-    los_body: Array,
-    rays: tuple[Numbers, Numbers, Numbers],
-    distance_m: Array,
-) -> NDArray[np.bool_]:
+    antenna_body_m: F64,
+    los_body: F64,
+    rays: tuple[I64, I64, I64],
+    distance_m: F64,
+) -> Bool:
     """(k,) whether the point of reflection lies inside the face's edges.
 
     rays         antenna, satellite and face (k,) of each
@@ -103,7 +103,7 @@ def _inside(
     return inside
 
 
-def _clear(bodies: Bodies, found: Reflections, origin_m: Array, incoming: Array) -> NDArray[np.bool_]:
+def _clear(bodies: Bodies, found: Reflections, origin_m: F64, incoming: F64) -> Bool:
     """(k,) whether nothing stands in the way from antennas origin_m (k, 3) to the points of reflection, nor
     from there along incoming (k, 3) to the satellites."""
     point_m = origin_m + found.distance_m[:, None] * found.towards_body
@@ -111,7 +111,7 @@ def _clear(bodies: Bodies, found: Reflections, origin_m: Array, incoming: Array)
     return ~np.logical_or.reduce(near | hits(bodies, point_m, incoming), axis=-1)
 
 
-def delays_m(faces: Faces, face: Numbers, antenna_body_m: Array, los_body: Array) -> Array:
+def delays_m(faces: Faces, face: I64, antenna_body_m: F64, los_body: F64) -> F64:
     """Path differences (k,) [m] of reflections at these faces (k,): 2 h cos(incidence).
 
     antenna_body_m, los_body   (k, 3) of the reflections' antennas and satellites
@@ -121,7 +121,7 @@ def delays_m(faces: Faces, face: Numbers, antenna_body_m: Array, los_body: Array
     return 2 * height_m * (los_body * normal).sum(axis=1)
 
 
-def spreading(surfaces: Surfaces, faces: Faces, seen: Reflections) -> Array:
+def spreading(surfaces: Surfaces, faces: Faces, seen: Reflections) -> F64:
     """Amplitude (k,) that is left of a plane wave after a cylinder has spread it; 1 from flat faces.
 
     sqrt(rho / (rho + distance)), rho = R cos(incidence) / (2 sin^2 a), a between ray and cylinder's axis.
@@ -137,12 +137,12 @@ def coefficients(
     surfaces: Surfaces,
     faces: Faces,
     seen: Reflections,
-    antenna: Numbers,
-    los_body: Array,
-    wave_m: Array,
+    antenna: I64,
+    los_body: F64,
+    wave_m: F64,
     gain_dbi: Gain,
     cross_polar_db: float,
-) -> NDArray[np.complex128]:
+) -> C128:
     """Complex amplitudes (k,) of reflections, relative to the direct ray unobstructed, without their delay.
 
     antenna (k,), los_body (k, 3), wave_m (k,)   of the reflections' pairs

@@ -7,9 +7,9 @@ a shadow over the first Fresnel zone, 1.4 m wide ten metres from the edge (model
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.emulator.signal.structure.bodies import Array, Bodies
+from gnss_hil.dbc.common.arrays import F64, Bool
+from gnss_hil.emulator.signal.structure.bodies import Bodies
 
 START_M = 1e-6
 """Ends of a ray this short hit nothing: reflections start and end on faces."""
@@ -17,18 +17,16 @@ START_M = 1e-6
 _PARALLEL = 1e-12
 
 
-def hits(
-    bodies: Bodies, origin_m: Array, direction: Array, length_m: Array | float = np.inf
-) -> NDArray[np.bool_]:
+def hits(bodies: Bodies, origin_m: F64, direction: F64, length_m: F64 | float = np.inf) -> Bool:
     """Which bodies rays hit.
 
     origin_m    (..., 3);  direction (..., 3) unit vectors;  length_m (...); broadcast against each other
     returns     (..., b)
     Slab method: a ray is inside a body where it is between all three pairs of planes.
-    Source: Kay & Kajiya, "Ray Tracing Complex Scenes", Computer Graphics 20 (1986) 269, section 2
+    Source: Kay & Kajiya, "Ray Tracing C128 Scenes", Computer Graphics 20 (1986) 269, section 2
     """
-    enters: Array | float = -np.inf
-    leaves: Array | float = np.inf
+    enters: F64 | float = -np.inf
+    leaves: F64 | float = np.inf
     for axis in range(3):
         along = bodies.axes[:, axis]
         speed = direction @ along.T
@@ -41,7 +39,7 @@ def hits(
     return (enters <= leaves) & (leaves > START_M) & (enters < ends)
 
 
-def blocked(bodies: Bodies, antenna_body_m: Array, los_body: Array) -> NDArray[np.bool_]:
+def blocked(bodies: Bodies, antenna_body_m: F64, los_body: F64) -> Bool:
     """(m, n) whether the structure hides a satellite from an antenna.
 
     antenna_body_m   (m, 3) places of the antennas, body axes, outside all boxes
