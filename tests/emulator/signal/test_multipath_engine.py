@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.emulator.assemble import FASTEST_TURN_RPS
+from gnss_hil.emulator.assemble.emulated import FASTEST_TURN_RPS
 from gnss_hil.emulator.error_models.multipath import Multipath
 from gnss_hil.emulator.numerics.rotations import dcm_321
 from gnss_hil.emulator.signal import multipath_engine
