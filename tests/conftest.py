@@ -48,10 +48,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _own_temporary_folder(monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config) -> Iterator[None]:
-    """A temporary folder for each test: it sees no bus and no leftover of another."""
+def _own_temporary_folder(pytestconfig: pytest.Config) -> Iterator[None]:
+    """A temporary folder for each test: it sees no bus and no leftover of another. Its patches are its own,
+    undone after those of the test."""
     folder = tempfile.mkdtemp(prefix="", dir=pytestconfig.stash[_own])
-    with monkeypatch.context() as patched:
+    with pytest.MonkeyPatch.context() as patched:
         patched.setenv("TMPDIR", folder)
         patched.setattr(tempfile, "tempdir", folder)
         yield

@@ -20,7 +20,7 @@ from tests.support.outside import data_file
 pytestmark = pytest.mark.realdata
 
 IN_2016 = gpstime.from_calendar(datetime(2016, 4, 2))
-DBC = Path(__file__).parents[2] / "dbc" / "gnss.dbc"
+DBC = Path(__file__).parents[2] / "dbc" / "contract" / "gnss.dbc"
 
 
 def yuma_and_sem():

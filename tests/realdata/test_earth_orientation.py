@@ -95,7 +95,7 @@ def test_the_station_of_2021_is_turned_with_its_attitude(station):
     off_m = []
     for t_s in range(0, 6600, 300):
         t_ns = station[0].start_ns + t_s * gpstime.NS_PER_S
-        plain, turned = (world.craft[0].orbit.at(t_ns) for world in station)
+        plain, turned = (world.craft[0].environment.orbit.at(t_ns) for world in station)
         seen = [
             dcm_of_quaternion(world.craft[0].environment.attitude.at(t_ns, None)[0]) @ state.pos_ecef_m
             for world, state in zip(station, (plain, turned), strict=True)

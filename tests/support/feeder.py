@@ -30,7 +30,7 @@ Frame = tuple[int, bytes]
 
 @cache
 def database() -> cantools.Database:
-    return cantools.database.load_file(ROOT / "dbc" / "gnss.dbc")
+    return cantools.database.load_file(ROOT / "dbc" / "contract" / "gnss.dbc")
 
 
 def is_flights(can_id: int) -> bool:

@@ -218,7 +218,7 @@ def test_a_comparison_goes_beside_the_first_run_unless_told(copied, prototype, c
         (lambda folder: (folder / "summary.json").unlink(), "has no summary.json"),
         (lambda folder: (folder / "summary.json").write_text("[]"), "summary.json: is damaged"),
         (lambda folder: (folder / "summary.json").write_text('{"craft": {'), "summary.json: is damaged"),
-        (lambda folder: (folder / "fixes.parquet").write_bytes(b"PAR1"), "a table is damaged"),
+        (lambda folder: (folder / "fixes.parquet").write_bytes(b"PAR1"), "fixes.parquet: not a Parquet"),
         (lambda folder: shutil.rmtree(folder), "no such run folder"),
     ],
 )  # fmt: skip

@@ -254,9 +254,7 @@ def epochs_played(status: Path) -> int:
 
 def test_a_monitor_reads_vcan_whatever_is_on_it(link):
     before = listeners()
-    monitor = run(
-        "gnss_hil.tools.command_line.main", "monitor", "--bus", "socketcan:vcan0", stdout=subprocess.PIPE
-    )
+    monitor = run("tools.command_line.main", "monitor", "--bus", "socketcan:vcan0", stdout=subprocess.PIPE)
     until(lambda: listeners() > before, monitor)
     link.send(mark(5))
     for frame in ("123#R4", "12345678#0102", "7AB#DEADBEEF00000000", "010#00"):
