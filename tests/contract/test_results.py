@@ -22,7 +22,7 @@ def test_names_are_different():
 @pytest.mark.parametrize("name", RESULTS)
 def test_cells_show_figures(name):
     result = RESULTS[name]
-    shown = [cell.format(**dict.fromkeys(result.figures, 1.5)) for cell in result.cells]
+    shown = [cell.format(**dict.fromkeys(result.figures, page.Figure(1.5))) for cell in result.cells]
     assert all(shown)
     (section,) = (one for one in table.SECTIONS if result in one.results)
     assert len(section.heads) == 1 + len(result.cells)
@@ -34,6 +34,14 @@ def test_our_commands_are_as_the_command_line_takes_them(name, tmp_path):
         words = shlex.split(line)
         if words[0] == "gnss-hil" and words[1] in COMMANDS:
             parser_of(COMMANDS[words[1]]).parse_args(words[2:])
+
+
+@pytest.mark.parametrize(
+    "metres, text",
+    [(0.73, "0.73 m"), (12.34, "12.3 m"), (7.2e-5, "72 um"), (0.00295, "2.95 mm"), (0.0, "0 um")],
+)
+def test_lengths_have_the_unit_of_their_size(metres, text):
+    assert f"{page.Figure(metres):length}" == text
 
 
 def test_what_is_kept_is_of_the_table():

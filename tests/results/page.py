@@ -49,11 +49,29 @@ def _line(*cells: str) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+class Figure(float):
+    """A number that also knows the format `length`: metres in the unit people would use, three digits."""
+
+    def __format__(self, spec: str) -> str:
+        if spec != "length":
+            return super().__format__(spec)
+        _, unit, size = next((row for row in LENGTHS if abs(self) >= row[0]), LENGTHS[-1])
+        return f"{self / size:.3g} {unit}"
+
+
+LENGTHS = ((0.1, "m", 1.0), (1e-3, "mm", 1e-3), (0.0, "um", 1e-6))
+"""The least length [m] that is given in a unit, the unit, its size [m]."""
+
+
+def _readable(figures: Mapping[str, float]) -> dict[str, Figure]:
+    return {name: Figure(value) for name, value in figures.items()}
+
+
 def cells(result: Result, kept: Mapping[str, Kept]) -> list[str]:
     """A result's figures in its formats."""
     if result.name not in kept:
         return [NONE] + [""] * (len(result.cells) - 1)
-    return [cell.format(**kept[result.name].figures) for cell in result.cells]
+    return [cell.format(**_readable(kept[result.name].figures)) for cell in result.cells]
 
 
 def when(result: Result, kept: Mapping[str, Kept]) -> str:
@@ -69,7 +87,7 @@ def when(result: Result, kept: Mapping[str, Kept]) -> str:
 def headlines(kept: Mapping[str, Kept] | None = None) -> str:
     """The README's five figures."""
     kept = read() if kept is None else kept
-    figures = {name: row.figures for name, row in kept.items()}
+    figures = {name: _readable(row.figures) for name, row in kept.items()}
     return "\n".join(f"- {line}" for line in (line(figures) for line in HEADLINES) if line)
 
 
@@ -91,7 +109,7 @@ HEADLINES = (
         "m** against {day_elevation[median_m]:.2f} m.",
         "day-patent", "day-elevation",
     ),
-    _headline("Without noise, emulator and flight software agree to **{quiet[rms_m]:.1e} m** RMS.", "quiet"),
+    _headline("Without noise, emulator and flight software agree to **{quiet[rms_m]:length}** RMS.", "quiet"),
     _headline(
         "A real receiver (GRACE-B, a day) played onto the bus: **{grace[median_m]:.2f} m** from its "
         "published orbit.",
