@@ -25,8 +25,12 @@ from gnss_hil.flightsw.app import modes
 from gnss_hil.flightsw.app.config import FlightConfig, Options
 from gnss_hil.flightsw.app.modes import GUIDANCE, Event, Guidance, Mode
 from gnss_hil.flightsw.app.state import FlightState, initial_state
-from gnss_hil.flightsw.assignment import angles
-from gnss_hil.flightsw.assignment.boresight import boresights_ecef
+from gnss_hil.flightsw.assignment.boresight_angles import (
+    angles_rad,
+    boresights_ecef,
+    clear_of_earth,
+    directions,
+)
 from gnss_hil.flightsw.attitude.attitude import Attitude, attitude_now
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.integrity.assess import assess
@@ -175,9 +179,9 @@ def _permissions(
     """Steps 6 to 9: (SATELLITES,) antenna each satellite is permitted on, -1 none."""
     vehicle, options, satellites = config.vehicle, config.options, channels.satellites
     sat, pos_sv = almanac.predicted(predictions, mark.t_ns)
-    los, distance = angles.directions(pos_sv, orbit.position_m)
-    theta = angles.angles_rad(los, boresights_ecef(attitude, vehicle.boresight_body))
-    visible = angles.clear_of_earth(los, distance, orbit.position_m, options.ray_height_km * 1e3)
+    los, distance = directions(pos_sv, orbit.position_m)
+    theta = angles_rad(los, boresights_ecef(attitude, vehicle.boresight_body))
+    visible = clear_of_earth(los, distance, orbit.position_m, options.ray_height_km * 1e3)
     visible &= predictions.healthy[sat] & (satellites.blocked_until[sat] <= mark.epoch)
     permitted = np.full(SATELLITES, -1, np.int64)
     assert config.policy.assign is not None

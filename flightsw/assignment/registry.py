@@ -12,11 +12,11 @@ from typing import Any
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.dbc.common.vehicle import Strict
-from gnss_hil.flightsw.assignment import patent
+from gnss_hil.flightsw.assignment import nearest_boresight
 from gnss_hil.flightsw.assignment.options import AssignmentOptions
 
 Assign = Callable[[F64, Bool, F64, I64, I64, Any], I64]
-"""See `assignment.patent.assign`; the last argument are the policy's options."""
+"""See `assignment.nearest_boresight.assign`; the last argument are the policy's options."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +38,8 @@ class Policy:
 POLICIES = table(
     Policy(
         "patent",
-        patent.PatentOptions,
-        patent.assign,
+        nearest_boresight.NearestBoresightOptions,
+        nearest_boresight.assign,
         "all_in_view",
         "RU 2706636 C1, claim 1, steps 6 to 9",
         "each satellite on the one antenna whose axis is nearest",

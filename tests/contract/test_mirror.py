@@ -17,7 +17,6 @@ ACROSS = {
     "emulator/signal/ionosphere/test_relative.py": "all ionosphere models beside each other",
     "emulator/test_process.py": "the emulator as a process",
     "flightsw/app/test_fuzz.py": "the whole flight software under random frames",
-    "flightsw/assignment/test_geometry.py": "angles, boresight and patent",
     "flightsw/estimation/test_navigators.py": "all navigators beside each other",
     "flightsw/estimation/test_seam.py": "what a navigator is asked for, by one of the test's own",
     "flightsw/test_process.py": "the flight software as a process",

@@ -20,7 +20,7 @@ from tests.support.programs import GNSS_HIL
 
 pytestmark = [
     pytest.mark.verifies(
-        "flightsw/assignment/patent.py",
+        "flightsw/assignment/nearest_boresight.py",
         "flightsw/assignment/registry.py",
         "flightsw/assignment/options.py",
         what="Assignment by the patent (blocks 8, 9)",

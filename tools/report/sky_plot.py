@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
-from gnss_hil.flightsw.assignment.angles import clear_of_earth
+from gnss_hil.flightsw.assignment.boresight_angles import clear_of_earth
 from gnss_hil.tools.report.decimate import evenly
 
 INSTANTS = 150

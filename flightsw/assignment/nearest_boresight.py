@@ -23,7 +23,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.assignment.options import AssignmentOptions
 
 
-class PatentOptions(AssignmentOptions):
+class NearestBoresightOptions(AssignmentOptions):
     ionosphere_free: Annotated[
         Literal[False], Field(description="not here: a satellite is commanded on one signal and one channel")
     ] = False
@@ -42,7 +42,7 @@ def assign(
     mask_rad: F64,
     channels: I64,
     previous: I64,
-    options: PatentOptions,
+    options: NearestBoresightOptions,
 ) -> I64:
     """The antenna of each satellite, (n,) int64, -1 for none.
 

@@ -1,11 +1,20 @@
-"""Block 7 of RU 2706636 C1, step 7: angles between satellites and boresights; satellites behind the Earth."""
+"""Blocks 5 to 7 of RU 2706636 C1: boresights, angles of satellites to them, the Earth in the way.
+
+Boresights and directions are in the Greenwich frame (ECEF).
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, Bool
+from gnss_hil.flightsw.attitude.attitude import Attitude
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M, FLATTENING
+
+
+def boresights_ecef(attitude: Attitude, boresight_body: F64) -> F64:
+    """l_ecef = A^T l, (m, 3) unit vectors; boresight_body (m, 3) is the setter, block 6: the vehicle file."""
+    return boresight_body @ attitude.dcm_body_from_ecef
 
 
 def directions(pos_sv_m: F64, position_m: F64) -> tuple[F64, F64]:

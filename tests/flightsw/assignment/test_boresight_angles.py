@@ -9,8 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from gnss_hil.flightsw.assignment.angles import angles_rad, clear_of_earth, directions
-from gnss_hil.flightsw.assignment.boresight import boresights_ecef
+from gnss_hil.flightsw.assignment.boresight_angles import (
+    angles_rad,
+    boresights_ecef,
+    clear_of_earth,
+    directions,
+)
 from gnss_hil.flightsw.attitude.attitude import (
     Attitude,
     attitude_now,
@@ -33,8 +37,7 @@ from tests.support import synthetic_epochs as s
 pytestmark = pytest.mark.verifies(
     "flightsw/attitude/attitude.py",
     "flightsw/attitude/options.py",
-    "flightsw/assignment/boresight.py",
-    "flightsw/assignment/angles.py",
+    "flightsw/assignment/boresight_angles.py",
     what="Attitude input, boresights, angles (blocks 4 to 7)",
     by="SciPy rotations; points along the ray",
     status="validated",

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from gnss_hil.dbc.common.registry import table
-from gnss_hil.flightsw.assignment.patent import PatentOptions, assign
+from gnss_hil.flightsw.assignment.nearest_boresight import NearestBoresightOptions, assign
 from gnss_hil.flightsw.assignment.registry import POLICIES, policy
 
 DEG = np.pi / 180
@@ -36,7 +36,7 @@ def skies(draw):
 @settings(max_examples=150, deadline=None)
 def test_channels_mask_and_visibility_hold(sky, overflow, reading, hysteresis):
     angles, visible, mask, channels, _ = sky
-    options = PatentOptions(overflow=overflow, mask_reading=reading, hysteresis_deg=hysteresis)
+    options = NearestBoresightOptions(overflow=overflow, mask_reading=reading, hysteresis_deg=hysteresis)
     chosen = assign(*sky, options)
     # One satellite, one antenna, by the shape of the answer.
     assert chosen.shape == visible.shape
@@ -64,14 +64,14 @@ def test_literal_patent_by_exhaustive_reading(sky):
         ]
         for _, i in sorted(wanting)[: channels[a]]:
             expected[i] = a
-    assert assign(*sky, PatentOptions()).tolist() == expected
+    assert assign(*sky, NearestBoresightOptions()).tolist() == expected
 
 
 @given(skies())
 @settings(max_examples=150, deadline=None)
 def test_next_leaves_no_satellite_and_antenna_that_would_rather_have_each_other(sky):
     angles, visible, mask, channels, _ = sky
-    chosen = assign(*sky, PatentOptions(overflow="next"))
+    chosen = assign(*sky, NearestBoresightOptions(overflow="next"))
     for i in np.flatnonzero(visible):
         for a in range(len(mask)):
             if angles[a, i] >= mask[a] or (chosen[i] >= 0 and angles[a, i] >= angles[chosen[i], i]):
@@ -84,7 +84,7 @@ def test_next_leaves_no_satellite_and_antenna_that_would_rather_have_each_other(
 @given(skies())
 @settings(max_examples=100, deadline=None)
 def test_next_tracks_at_least_as_many_as_drop(sky):
-    drop, following = (assign(*sky, PatentOptions(overflow=o)) for o in ("drop", "next"))
+    drop, following = (assign(*sky, NearestBoresightOptions(overflow=o)) for o in ("drop", "next"))
     assert (following >= 0).sum() >= (drop >= 0).sum()
 
 
@@ -93,7 +93,7 @@ def one(angles_deg, previous=-1, mask_deg=85.0, **options):
     antennas = len(angles_deg)
     return assign(
         angles, np.array([True]), np.full(antennas, mask_deg * DEG), np.full(antennas, 6),
-        np.array([previous]), PatentOptions(**options),
+        np.array([previous]), NearestBoresightOptions(**options),
     )[0]  # fmt: skip
 
 
@@ -111,8 +111,8 @@ def test_hysteresis_keeps_the_present_antenna_until_the_difference_exceeds_it():
 def test_hysteresis_keeps_a_satellite_against_a_slightly_nearer_one():
     angles = np.radians([[50.0, 49.0]])
     args = angles, np.array([True, True]), np.array([85 * DEG]), np.array([1]), np.array([0, -1])
-    assert assign(*args, PatentOptions()).tolist() == [-1, 0]
-    assert assign(*args, PatentOptions(hysteresis_deg=2)).tolist() == [0, -1]
+    assert assign(*args, NearestBoresightOptions()).tolist() == [-1, 0]
+    assert assign(*args, NearestBoresightOptions(hysteresis_deg=2)).tolist() == [0, -1]
 
 
 def test_mask_readings():
