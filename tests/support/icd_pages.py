@@ -6,9 +6,8 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from functools import cache
 
-from gnss_hil.tools.icd.chapters import Subject
 from gnss_hil.tools.icd.page import document
-from gnss_hil.tools.icd.subject import subject
+from gnss_hil.tools.icd.subject import Subject, subject
 
 SVG = "{http://www.w3.org/2000/svg}"
 

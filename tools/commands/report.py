@@ -35,11 +35,12 @@ def run(arguments: Namespace) -> int:
 def _compared(first: Path, second: Path, out: Path | None) -> int:
     """Figures side by side on stdout, plots in a page."""
     from gnss_hil.tools.report import compare
+    from gnss_hil.tools.report.figures import aligned
 
     runs = compare.read(first), compare.read(second)
     path = out or first / f"compare-{runs[1].name}.html"
     names = [run.name for run in runs]
-    print(compare.render(names, compare.rows(runs[0].summary, runs[1].summary)))
+    print(aligned([("", *names, "ratio"), *compare.rows(runs[0].summary, runs[1].summary)]))
     print(f"\nreport: {compare.write(*runs, path)}")
     for key in ("scenario", "seed", "duration_s", "epoch_interval_s"):
         mine, other = (run.summary[key] for run in runs)

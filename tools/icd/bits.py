@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+
+from cantools.database.can import Signal
 
 from gnss_hil.tools.icd.contract import Layout
-from gnss_hil.tools.icd.markup import Markup, svg, tag
-
-if TYPE_CHECKING:
-    from cantools.database.can import Signal
+from gnss_hil.tools.report.markup import Markup, svg, tag
 
 _HEADER = frozenset({"e2e_crc", "e2e_counter", "epoch_mod16"})
 _TONES = 6

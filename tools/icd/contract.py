@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+from cantools.database import Database
+from cantools.database.can import Message, Signal
 
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import KIND_BY_NAME
-
-if TYPE_CHECKING:
-    from cantools.database import Database
-    from cantools.database.can import Message, Signal
 
 SENT = {"epoch": "in every epoch", "bulk": "a slice in every epoch", "event": "when needed"}
 
@@ -120,8 +118,6 @@ def group_of(can_id: int) -> Group:
 
 def load(codec: Codec) -> Contract:
     """Reads the DBC text of a codec; messages that share a layout are one `Layout`."""
-    from cantools.database.can import Database
-
     database = Database()
     database.add_dbc_string(codec.text)
     members: dict[str, list[Message]] = {}

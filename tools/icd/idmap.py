@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.dbc.contract.messages import messages as contract_messages
 from gnss_hil.tools.icd.contract import GROUPS, Contract, group_of
-from gnss_hil.tools.icd.markup import Markup, svg, tag
+from gnss_hil.tools.report.markup import Markup, svg, tag
 
 _ROWS, _COLUMNS = 32, 64
 _CELL, _ROW = 10, 15

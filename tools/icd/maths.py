@@ -6,7 +6,7 @@ import re
 
 from latex2mathml.converter import convert
 
-from gnss_hil.tools.icd.markup import Markup, tag
+from gnss_hil.tools.report.markup import Markup, tag
 
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
 _SIGNAL = re.compile(r'(?:<mi mathvariant="monospace">[^<]+</mi>)+')

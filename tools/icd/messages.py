@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
+
+from cantools.database.can import Message, Signal
 
 from gnss_hil.dbc.contract.messages import HEARTBEAT_BASE, node_names
 from gnss_hil.tools.icd import bits, idmap
 from gnss_hil.tools.icd.contract import GROUPS, Contract, Group, Layout
-from gnss_hil.tools.icd.markup import Markup, decimal, figure, table, tag, text
-from gnss_hil.tools.icd.prose import paragraph
-
-if TYPE_CHECKING:
-    from cantools.database.can import Message, Signal
+from gnss_hil.tools.report.markup import Markup, decimal, figure, joined, table, tag, text
 
 
 def number(value: float | None) -> str:
@@ -24,12 +21,12 @@ def code_id(can_id: int) -> Markup:
     return tag.code(f"0x{can_id:03X}")
 
 
-def _join(names: list[str]) -> Markup:
-    """Nodes, as many receivers as there are told in one go."""
-    receivers = [name for name in names if name.startswith("RX")]
-    rest = [name for name in names if name not in receivers]
-    told = [f"{receivers[0]} .. {receivers[-1]}"] if len(receivers) > 2 else receivers
-    return text(", ".join(told + rest))
+def _nodes(names: Iterable[str]) -> str:
+    """Nodes, each once; three receivers and more as a range."""
+    once = list(dict.fromkeys(names))
+    receivers = [name for name in once if name.startswith("RX")]
+    short = [f"{receivers[0]} .. {receivers[-1]}"] if len(receivers) > 2 else receivers
+    return ", ".join(short + [name for name in once if name not in receivers])
 
 
 def readers(message: Message) -> list[str]:
@@ -37,10 +34,8 @@ def readers(message: Message) -> list[str]:
     return list(dict.fromkeys(node for signal in message.signals for node in signal.receivers))
 
 
-# --- identifiers -------------------------------------------------------------------------------------
-
-
-def map_chapter(contract: Contract) -> Markup:
+def overview(contract: Contract) -> Markup:
+    """The map of the identifiers, and a row for each kind of message."""
     drawing = figure(
         idmap.draw(contract),
         "Identifiers 0x000 to 0x7FF, 64 in a row; the lower one wins the bus. Filled: in this contract, each "
@@ -50,37 +45,19 @@ def map_chapter(contract: Contract) -> Markup:
     rows = (
         (
             tag.a(layout.name, href=f"#{layout.name}"),
-            _span(layout), _senders(layout), _readers(layout), layout.sent, layout.comment,
+            joined(dict.fromkeys(code_id(layout.messages[k].frame_id) for k in (0, -1)), " .. "),
+            _nodes(m.senders[0] for m in layout.messages),
+            _nodes(node for m in layout.messages for node in readers(m)),
+            layout.sent,
+            layout.comment,
         )
         for layout in contract.layouts
-    )  # fmt: skip
+    )
     return text((drawing, table(head, rows, class_="overview")))
 
 
-def _span(layout: Layout) -> Markup:
-    first, last = layout.messages[0].frame_id, layout.messages[-1].frame_id
-    return code_id(first) if first == last else text((code_id(first), " .. ", code_id(last)))
-
-
-def _senders(layout: Layout) -> Markup:
-    return _join(list(dict.fromkeys(m.senders[0] for m in layout.messages)))
-
-
-def _readers(layout: Layout) -> Markup:
-    return _join(list(dict.fromkeys(node for m in layout.messages for node in readers(m))))
-
-
-# --- messages ----------------------------------------------------------------------------------------
-
-
-def messages_chapter(contract: Contract) -> Iterator[Markup]:
-    yield paragraph("""
-        The drawings show the eight bytes as rows, byte 0 first on the bus, and in each byte bit 7 to the
-        left. Signals are little-endian: a signal begins with its lowest bit (lsb) at its start bit and goes
-        on to the left, then at the right end of the next byte. The small number in a cell is the bit's weight
-        in its signal: number n counts 2ⁿ steps. Signed signals are two's complement. Grey is the protection
-        header; hatched bits are free and zero.
-    """)
+def groups(contract: Contract) -> Iterator[Markup]:
+    """All messages with their bits and signals, by group."""
     for group in GROUPS:
         layouts = [layout for layout in contract.layouts if layout.group == group]
         yield tag.h3(group.name[0].upper() + group.name[1:], id=f"group-{group.name.replace(' ', '-')}")
@@ -88,8 +65,9 @@ def messages_chapter(contract: Contract) -> Iterator[Markup]:
 
 
 def _message(contract: Contract, layout: Layout, group: Group) -> Markup:
+    identifier = None if layout.repeats else code_id(layout.messages[0].frame_id)
     head = tag.div(
-        tag.h4(tag.span(class_=f"chip g{group.tone}"), layout.name, " ", _own_anchor(layout)),
+        tag.h4(tag.span(class_=f"chip g{group.tone}"), layout.name, " ", identifier),
         tag.p(layout.comment, class_="says"),
         _facts(layout),
         tag.figure(bits.draw(layout)),
@@ -98,36 +76,29 @@ def _message(contract: Contract, layout: Layout, group: Group) -> Markup:
     return tag.section(head, _signal_table(contract, layout), class_="message", id=layout.name)
 
 
-def _own_anchor(layout: Layout) -> Markup | None:
-    """Identifier of a layout that is one message; that message's anchor is the section's."""
-    return None if layout.repeats else code_id(layout.messages[0].frame_id)
-
-
 def _facts(layout: Layout) -> Markup:
+    """How it is sent and protected; of a kind that repeats, its messages beside it."""
     first = layout.messages[0]
     cycle = f"{first.send_type}, {first.cycle_time} ms" if first.cycle_time else first.send_type
     key = f"the identifier and {layout.stream_key}" if layout.stream_key else "the identifier"
-    facts = [
+    protection = f"E2E Profile 11A, one stream for {key}" if layout.protected else "none: a bench frame"
+    ways = () if layout.repeats else (f"{_nodes(first.senders)} → {_nodes(readers(first))}",)
+    facts = (
+        *(("from, to", way) for way in ways),
         ("sent", f"{layout.sent} (DBC: {cycle})"),
-        (
-            "protection",
-            f"E2E Profile 11A, one stream for {key}" if layout.protected else "none: a bench frame",
-        ),
+        ("protection", protection),
         ("length", f"{first.length} bytes"),
-    ]
+    )
+    listed = tag.dl((tag.dt(what), tag.dd(value)) for what, value in facts)
     if not layout.repeats:
-        facts.insert(0, ("from, to", text((_senders(layout), " → ", _join(readers(first))))))
-        return _definitions(facts)
+        return listed
     rows = (
-        (code_id(m.frame_id), tag.code(m.name, id=m.name), _join(m.senders), _join(readers(m)))
+        (code_id(m.frame_id), tag.code(m.name, id=m.name), _nodes(m.senders), _nodes(readers(m)))
         for m in layout.messages
     )
-    named = table(("identifier", "message", "from", "to"), rows, class_="ids")
-    return tag.div(_definitions(facts), named, class_="abreast")
-
-
-def _definitions(facts: list[tuple[str, Markup | str]]) -> Markup:
-    return tag.dl((tag.dt(what), tag.dd(said)) for what, said in facts)
+    return tag.div(
+        listed, table(("identifier", "message", "from", "to"), rows, class_="ids"), class_="abreast"
+    )
 
 
 def _signal_table(contract: Contract, layout: Layout) -> Markup:
@@ -150,9 +121,6 @@ def _signal_row(contract: Contract, layout: Layout, s: Signal, tone: str) -> tup
     )  # fmt: skip
 
 
-# --- nodes and values --------------------------------------------------------------------------------
-
-
 def node_table(contract: Contract) -> Markup:
     """Nodes that send and read the same kinds share a row."""
     numbers = node_names(contract.codec.receivers)
@@ -163,9 +131,9 @@ def node_table(contract: Contract) -> Markup:
         alike.setdefault((_links(contract, sends), _links(contract, reads)), []).append(node.name)
     rows = (
         (
-            [[", " if k else "", tag.code(name)] for k, name in enumerate(names)],
-            ", ".join(str(numbers[name]) for name in names),
-            [[", " if k else "", code_id(HEARTBEAT_BASE + numbers[name])] for k, name in enumerate(names)],
+            joined(map(tag.code, names)),
+            joined(numbers[name] for name in names),
+            joined(code_id(HEARTBEAT_BASE + numbers[name]) for name in names),
             *sends_reads,
         )
         for sends_reads, names in alike.items()
@@ -175,8 +143,8 @@ def node_table(contract: Contract) -> Markup:
 
 def _links(contract: Contract, names: set[str]) -> Markup:
     """Layouts of messages, each once, as links."""
-    own = [layout.name for layout in contract.layouts if any(m.name in names for m in layout.messages)]
-    return text([", " if k else "", tag.a(name, href=f"#{name}")] for k, name in enumerate(own))
+    own = (layout.name for layout in contract.layouts if any(m.name in names for m in layout.messages))
+    return joined(tag.a(name, href=f"#{name}") for name in own)
 
 
 def value_tables(contract: Contract) -> Iterator[Markup]:
@@ -187,9 +155,8 @@ def value_tables(contract: Contract) -> Iterator[Markup]:
                 link = tag.a(f"{layout.name}.{s.name}", href=f"#{layout.name}.{s.name}")
                 used.setdefault(name, []).append(link)
     for name, values in contract.value_tables().items():
-        users = [[", " if k else "", link] for k, link in enumerate(used.get(name, []))]
         yield tag.section(
-            tag.h4(name), tag.p("Used by ", users, ".", class_="says"),
+            tag.h4(name), tag.p("Used by ", joined(used.get(name, [])), ".", class_="says"),
             table(("value", "name"), ((raw, tag.code(label)) for raw, label in values.items()), (0,)),
             class_="keep values", id=f"values-{name}",
         )  # fmt: skip

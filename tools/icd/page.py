@@ -10,8 +10,9 @@ from importlib.metadata import version
 
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.common.errors import PROGRAM
-from gnss_hil.tools.icd.chapters import CHAPTERS, Subject, render
-from gnss_hil.tools.icd.markup import Markup, table, tag, text
+from gnss_hil.tools.icd.chapters import chapters, render
+from gnss_hil.tools.icd.subject import Subject
+from gnss_hil.tools.report.markup import Markup, table, tag, text
 
 _SUBHEADING = re.compile(r'<h3 id="([^"]+)">(.*?)</h3>')
 
@@ -25,7 +26,7 @@ _HATCH = Markup(
 
 def document(subject: Subject) -> str:
     """The page; well-formed XML that a browser reads as HTML."""
-    bodies = [render(chapter, number, subject) for number, chapter in enumerate(CHAPTERS, 1)]
+    bodies = [render(chapter, number, subject) for number, chapter in enumerate(chapters(), 1)]
     style = Markup(resources.files("gnss_hil.tools.icd").joinpath("style.css").read_text("utf-8"))
     head = tag.head(
         tag.meta(charset="utf-8"),
@@ -41,7 +42,7 @@ def document(subject: Subject) -> str:
 def _contents(bodies: list[Markup]) -> Markup:
     """Chapters and the headings within them."""
     items = []
-    for number, (chapter, body) in enumerate(zip(CHAPTERS, bodies, strict=True), 1):
+    for number, (chapter, body) in enumerate(zip(chapters(), bodies, strict=True), 1):
         inner = [
             tag.li(tag.a(unescape(title), href=f"#{anchor}")) for anchor, title in _SUBHEADING.findall(body)
         ]
@@ -68,7 +69,7 @@ def _cover(subject: Subject) -> Markup:
         tag.p("Interface control document", class_="kicker"),
         tag.h1("Satellite navigation bus"),
         tag.p("Receivers, attitude unit and time source to flight software, over CAN", class_="subtitle"),
-        table(("", ""), ((tag.b(what), said) for what, said in facts), class_="facts"),
+        table(("", ""), ((tag.b(what), value) for what, value in facts), class_="facts"),
         table(("agreed for", "name", "date", "signature"), signatures, class_="signatures"),
         class_="cover",
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 
@@ -12,9 +12,7 @@ from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 
 from gnss_hil.tools.icd import maths
-from gnss_hil.tools.icd.markup import Markup, tag
-
-Block = Callable[[str], Markup]
+from gnss_hil.tools.report.markup import Markup, tag
 
 
 @cache
@@ -33,7 +31,7 @@ class _Renderer(RendererHTML):
     """Elements as the style sheet wants them: tables in a box that scrolls, numbers flush right, formulas."""
 
     def table_open(self, tokens: Sequence[Token], idx: int, options, env) -> str:
-        return '<div class="wide"><table>'
+        return '<div class="scroll"><table>'
 
     def table_close(self, tokens: Sequence[Token], idx: int, options, env) -> str:
         return "</table></div>"
@@ -44,12 +42,14 @@ class _Renderer(RendererHTML):
 
     td_open = th_open
 
-    def fence(self, tokens: Sequence[Token], idx: int, options, env) -> str:
-        words = tokens[idx]
-        return maths.block(words.content) if words.info == "math" else code(words.content)
+    def heading_open(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        return f'<{tokens[idx].tag} id="{anchor(tokens[idx + 1].content)}">'
 
-    def code_block(self, tokens: Sequence[Token], idx: int, options, env) -> str:
-        return env["block_of"](tokens[idx].content)
+    def fence(self, tokens: Sequence[Token], idx: int, options, env) -> str:
+        words = tokens[idx].content
+        return maths.block(words) if tokens[idx].info == "math" else tag.pre(words.rstrip("\n"))
+
+    code_block = fence
 
 
 @cache
@@ -58,14 +58,6 @@ def _markdown() -> MarkdownIt:
     return MarkdownIt("commonmark", options, renderer_cls=_Renderer).enable("table")
 
 
-def paragraph(words: str, **attributes: object) -> Markup:
-    return tag.p(Markup(_markdown().renderInline(" ".join(words.split()))), **attributes)
-
-
-def code(content: str) -> Markup:
-    return tag.pre(content.rstrip("\n"))
-
-
-def render(markdown: str, block_of: Block = code) -> Markup:
-    """A section as markup; `block_of` turns its indented blocks into it."""
-    return Markup(_markdown().render(markdown, {"block_of": block_of}))
+def render(markdown: str) -> Markup:
+    """Markdown as markup."""
+    return Markup(_markdown().render(markdown))

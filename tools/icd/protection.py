@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import COUNTERS, TABLE, Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch, batch
-from gnss_hil.tools.icd.markup import Markup, table, tag, text
-from gnss_hil.tools.icd.prose import paragraph
+from gnss_hil.flightsw.io.frame_statistics import CONSEQUENCE, Reason
+from gnss_hil.tools.icd.prose import render
+from gnss_hil.tools.report.markup import Markup, joined, table, tag
 
 EPOCH = 37
 
@@ -85,16 +87,16 @@ def _worked(codec: Codec, vector: Vector, name: str) -> Markup:
     return tag.section(
         tag.h4(name),
         table(("signal", "value", "raw integer", "start bit"), _raw_signals(codec, vector), (1, 2, 3)),
-        paragraph(f"""
-            The raw integers at their start bits make the 64-bit word `0x{word:016X}`, sent lowest byte first.
-            Byte 1 is `{payload[1]:02X}`: epoch {EPOCH} modulo 16 is {EPOCH % 16} in the high nibble, counter
-            {payload[1] & 15} in the low one. The CRC goes to byte 0:
-        """),
+        render(
+            f"The raw integers at their start bits make the 64-bit word `0x{word:016X}`, sent lowest byte "
+            f"first. Byte 1 is `{payload[1]:02X}`: epoch {EPOCH} modulo 16 is {EPOCH % 16} in the high "
+            f"nibble, counter {payload[1] & 15} in the low one. The CRC goes to byte 0:"
+        ),
         table(
             ("into the CRC", "byte", "CRC before", "index = CRC XOR byte", "CRC after = T[index]"),
             steps, class_="crc", data_id=f"0x{can_id:03X}", data_payload=shown,
         ),
-        paragraph(f"On the bus: identifier `0x{can_id:03X}`, data `{shown}`."),
+        render(f"On the bus: identifier `0x{can_id:03X}`, data `{shown}`."),
         class_="keep",
     )  # fmt: skip
 
@@ -111,18 +113,20 @@ def later_frames(codec: Codec) -> Markup:
     chosen = [rows[k] for k in (0, 1, 2, COUNTERS - 1, COUNTERS, COUNTERS + 1)]
     return tag.section(
         tag.h4("The same frame in later epochs"),
-        paragraph("The counter goes from 14 to 0, the epoch's nibble from 15 to 0: they part company."),
+        tag.p("The counter goes from 14 to 0, the epoch's nibble from 15 to 0: they part company."),
         table(("epoch", "modulo 16", "counter", "data"), chosen, (0, 1, 2)),
         class_="keep",
     )
 
 
-def worked_examples(codec: Codec) -> Markup:
-    names = {
-        can_id: f"RX{number}_{kind}" if number else kind for (kind, number), can_id in codec.can_id_of.items()
-    }
-    present = [v for v in VECTORS if (v.kind, v.number) in codec.can_id_of]
-    return text(_worked(codec, v, names[codec.can_id_of[v.kind, v.number]]) for v in present)
+def worked_examples(codec: Codec) -> Iterator[Markup]:
+    """Test vectors that the contract has, one of them in later epochs, and the CRC's table."""
+    names = {can_id: f"RX{n}_{kind}" if n else kind for (kind, n), can_id in codec.can_id_of.items()}
+    for vector in VECTORS:
+        if can_id := codec.can_id_of.get((vector.kind, vector.number)):
+            yield _worked(codec, vector, names[can_id])
+    yield later_frames(codec)
+    yield tag.section(tag.h4("T: CRC-8 of each byte"), crc_table(), class_="keep")
 
 
 def crc_table() -> Markup:
@@ -147,16 +151,27 @@ def advance_verdict(codec: Codec, advance: int) -> Verdict:
 
 def advances(codec: Codec) -> Markup:
     """Verdict by counter advance, as the screen gives it; equal neighbours share a row."""
-    verdicts = [advance_verdict(codec, advance) for advance in range(COUNTERS)]
-    rows, start = [], 0
-    for k in range(1, COUNTERS + 1):
-        if k == COUNTERS or verdicts[k] != verdicts[start]:
-            span = str(start) if k == start + 1 else f"{start} to {k - 1}"
-            verdict = verdicts[start]
-            used = "yes" if verdict <= Verdict.LOST else "no"
-            rows.append((span, spoken(verdict.name), used, e2e.CONSEQUENCE.get(verdict, "frame used")))
-            start = k
+    rows = []
+    for verdict, same in groupby(range(COUNTERS), lambda advance: advance_verdict(codec, advance)):
+        steps = list(same)
+        span = joined(dict.fromkeys((steps[0], steps[-1])), " to ")
+        used = "yes" if verdict <= Verdict.LOST else "no"
+        rows.append((span, spoken(verdict.name), used, e2e.CONSEQUENCE.get(verdict, "frame used")))
     return table(("counter advance", "state", "used", "consequence"), rows, class_="advances")
+
+
+_ORDER_OF_CHECKS = (
+    Verdict.ERROR_FRAME, Verdict.EXTENDED, Verdict.REMOTE, Verdict.WRONG_LENGTH, Verdict.UNKNOWN_ID,
+    Verdict.CORRUPTED, Verdict.REPEATED, Verdict.WRONG_SEQUENCE, Verdict.LOST,
+    Reason.OTHER_CONTRACT, Reason.OTHER_SESSION, Reason.BAD_TIME_MARK, Reason.NO_TIME_MARK,
+    Verdict.MIXED_EPOCH, Reason.SURPLUS, Reason.INCOMPLETE, Reason.TIMED_OUT,
+)  # fmt: skip
+
+
+def reasons() -> Markup:
+    """Why the flight software refuses a frame, and what then."""
+    rows = ((spoken(reason.name), CONSEQUENCE[reason]) for reason in _ORDER_OF_CHECKS)
+    return table(("reason", "consequence"), rows, class_="reasons")
 
 
 def spoken(name: str) -> str:

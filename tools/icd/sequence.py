@@ -1,15 +1,27 @@
-"""Sequence charts: lifelines, arrows with what is sent, notes, and time going down."""
+"""Sequence charts of `sequences.md`, which are Mermaid's: lifelines, arrows, notes, and time going down."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 
-from gnss_hil.tools.icd.markup import Markup, svg, tag
+from gnss_hil.tools.report.markup import Markup, figure, svg, tag
+
+EMULATOR, FLIGHT = "emulator", "flight software"
 
 _WIDTH, _LEFT, _RIGHT = 900, 230, 670
 _TOP, _STEP, _NOTE = 34, 30, 22
-_LINE = {"emulator": _LEFT, "flight software": _RIGHT}
+_LINE = {EMULATOR: _LEFT, FLIGHT: _RIGHT}
+
+_CHART = re.compile(r"^## (.+?)\n\n(.+?)\n\n```mermaid\n(.+?)```", re.MULTILINE | re.DOTALL)
+_STEPS = re.compile(
+    r"^ +(?:(?P<by>[EF])(?P<arrow>->>|-x)[EF]|Note (?P<beside>left of E|right of F|over E,F)): "
+    r"(?P<words>.+)$",
+    re.MULTILINE,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +37,7 @@ class Sent:
 class Does:
     """What one side does, beside its line."""
 
-    who: str
+    side: str
     what: str
 
 
@@ -50,8 +62,22 @@ class Chart:
         return [step for step in self.steps if isinstance(step, Sent)]
 
 
-def _height(step: Step) -> float:
-    return _NOTE if isinstance(step, Does) else _STEP
+@cache
+def charts() -> dict[str, Chart]:
+    """Title -> chart, in the order of the file."""
+    page = resources.files("gnss_hil.tools.icd").joinpath("sequences.md").read_text("utf-8")
+    return {
+        title: Chart(title, " ".join(caption.split()), tuple(map(_step, _STEPS.finditer(steps))))
+        for title, caption, steps in _CHART.findall(page)
+    }
+
+
+def _step(line: re.Match[str]) -> Step:
+    if line["by"]:
+        return Sent(EMULATOR if line["by"] == "E" else FLIGHT, line["words"], line["arrow"] == "-x")
+    if line["beside"] == "over E,F":
+        return Pause(line["words"])
+    return Does(EMULATOR if line["beside"] == "left of E" else FLIGHT, line["words"])
 
 
 def _sent(step: Sent, y: float) -> Iterator[Markup]:
@@ -71,10 +97,10 @@ def _sent(step: Sent, y: float) -> Iterator[Markup]:
 
 
 def _does(step: Does, y: float) -> Iterator[Markup]:
-    left = _LINE[step.who] == _LEFT
+    left = step.side == EMULATOR
     x = _LEFT - 12 if left else _RIGHT + 12
     yield tag.text(step.what, x=x, y=y + 15, class_="does left" if left else "does")
-    yield tag.circle(cx=_LINE[step.who], cy=y + 11, r=3.5, class_="dot")
+    yield tag.circle(cx=_LINE[step.side], cy=y + 11, r=3.5, class_="dot")
 
 
 def _pause(step: Pause, y: float) -> Iterator[Markup]:
@@ -83,7 +109,8 @@ def _pause(step: Pause, y: float) -> Iterator[Markup]:
     yield tag.text(step.why, x=(_LEFT + _RIGHT) / 2, y=y + 19, class_="pause")
 
 
-_DRAWN = {Sent: _sent, Does: _does, Pause: _pause}
+_DRAWN = {Sent: (_sent, _STEP), Does: (_does, _NOTE), Pause: (_pause, _STEP)}
+"""How a step is drawn, and its height."""
 
 
 def draw(chart: Chart) -> Markup:
@@ -91,15 +118,17 @@ def draw(chart: Chart) -> Markup:
     y, drawn = _TOP, []
     for step in chart.steps:
         marks = {"data_by": step.by, "data_frames": step.frames} if isinstance(step, Sent) else {}
-        drawn.append(tag.g(_DRAWN[type(step)](step, y), **marks))
-        y += _height(step)
+        how, height = _DRAWN[type(step)]
+        drawn.append(tag.g(how(step, y), **marks))
+        y += height
     bottom = y + 12
     lines = [tag.line(x1=x, x2=x, y1=_TOP - 6, y2=bottom, class_="life") for x in _LINE.values()]
     heads = [
-        [
+        (
             tag.rect(x=x - 75, y=2, width=150, height=26, rx=3, class_="head"),
             tag.text(name, x=x, y=20, class_="headname"),
-        ]
+        )
         for name, x in _LINE.items()
     ]
-    return svg(_WIDTH, bottom + 4, lines, heads, drawn, title=chart.title, class_="sequence")
+    drawing = svg(_WIDTH, bottom + 4, lines, heads, drawn, title=chart.title, class_="sequence")
+    return figure(drawing, chart.caption)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,10 +10,27 @@ from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.tools.command_line.arguments import DEFAULT_SCENARIO
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.icd.chapters import Bus, Subject
-from gnss_hil.tools.icd.contract import load
-from gnss_hil.tools.run_config.frame_budget import budget
+from gnss_hil.tools.icd.contract import Contract, load
+from gnss_hil.tools.run_config.frame_budget import Budget, budget
 from gnss_hil.tools.run_config.plan import Plan, make
+
+
+@dataclass(frozen=True, slots=True)
+class Bus:
+    """A spacecraft's bus in the scenario of which the budget is."""
+
+    craft: str
+    vehicle: str
+    budget: Budget
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What the document is of."""
+
+    contract: Contract
+    scenario: str
+    buses: tuple[Bus, ...]
 
 
 def subject(scenario: str | None, receivers: int | None) -> Subject:
@@ -39,13 +56,13 @@ def _listed(counts: set[int]) -> str:
 
 def _resized(plan: Plan, receivers: int) -> Subject:
     name, vehicle, craft = plan.names[0], plan.vehicles[0], plan.scenario.craft[0]
-    load_ = budget(
+    load_of_bus = budget(
         _with_receivers(vehicle, receivers),
         plan.scenario.time.epoch_interval_s,
         len(plan.world.sky.index),
         craft.receivers.almanac_cycle_s,
     )
-    bus = Bus(name, f"{vehicle.name} with {receivers} of its receivers", load_)
+    bus = Bus(name, f"{vehicle.name} with {receivers} of its receivers", load_of_bus)
     return Subject(load(codec(receivers)), f"{DEFAULT_SCENARIO} with {receivers} receivers", (bus,))
 
 

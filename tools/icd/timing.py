@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from gnss_hil.dbc.contract.messages import BIT_RATE
-from gnss_hil.tools.icd.markup import Markup, svg, table, tag, text
-from gnss_hil.tools.icd.prose import paragraph
+from gnss_hil.tools.report.markup import Markup, svg, table, tag, text
 from gnss_hil.tools.run_config.frame_budget import WORST_BITS, Budget, Row, typical_bits
 
 _WIDTH, _LEFT, _RIGHT = 900, 60, 90
@@ -67,20 +66,20 @@ def _blocks(sequence: Sequence[Piece], x: float, y: float, bits: float, scale: f
 def _mark(x: float, y: float, label: str, bits: float, since: str = "", side: str = "mid") -> Markup:
     """An instant: its name above the bar, below it the time and the bit times."""
     times = f"{1e3 * bits / BIT_RATE:.2f} ms", f"{bits:.0f} bits"
-    told = [f"{since} + {time}" if since and bits else since or time for time in times]
+    lines = [f"{since} + {time}" if since and bits else since or time for time in times]
     return tag.g(
         tag.line(x1=x, x2=x, y1=y - 12, y2=y + _BAR + 14, class_="tick"),
         tag.text(label, x=x, y=y - 17, class_=f"instant {side}"),
-        tag.text(told[0], x=x, y=y + _BAR + 28, class_=f"mark {side}"),
-        tag.text(told[1], x=x, y=y + _BAR + 42, class_=f"mark {side}") if told[1] != told[0] else None,
+        tag.text(lines[0], x=x, y=y + _BAR + 28, class_=f"mark {side}"),
+        tag.text(lines[1], x=x, y=y + _BAR + 42, class_=f"mark {side}") if lines[1] != lines[0] else None,
     )
 
 
 def _zoom(budget: Budget, bits: float, y: float) -> Iterator[Markup]:
     scale = _scale(budget, bits)
     first, second = pieces(budget, "emulator"), pieces(budget, "flight")
-    told, answered = (sum(p.frames for p in side) * bits for side in (first, second))
-    gap_begins = _LEFT + told * scale
+    sent, answered = (sum(p.frames for p in side) * bits for side in (first, second))
+    gap_begins = _LEFT + sent * scale
     gap_ends = gap_begins + (_WIDTH - _LEFT - _RIGHT) * _GAP_SHARE
     end = gap_ends + answered * scale
     yield from _blocks(first, _LEFT, y, bits, scale)
@@ -88,7 +87,7 @@ def _zoom(budget: Budget, bits: float, y: float) -> Iterator[Markup]:
     yield tag.text("fix, assignment", x=(gap_begins + gap_ends) / 2, y=y + 21, class_="mark mid")
     yield from _blocks(second, gap_ends, y, bits, scale)
     yield _mark(_LEFT, y, "time mark", 0.0, side="begin")
-    yield _mark(gap_begins, y, "SYNC", told)
+    yield _mark(gap_begins, y, "SYNC", sent)
     yield _mark(gap_ends, y, "answer", 0.0, "t", side="before")
     yield _mark(end, y, "DONE", answered, "t", side="begin")
 
@@ -134,4 +133,4 @@ def budget_table(budget: Budget) -> Markup:
         for what, frames in (("steady", steady), ("with every event at once", every))
     ]
     head = ("frames of an epoch", "frames", "bits, typical", "bits, at most")
-    return text((table(head, rows, (1, 2, 3)), paragraph(budget.loads())))
+    return text((table(head, rows, (1, 2, 3)), tag.p(budget.loads())))

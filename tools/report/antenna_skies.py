@@ -1,4 +1,4 @@
-"""The sky of each antenna: who tracks what is there."""
+"""The sky of each antenna: which antenna tracks what is there."""
 
 from __future__ import annotations
 
@@ -9,21 +9,28 @@ from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.dbc.common.satellites import name as satellite_name
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.figure import Json, Plot, antenna_colour, numbers
+from gnss_hil.tools.report.markup import Markup, tag
 from gnss_hil.tools.report.sky_plot import Sightings, side_names
 from gnss_hil.tools.report.time_series import NO_CHANNELS
 
 NO_SKY = "No instant has both an attitude on the bus and a place of the craft."
-_NOBODY, _ANOTHER, _THIS = range(3)
+_IDLE, _ANOTHER, _THIS = range(3)
 _COLOURS = ("--idle", "--other", "")
 _SIZES = (3, 3, 4)
 
-LEGEND = (
-    '<span style="color:var(--idle)">\u25cf</span> tracked by nobody &ensp; '
-    '<span style="color:var(--other)">\u25cf</span> by another antenna &ensp; '
-    '<span style="color:var(--antenna-1)">\u25cf</span> by this antenna, in its colour; '
-    "named where it was at the end &ensp; \u2508 mask. Rings: angle off the boresight, every 30\u00b0; "
-    "round it the body's sides. Satellites behind the Earth are left out."
-)
+
+def legend() -> Markup:
+    """What the colours and lines of the skies are."""
+    idle, another, own = (
+        tag.span("\u25cf", style=f"color:var({c})") for c in ("--idle", "--other", "--antenna-1")
+    )
+    return tag.p(
+        idle, " tracked by none \u2002 ", another, " by another antenna \u2002 ",
+        own, " by this antenna, in its colour; named where it was at the end \u2002 \u2508 mask. "
+        "Rings: angle off the boresight, every 30°; round it the body's sides. Satellites behind the Earth "
+        "are left out.",
+        class_="note",
+    )  # fmt: skip
 
 
 def skies(craft: Craft) -> list[Plot]:
@@ -40,7 +47,7 @@ def _sky(craft: Craft, seen: Sightings, antenna: int) -> Plot:
     mask_deg = float(np.degrees(vehicle.mask_rad[antenna]))
     reach_deg = max(90.0, mask_deg)
     here = seen.tracked[:, antenna]
-    kind = np.where(here, _THIS, np.where(seen.tracked.any(axis=1), _ANOTHER, _NOBODY))
+    kind = np.where(here, _THIS, np.where(seen.tracked.any(axis=1), _ANOTHER, _IDLE))
     inside = seen.off_deg[:, antenna] <= reach_deg
     data = [_points(seen, antenna, np.flatnonzero(inside & (kind == k)), k) for k in range(3)]
     data.append(_mask(mask_deg))

@@ -5,24 +5,22 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.run_folder import SUMMARY
-from gnss_hil.tools.report.decimate import extremes
-from gnss_hil.tools.report.document import Page, card, table
-from gnss_hil.tools.report.figure import Plot, axis, layout, line, numbers
+from gnss_hil.tools.report.document import Page, card, lead
+from gnss_hil.tools.report.figure import Json, Plot, axis, overlaid
+from gnss_hil.tools.report.figures import shown
+from gnss_hil.tools.report.markup import table, tag
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH
 from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.summary import metrics
-from gnss_hil.tools.results.text import figure, small
 
-_COLOURS = ("--antenna-1", "--antenna-2")
 _PERCENT = np.linspace(0, 100, 401)
 
 
@@ -30,10 +28,10 @@ _PERCENT = np.linspace(0, 100, 401)
 class Course:
     """One craft's fixes in time, (n,): minutes since the run's first; error_m is None without truth."""
 
-    minutes: NDArray[np.float64]
-    satellites: NDArray[np.float64]
-    pdop: NDArray[np.float64]
-    error_m: NDArray[np.float64] | None
+    minutes: F64
+    satellites: F64
+    pdop: F64
+    error_m: F64 | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +60,7 @@ def read(folder: Path) -> Run:
 _AXES = tuple(f"{a}_ecef_m" for a in "xyz")
 
 
-def _table(path: Path, craft: str, names: Sequence[str]) -> dict[str, NDArray]:
+def _table(path: Path, craft: str, names: Sequence[str]) -> dict[str, Any]:
     """Columns of one craft; Mistake if the table is damaged."""
     try:
         return parquet.of_craft(path, craft, names)
@@ -80,16 +78,16 @@ def _course(folder: Path, craft: str) -> Course | None:
         return None
     valid = columns["valid"]
 
-    def of_fixes(values) -> NDArray[np.float64]:
+    def of_fixes(values) -> F64:
         return np.where(valid, values.astype(float), np.nan)
 
     error = None
     if truth.exists():
-        known = _table(truth, craft, ("t_gps_s", *_AXES))
-        at = np.searchsorted(known["t_gps_s"], t_s).clip(max=max(len(known["t_gps_s"]) - 1, 0))
-        there = known["t_gps_s"][at] == t_s if len(known["t_gps_s"]) else np.zeros(len(t_s), bool)
-        apart = [np.where(there, columns[name] - known[name][at], np.nan) for name in _AXES]
-        error = of_fixes(np.linalg.norm(apart, axis=0))
+        true = _table(truth, craft, ("t_gps_s", *_AXES))
+        _, at, there = np.intersect1d(t_s, true["t_gps_s"], return_indices=True)
+        error = np.full(len(t_s), np.nan)
+        error[at] = np.linalg.norm([columns[name][at] - true[name][there] for name in _AXES], axis=0)
+        error = of_fixes(error)
     return Course((t_s - t_s[0]) / 60, of_fixes(columns["satellites_used"]), of_fixes(columns["pdop"]), error)
 
 
@@ -112,84 +110,58 @@ def _figures(summary: Mapping[str, Any]) -> dict[str, float | int | None]:
 
 
 def _row(a, b) -> tuple[str, str, str]:
-    ratio = f"{b / a:.3g}" if a and b is not None else "-"
-    return _shown(a), _shown(b), ratio
-
-
-def _shown(value: float | int | None) -> str:
-    return figure(value) if value is None or isinstance(value, int) else small(value)
-
-
-def render(names: Sequence[str], body: Sequence[tuple[str, str, str, str]]) -> str:
-    """The figures as aligned lines."""
-    lines = [("", *names, "ratio"), *body]
-    widths = [max(len(cell) for cell in column) for column in zip(*lines, strict=True)]
-    return "\n".join(
-        f"{line[0]:<{widths[0]}}" + "".join(f"  {c:>{w}}" for c, w in zip(line[1:], widths[1:], strict=True))
-        for line in lines
-    )
+    return shown(a), shown(b), f"{b / a:.3g}" if a and b is not None else "-"
 
 
 def write(first: Run, second: Run, path: Path) -> Path:
     """The page of a comparison; its path."""
-    names = _names(first, second)
+    names = (first.name, second.name) if first.name != second.name else ("first", "second")
     page = Page(f"{names[0]} and {names[1]}")
-    page.add(f"<h1>{escape(names[0])} and {escape(names[1])}</h1>")
+    page.add(tag.h1(page.title))
     for name, run in zip(names, (first, second), strict=True):
-        s = run.summary
-        said = ", ".join(f"{key} {s.get(key)}" for key in ("scenario", "policy", "seed", "epochs"))
-        said = f"{name}: {said}."
-        page.add(f'<p class="lead">{escape(said)}</p>')
+        facts = ", ".join(f"{key} {run.summary.get(key)}" for key in ("scenario", "policy", "seed", "epochs"))
+        page.add(lead(f"{name}: {facts}."))
     for craft in first.courses:
         if craft in second.courses:
-            page.add(f"<h2>Craft {escape(craft)}</h2>")
+            page.add(tag.h2(f"Craft {craft}"))
             page.add_plots(_plots(names, (first.courses[craft], second.courses[craft])), craft)
-    page.add("<h2>Figures</h2>")
-    page.add(card("Side by side", table(["", *names, "ratio"], rows(first.summary, second.summary))))
+    figures = table(("", *names, "ratio"), rows(first.summary, second.summary))
+    page.add(tag.h2("Figures"), card("Side by side", figures))
     page.write(path)
     return path
 
 
-def _names(first: Run, second: Run) -> tuple[str, str]:
-    return (first.name, second.name) if first.name != second.name else ("first", "second")
-
-
 def _plots(names: Sequence[str], pair: Sequence[Course]) -> list[Plot]:
     errors = [course.error_m for course in pair]
+
+    def over_time(title: str, note: str, y: Json, values: Sequence[F64 | None]) -> Plot:
+        curves = [
+            (name, course.minutes, column)
+            for name, course, column in zip(names, pair, values, strict=True)
+            if column is not None
+        ]
+        if not curves:
+            return Plot.missing(title, NO_TRUTH)
+        x = axis("time since the run's first epoch [min]")
+        return overlaid(title, f"{note} A gap is an epoch without a fix.", x, y, curves)
+
     return [
         _distribution(names, errors),
-        _over_time("Position error, 3-D", "Distance of the fix from truth.", "error [m]", names, pair, errors,
-                   type="log"),
-        _over_time("Satellites", "Distinct satellites in the fix.", "satellites", names, pair,
-                   [course.satellites for course in pair], rangemode="tozero"),
-        _over_time("Dilution of precision", "Over all measurements of the fix, as the flight software says.",
-                   "PDOP", names, pair, [course.pdop for course in pair], type="log", dtick="D2"),
+        over_time("Position error, 3-D", "Distance of the fix from truth.",
+                  axis("error [m]", type="log"), errors),
+        over_time("Satellites", "Distinct satellites in the fix.",
+                  axis("satellites", rangemode="tozero"), [course.satellites for course in pair]),
+        over_time("Dilution of precision", "Over all measurements of the fix, as published.",
+                  axis("PDOP", type="log", dtick="D2"), [course.pdop for course in pair]),
     ]  # fmt: skip
 
 
-def _over_time(title: str, note: str, label: str, names, pair, values, **style) -> Plot:
-    traces = []
-    for name, course, column, colour in zip(names, pair, values, _COLOURS, strict=True):
-        if column is not None:
-            at = extremes(column)
-            x, y = numbers(course.minutes[at]), numbers(column[at])
-            traces.append(line(name, x, y, colour, line={"width": 1}))
-    if not traces:
-        return Plot.missing(title, NO_TRUTH)
-    axes = layout(axis("time since the run's first epoch [min]"), axis(label, **style))
-    return Plot(title, f"{note} A gap is an epoch without a fix.", {"data": traces, "layout": axes})
-
-
-def _distribution(names, errors) -> Plot:
+def _distribution(names: Sequence[str], errors: Sequence[F64 | None]) -> Plot:
     title = "Position error, 3-D: how often"
-    kept = [None if e is None else e[~np.isnan(e)] for e in errors]
-    traces = [
-        line(name, numbers(np.percentile(e, _PERCENT)), numbers(_PERCENT), colour)
-        for name, e, colour in zip(names, kept, _COLOURS, strict=True)
-        if e is not None and len(e)
-    ]
-    if not traces:
-        return Plot.missing(title, NO_TRUTH if any(e is None for e in errors) else NO_FIX)
-    axes = layout(axis("error [m]", type="log"), axis("fixes with a smaller error [%]", range=[0, 100]))
+    kept = [(name, e[~np.isnan(e)]) for name, e in zip(names, errors, strict=True) if e is not None]
+    curves = [(name, np.percentile(e, _PERCENT), _PERCENT) for name, e in kept if len(e)]
+    if not curves:
+        return Plot.missing(title, NO_FIX if len(kept) == len(errors) else NO_TRUTH)
     note = "Over all fixes of each run; epochs without a fix do not count."
-    return Plot(title, note, {"data": traces, "layout": axes})
+    y = axis("fixes with a smaller error [%]", range=[0, 100])
+    return overlaid(title, note, axis("error [m]", type="log"), y, curves)

@@ -6,14 +6,13 @@ import base64
 import gzip
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from html import escape
 from importlib import resources
-from itertools import count
 from pathlib import Path
 
 from gnss_hil.tools.report.figure import Json, Plot
+from gnss_hil.tools.report.markup import Child, Markup, tag, text
 
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
@@ -41,63 +40,57 @@ TEMPLATE: Json = {
 }  # fmt: skip
 
 
-def slot(plot: Plot, name: str) -> str:
+def slot(plot: Plot, name: str) -> Markup:
     """The place of one plot in a page."""
-    place = f'<div class="plot" id="{name}" style="height:{plot.height}px"></div>' if plot.figure else ""
-    words = note(plot.note) if plot.note else ""
-    head = f"<figcaption><h3>{escape(plot.title)}</h3>{words}</figcaption>"
-    return f'<figure class="card{" wide" if plot.wide else ""}">{head}{place}</figure>'
+    place = tag.div(class_="plot", id=name, style=f"height:{plot.height}px") if plot.figure else None
+    head = tag.figcaption(tag.h3(plot.title), note(plot.note) if plot.note else None)
+    return tag.figure(head, place, class_="card wide" if plot.wide else "card")
 
 
-def note(text: str) -> str:
-    """A paragraph of plain text below a title."""
-    return f'<p class="note">{escape(text)}</p>'
+def note(words: str) -> Markup:
+    """A paragraph below a title."""
+    return tag.p(words, class_="note")
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """An HTML table of plain text, words in the first column."""
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    top = "".join(f"<th>{escape(name)}</th>" for name in head)
-    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+def lead(words: str) -> Markup:
+    """A paragraph below the page's title."""
+    return tag.p(words, class_="lead")
 
 
-def card(title: str, html: str, style: str = "") -> str:
-    """HTML in a frame of its own."""
-    return f'<section class="card {style}"><h3>{escape(title)}</h3>{html}</section>'
+def card(title: str, *children: Child, style: str = "card") -> Markup:
+    """A part of the page in a frame of its own."""
+    return tag.section(tag.h3(title), children, class_=style)
 
 
 @dataclass(slots=True)
 class Page:
-    """HTML in the order in which it is added, and the plots it has places for."""
+    """What is added, in its order, and the plots it has places for."""
 
     title: str
-    _body: list[str] = field(default_factory=list)
+    _body: list[Markup] = field(default_factory=list)
     _plots: list[Json] = field(default_factory=list)
-    _ids: count = field(default_factory=count)
 
-    def add(self, html: str) -> None:
-        self._body.append(html)
+    def add(self, *children: Child) -> None:
+        self._body.append(text(children))
 
     def add_plots(self, plots: Iterable[Plot | None], family: str = "") -> None:
         """A grid of plots; those over time of one family are zoomed together."""
         slots = []
-        for plot in plots:
-            if plot is None:
-                continue
-            name = f"plot-{next(self._ids)}"
+        for plot in filter(None, plots):
+            name = f"plot-{len(self._plots)}"
             slots.append(slot(plot, name))
             if plot.figure is not None:
                 over_time = plot.figure["layout"].get("xaxis", {}).get("type") == "date"
                 self._plots.append({"id": name, "height": plot.height, "figure": plot.figure,
                                     "family": family if over_time else ""})  # fmt: skip
-        self.add(f'<div class="grid">{"".join(slots)}</div>')
+        self.add(tag.div(slots, class_="grid"))
 
     def html(self) -> str:
         own = resources.files("gnss_hil.tools.report")
         document = {"template": TEMPLATE, "plots": self._plots}
         parts = {
             "policy": _POLICY,
-            "title": escape(self.title),
+            "title": text(self.title),
             "style": (own / "page.css").read_text("utf-8"),
             "body": "\n".join(self._body),
             "plotly": _base64((own / "plotly.min.js.gz").read_bytes()),
@@ -113,7 +106,7 @@ class Page:
             draft.write_text(self.html(), "utf-8")
             draft.replace(path)
         except OSError as error:
-            error.filename = str(path)  # nobody knows the draft
+            error.filename = str(path)  # the draft is no business of the user's
             raise
         finally:
             draft.unlink(missing_ok=True)

@@ -7,13 +7,16 @@ in light, in dark and on paper.
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S, UNIX_OF_GPS_EPOCH_S
+from gnss_hil.tools.report.decimate import extremes
 
 Json = dict[str, Any]
 
@@ -69,6 +72,16 @@ def line(name: str, x: Json, y: Json, colour: str, **more) -> Json:
     """A line of single points; gaps stay gaps."""
     style = {"color": colour, "width": 1.5} | more.pop("line", {})
     return {"type": "scatter", "mode": "lines", "name": name, "x": x, "y": y, "line": style} | more
+
+
+def overlaid(title: str, note: str, x: Json, y: Json, curves: Iterable[tuple[str, F64, F64]]) -> Plot:
+    """Curves (name, x, y) over one pair of axes, in the antennas' colours by their order, thinned."""
+    traces = []
+    for k, (name, along, values) in enumerate(curves, 1):
+        at = extremes(values)
+        colour = antenna_colour(k)
+        traces.append(line(name, numbers(along[at]), numbers(values[at]), colour, line={"width": 1}))
+    return Plot(title, note, {"data": traces, "layout": layout(x, y)})
 
 
 def layout(x: Json, y: Json, **more) -> Json:

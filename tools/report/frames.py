@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import erfa
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.flightsw.orbit.earth import EQUATOR_M, FLATTENING, ROTATION_RPS
+from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
+
+_WGS84 = 1
+"""ERFA's number of the ellipsoid."""
 
 Vectors = NDArray[np.float64]
 
@@ -46,27 +50,9 @@ def inertial(position_ecef_m: Vectors, t_ns: NDArray[np.int64]) -> Vectors:
 
 
 def geodetic(position_m: Vectors) -> tuple[Vectors, Vectors, Vectors]:
-    """Longitude, latitude [deg] and height [m] (n,) over WGS-84 of ECEF positions (n, 3).
-
-    Source: Bowring, "Transformation from spatial to geographical coordinates", Survey Review 23 (1976);
-    with the reduced latitude taken again once, to micrometres for satellites.
-    """
-    x, y, z = position_m.T
-    e2 = FLATTENING * (2 - FLATTENING)
-    polar_m = EQUATOR_M * (1 - FLATTENING)
-    axis_m = np.hypot(x, y)
-    reduced = np.arctan2(EQUATOR_M * z, polar_m * axis_m)
-
-    def latitude_of(reduced: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.arctan2(
-            z + e2 / (1 - e2) * polar_m * np.sin(reduced) ** 3, axis_m - e2 * EQUATOR_M * np.cos(reduced) ** 3
-        )
-
-    latitude = latitude_of(reduced)
-    latitude = latitude_of(np.arctan2((1 - FLATTENING) * np.sin(latitude), np.cos(latitude)))
-    normal_m = EQUATOR_M / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
-    height_m = axis_m * np.cos(latitude) + z * np.sin(latitude) - EQUATOR_M**2 / normal_m
-    return np.degrees(np.arctan2(y, x)), np.degrees(latitude), height_m
+    """Longitude, latitude [deg] and height [m] (n,) over WGS-84 of ECEF positions (n, 3)."""
+    longitude, latitude, height_m = erfa.gc2gd(_WGS84, position_m)
+    return np.degrees(longitude), np.degrees(latitude), height_m
 
 
 def _unit(vectors: Vectors) -> Vectors:

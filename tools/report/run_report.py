@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,9 @@ from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH
 from gnss_hil.tools.report import antenna_skies, assignment, figures, ground_track, time_series
 from gnss_hil.tools.report.craft import Craft, gather
-from gnss_hil.tools.report.document import Page, card, note
+from gnss_hil.tools.report.document import Page, card, lead
 from gnss_hil.tools.report.figure import Plot
+from gnss_hil.tools.report.markup import Markup, tag
 from gnss_hil.tools.results import truth
 
 REPORT = "report.html"
@@ -33,7 +33,7 @@ def write(
 ) -> None:
     """The report of a run whose tables and summary are written."""
     scenario = scenarios.parse(scenarios.read(folder / SCENARIO), str(folder / SCENARIO))
-    known = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
+    kept = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     channels = folder / "channels.parquet"
     page = Page(f"{summary['scenario']}: report")
     _head(page, scenario, summary)
@@ -42,47 +42,48 @@ def write(
     alone = len(scenario.craft) == 1
     for craft in scenario.craft:
         name = craft.name
-        rows = known.of(name) if known is not None and name in known.craft else np.zeros(0)
+        rows = kept.of(name) if kept is not None and name in kept.craft else np.zeros(0)
         vehicle = vehicles.load(scenarios.vehicle_path(craft, folder / SCENARIO))
         table = channels if channels.exists() else None
         gathered = gather(name, vehicle, summary["epoch_interval_s"], digests[name], rows, table)
         _craft(page, gathered, summary, [bench] if alone else [])
     if not alone:
-        page.add("<h2>Bench</h2>")
+        page.add(tag.h2("Bench"))
         page.add_plots([bench])
-    page.add(_foot(folder, known is not None, channels.exists()))
+    page.add(_foot(folder, kept is not None, channels.exists()))
     page.write(path)
 
 
 def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
     bus = s["bus"]["interface"]
     way = f"{bus}:{s['bus']['channel']}" if s["bus"]["channel"] else bus
-    said = [
+    facts = [
         f"policy {s['policy']}", f"seed {s['seed']}",
         f"from {iso(scenario.time.start_ns).replace('T', ' ')} GPS time",
         f"{s['epochs']} epochs of {s['epoch_interval_s']:g} s",
         f"bus {way}, pace {s['pace']}" if way else "bus and pace unknown: the run broke off",
         "reproducible" if s["reproducible"] else "not reproducible",
     ]  # fmt: skip
-    page.add(f"<h1>{escape(s['scenario'])}</h1>")
-    if scenario.description:
-        page.add(f'<p class="lead">{escape(scenario.description)}</p>')
-    page.add(f'<p class="lead">{escape("; ".join(said))}.</p>')
-    page.add(figures.verdict(s))
-    page.add(figures.tiles(figures.bus_tiles(s)))
-    judged = [card("Expectations", figures.expectations(s)), card("Frame faults", figures.faults(s))]
-    page.add(f'<div class="grid">{"".join(judged)}</div>')
+    page.add(
+        tag.h1(s["scenario"]),
+        lead(scenario.description) if scenario.description else None,
+        lead(f"{'; '.join(facts)}."),
+        figures.verdict(s),
+        figures.bus_tiles(s),
+    )
+    judged = card("Expectations", figures.expectations(s)), card("Frame faults", figures.faults(s))
+    page.add(tag.div(judged, class_="grid"))
 
 
 def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> None:
     own = s["craft"][craft.name]
-    page.add(f"<h2>Craft {escape(craft.name)}, vehicle {escape(craft.vehicle.name)}</h2>")
-    page.add(figures.tiles(figures.craft_tiles(own, s["epochs"])))
-    page.add(card("Figures", figures.craft_table(own) + note(figures.assignment_line(own))))
+    page.add(tag.h2(f"Craft {craft.name}, vehicle {craft.vehicle.name}"))
+    page.add(figures.craft_tiles(own, s["epochs"]))
+    page.add(card("Figures", figures.craft_table(own)))
     page.add_plots([assignment.assignment(craft)], craft.name)
     page.add_plots(antenna_skies.skies(craft))
     if craft.sightings is not None:
-        page.add(f'<p class="note">{antenna_skies.LEGEND}</p>')
+        page.add(antenna_skies.legend())
     page.add_plots(
         [
             time_series.position_error(craft), time_series.satellites(craft), time_series.dilution(craft),
@@ -94,13 +95,12 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> 
     )  # fmt: skip
 
 
-def _foot(folder: Path, has_truth: bool, has_channels: bool) -> str:
-    lacking = [
-        name for name, there in (("truth", has_truth), ("table of channels", has_channels)) if not there
-    ]
-    without = f" The run has no {' and no '.join(lacking)}: what needs it is left out." if lacking else ""
-    return (
-        f"<footer>Made by gnss-hil from run folder {escape(folder.name)}: bus frames decoded by the DBC, "
+def _foot(folder: Path, has_truth: bool, has_channels: bool) -> Markup:
+    parts = (("truth", has_truth), ("table of channels", has_channels))
+    lacking = " and no ".join(name for name, there in parts if not there)
+    without = f" The run has no {lacking}: what needs it is left out." if lacking else ""
+    return tag.footer(
+        f"Made by gnss-hil from run folder {folder.name}: bus frames decoded by the DBC, "
         f"and truth where it was kept.{without} Plots over time zoom together; double-click resets. "
-        "Coastlines: Natural Earth, public domain.</footer>"
+        "Coastlines: Natural Earth, public domain."
     )

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.verifies(
     "tools/icd/page.py",
     "tools/icd/chapters.py",
     "tools/icd/prose.py",
-    "tools/icd/markup.py",
+    "tools/report/markup.py",
     "tools/icd/subject.py",
     what="Interface control document: the page",
     by=(

@@ -14,7 +14,6 @@ from gnss_hil.tools.icd.maths import formula
 
 pytestmark = pytest.mark.verifies(
     "tools/icd/maths.py",
-    "tools/icd/charts.py",
     "tools/icd/sequence.py",
     "tools/icd/timing.py",
     what="Interface control document: formulas, sequence charts, an epoch on a time axis",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib import resources
 
 import pytest
 
@@ -10,14 +11,24 @@ from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.master import Barrier, Exchange
 from gnss_hil.dbc.lockstep.slave import Slave, Task
-from gnss_hil.tools.icd.charts import CHARTS, COMMAND, EMULATOR, FLIGHT, LOST_SYNC, RESTART, START
-from gnss_hil.tools.icd.sequence import Chart, Sent
+from gnss_hil.tools.icd.sequence import EMULATOR, FLIGHT, Chart, Sent, charts
 from tests.support import lockstep_frames
 from tests.support.icd_pages import tree
 from tests.support.lockstep_frames import CODEC, SESSION
 
 pytestmark = pytest.mark.verifies(
     what="Interface control document: formulas, sequence charts, an epoch on a time axis",
+)
+
+CHARTS = tuple(charts().values())
+START, COMMAND, LOST_SYNC, RESTART = (
+    charts()[title]
+    for title in (
+        "Start",
+        "A command and its answer",
+        "A lost SYNC, a lost DONE",
+        "The emulator starts again",
+    )
 )
 
 EPOCH = {"k": 10, "k+1": 11, "k+n": 15, "n-1": 20, "n": 21, "0": 0}
@@ -134,6 +145,15 @@ def test_the_drawings_have_every_arrow_of_their_charts():
         if e.get("data-frames") and e.get("data-by")
     ]
     assert arrows == [(a.by, a.frames) for chart in CHARTS for a in chart.arrows]
+
+
+def test_every_line_of_a_chart_is_a_step():
+    """And every one of the file is read: arrows, notes and pauses."""
+    page = resources.files("gnss_hil.tools.icd").joinpath("sequences.md").read_text("utf-8")
+    lines = re.findall(r"^    (?!participant)\S.*$", page, re.MULTILINE)
+    assert len(CHARTS) == page.count("```mermaid") == 6
+    assert sum(len(chart.steps) for chart in CHARTS) == len(lines) > 60
+    assert all(re.match(r"(?:E(?:->>|-x)F|F(?:->>|-x)E|Note )", line.strip()) for line in lines)
 
 
 def test_names_in_the_charts_are_names_of_the_contract():

@@ -70,7 +70,7 @@ def table(
         return tag.tr(cell(c, class_="n" if k in right else None) for k, c in enumerate(cells))
 
     whole = tag.table(tag.thead(row(tag.th, head)), tag.tbody(row(tag.td, r) for r in rows), **more)
-    return tag.div(whole, class_="wide")
+    return tag.div(whole, class_="scroll")
 
 
 def svg(width: float, height: float, *children: Child, title: str, **more) -> Markup:
@@ -83,3 +83,8 @@ def svg(width: float, height: float, *children: Child, title: str, **more) -> Ma
 
 def figure(drawing: Markup, caption: Child, **more) -> Markup:
     return tag.figure(drawing, tag.figcaption(caption), **more)
+
+
+def joined(items: Iterable[Child], between: str = ", ") -> Markup:
+    """Items with something between them."""
+    return text([between if k else None, item] for k, item in enumerate(items))
