@@ -13,7 +13,7 @@ from gnss_hil.tools.run_config.plan import Plan
 
 
 class Display(Protocol):
-    """Told of every epoch; draws when it finds it is time to."""
+    """Hears every epoch; draws now and then."""
 
     def hear(self, craft: int, epoch: int, frames: FrameBatch) -> None:
         """The frames of an epoch, as recorded; called for every epoch, so cheap."""

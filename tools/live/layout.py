@@ -28,15 +28,20 @@ class Cell:
     antenna: int
     channel: int
 
-    def of(self, name: str):
-        return getattr(self.craft, name)[self.antenna, self.channel]
-
     def seen(self, name: str):
         return getattr(self.craft.snapshot, name)[self.antenna, self.channel]
 
+    def track(self, name: str) -> int:
+        return int(getattr(self.craft.bus.tracks, name)[self.antenna, self.channel])
+
     @property
     def delivers(self) -> bool:
-        return self.of("sat") >= 0
+        return self.track("sat") >= 0
+
+    @property
+    def age_s(self) -> float:
+        """How long the satellite has come without a gap."""
+        return (self.craft.snapshot.epoch - self.track("since")) * self.craft.interval_s
 
     @property
     def state(self) -> str:
@@ -44,11 +49,11 @@ class Cell:
         if self.delivers:
             lock = self.seen("lock")
             return "?" if math.isnan(lock) else _LOCK.get(int(lock), str(int(lock)))
-        return "ASKED" if self.of("asked") >= 0 else "-"
+        return "ASKED" if self.track("asked") >= 0 else "-"
 
     @property
     def satellite(self) -> str:
-        sat = self.of("sat") if self.delivers else self.of("asked")
+        sat = self.track("sat" if self.delivers else "asked")
         return satellites.name(sat) if sat >= 0 else "-"
 
     @property
@@ -86,7 +91,7 @@ COLUMNS = {
         Column("state", 8, lambda cell: cell.state),
         Column("C/N0", 5, lambda cell: number(cell.seen("cn0_dbhz"), 1)),
         Column("off", 5, lambda cell: number(math.degrees(cell.seen("off_rad")), 1)),
-        Column("age", 5, lambda cell: age(cell.of("age_s")) if cell.delivers else "-"),
+        Column("age", 5, lambda cell: age(cell.age_s) if cell.delivers else "-"),
         Column("fix", 3, lambda cell: "yes" if cell.seen("used") else "-"),
     )
 }
@@ -138,11 +143,11 @@ def arranged(antennas: int, channels: int, width: int, height: int) -> Grid:
 
 def _block(craft: CraftSummary, antenna: int, grid: Grid, most: int) -> list[Line]:
     """One antenna's table, its title first; `most` channels that any antenna of the craft has."""
-    channels = int(craft.channels[antenna])
-    delivering = int((craft.sat[antenna, :channels] >= 0).sum())
+    channels = int(craft.vehicle.channels[antenna])
+    delivering = int((craft.bus.tracks.sat[antenna, :channels] >= 0).sum())
     title = parted(
         (
-            Span(craft.antennas[antenna], "head"), Span(f"{delivering}/{channels}", "head"),
+            Span(craft.vehicle.names[antenna], "head"), Span(f"{delivering}/{channels}", "head"),
             craft.snapshot.states[antenna], f"RX{antenna + 1}",
         ),
         grid.width,
@@ -157,7 +162,7 @@ def _block(craft: CraftSummary, antenna: int, grid: Grid, most: int) -> list[Lin
 
 
 def _tables(craft: CraftSummary, width: int, height: int) -> list[Line]:
-    antennas, most = len(craft.antennas), int(craft.channels.max())
+    antennas, most = craft.vehicle.antennas, int(craft.vehicle.channels.max())
     grid = arranged(antennas, most, width, height)
     blocks = [_block(craft, antenna, grid, most) for antenna in range(antennas)]
     groups = [
@@ -205,20 +210,21 @@ def _fix_parts(craft: CraftSummary) -> list[str | Span]:
 
 
 def _fault_parts(craft: CraftSummary) -> list[str | Span]:
-    rejected = sum(craft.rejected.values())
-    reasons = ", ".join(f"{reason} {count}" for reason, count in craft.rejected.items())
+    counters = craft.bus.counters
+    rejected = sum(counters.reasons.values())
+    reasons = ", ".join(f"{reason} {count}" for reason, count in counters.reasons.items())
     return [
-        Span(f"lost {craft.lost}", "bad" if craft.lost else ""),
+        Span(f"lost {counters.lost}", "bad" if counters.lost else ""),
         Span(f"rejected {rejected}" + (f": {reasons}" if reasons else ""), "bad" if rejected else ""),
     ]
 
 
 def _head(run: RunSummary, craft: CraftSummary, width: int) -> list[Line]:
-    load = f"load {craft.load_percent:.2f} %, at most {craft.load_most_percent:.2f} %"
+    load = f"load {craft.bus.load_percent:.2f} %, at most {craft.bus.load_most_percent:.2f} %"
     rows = (
         (craft.name, _when(craft.snapshot.t_ns)),
         ("fix", [f"tracked {craft.tracked}", *_fix_parts(craft)]),
-        ("bus", [*_fault_parts(craft), load, f"frames {craft.frames}"]),
+        ("bus", [*_fault_parts(craft), load, f"frames {craft.bus.counters.received}"]),
     )
     label = max(len(name) for name, _ in rows)
     return [

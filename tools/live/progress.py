@@ -20,12 +20,12 @@ PIPE_S = 10.0
 
 def last_fix(codec: Codec, frames: FrameBatch) -> str:
     """The fix of an epoch's frames in a few words."""
-    said = of_frames(codec, frames[intact(codec, frames, "NAV_STATUS")])["NAV_STATUS"]
-    if not len(said):
+    status = of_frames(codec, frames[intact(codec, frames, "NAV_STATUS")])["NAV_STATUS"]
+    if not len(status):
         return "waiting"
-    if VALUES["NavMode"].get(int(said["mode"][0])) == "NO_FIX":
+    if VALUES["NavMode"].get(int(status["mode"][0])) == "NO_FIX":
         return "no fix yet"
-    return f"{said['satellites'][0]} satellites  PDOP {said['pdop'][0]:.2f}"
+    return f"{status['satellites'][0]} satellites  PDOP {status['pdop'][0]:.2f}"
 
 
 class Progress:

@@ -7,8 +7,6 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
@@ -45,29 +43,20 @@ class _Craft:
             self._live_error.look(self._snapshot, self._interval_ns)
             self._epochs.clear()
             self._blocks.clear()
-        return None if self._snapshot is None else self._summary(self._snapshot)
-
-    def _summary(self, seen: EpochSnapshot) -> CraftSummary:
-        bus, tracks = self._bus, self._bus.tracks
+        if self._snapshot is None:
+            return None
         return CraftSummary(
-            name=self._name,
-            antennas=self._vehicle.names,
-            channels=self._vehicle.channels,
-            snapshot=seen,
-            sat=tracks.sat,
-            asked=tracks.asked,
-            age_s=np.asarray((seen.epoch - tracks.since) * (self._interval_ns / 1e9), np.float64),
-            error_m=self._live_error.error_m,
-            load_percent=bus.load_percent,
-            load_most_percent=bus.load_most_percent,
-            frames=bus.counters.received,
-            lost=bus.counters.lost,
-            rejected=bus.counters.reasons,
+            self._name,
+            self._vehicle,
+            self._bus,
+            self._snapshot,
+            self._interval_ns / 1e9,
+            self._live_error.error_m,
         )
 
 
 class LiveView:
-    """Draws on the alternate screen once the first epoch is heard; notes are said again at the end."""
+    """Draws on the alternate screen once the first epoch is heard; notes are written again at the end."""
 
     def __init__(self, plan: Plan, truth: Path, terminal: Terminal):
         self._plan, self._terminal = plan, terminal

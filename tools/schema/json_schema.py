@@ -32,6 +32,8 @@ KINDS: dict[str, Files[Any]] = {
 }
 """Kind of file -> its model, and where those are that ship."""
 
+Schema = dict[str, Any]
+
 _KEY = re.compile(r"^(?P<keys>[\w.*]+(?:, [\w.*]+)*|the others) {2,}(?P<text>\S.*)$")
 
 
@@ -40,7 +42,7 @@ def file_name(kind: str) -> str:
     return f"{kind}.schema.json"
 
 
-def schema(kind: str) -> dict[str, Any]:
+def schema(kind: str) -> Schema:
     """The JSON schema of a kind of file."""
     return {"$schema": DIALECT, "title": f"gnss-hil {kind} file", **of_model(KINDS[kind].model)}
 
@@ -50,55 +52,43 @@ def text(kind: str) -> str:
     return json.dumps(schema(kind), indent=1, ensure_ascii=False) + "\n"
 
 
-def of_model(model: type[BaseModel]) -> dict[str, Any]:
+def of_model(model: type[BaseModel]) -> Schema:
     """The JSON schema of a model, as TOML can say it."""
-    return _without_null(model.model_json_schema(schema_generator=_WithKeys))
+    return model.model_json_schema(schema_generator=_OfToml)
 
 
-class _WithKeys(GenerateJsonSchema):
-    """Gives keys the meanings that the docstrings of a model, and of those it inherits from, list."""
+class _OfToml(GenerateJsonSchema):
+    """Without null, without titles made of names, without defaults of whole tables; keys have the meanings
+    that the docstrings of a model, and of those it inherits from, list."""
 
-    def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> Schema:
+        return self.generate_inner(schema["schema"])
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> Schema:
+        made = super().default_schema(schema)
+        if made.get("default") is None or isinstance(made["default"], dict):
+            made.pop("default", None)
+        return made
+
+    def model_schema(self, schema: core_schema.ModelSchema) -> Schema:
         made = super().model_schema(schema)
-        lead, _ = split_docstring(made.get("description", ""))
-        made = (
-            {**made, "description": lead} if lead else {k: v for k, v in made.items() if k != "description"}
-        )
+        made.pop("title", None)
+        lead, _ = split_docstring(made.pop("description", ""))
+        made = {**made, "description": lead} if lead else made
         for model in schema["cls"].__mro__:
             _describe(made.get("properties", {}), split_docstring(inspect.cleandoc(model.__doc__ or ""))[1])
         return made
 
 
-def _describe(properties: dict[str, Any], keys: list[tuple[str, str]]) -> None:
+def _describe(properties: Schema, keys: list[tuple[str, str]]) -> None:
     """Meanings of keys that have none yet."""
     for name, value in properties.items():
         found = next((meaning for pattern, meaning in keys if fnmatch(name, pattern)), None)
         if found and "description" not in value:
             value["description"] = found
-
-
-def _without_null(node: Any) -> Any:
-    """A schema without null, without titles made of names, without defaults of whole tables."""
-    if isinstance(node, list):
-        return [_without_null(item) for item in node if item != {"type": "null"}]
-    if not isinstance(node, dict):
-        return node
-    kept: dict[str, Any] = {
-        key: _named(value) if key in ("properties", "$defs") else _without_null(value)
-        for key, value in node.items()
-        if not (key == "title" and isinstance(value, str))
-        and not (key == "default" and (value is None or isinstance(value, dict)))
-    }
-    options = kept.get("anyOf", [])
-    if len(options) == 1:
-        del kept["anyOf"]
-        return {**options[0], **kept}
-    return kept
-
-
-def _named(members: dict[str, Any]) -> dict[str, Any]:
-    """Members whose keys are names of the user's, not words of JSON Schema."""
-    return {name: _without_null(value) for name, value in members.items()}
 
 
 def split_docstring(docstring: str) -> tuple[str, list[tuple[str, str]]]:
@@ -124,7 +114,7 @@ def split_docstring(docstring: str) -> tuple[str, list[tuple[str, str]]]:
     return " ".join(" ".join(lead).split()), meanings
 
 
-def tables(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def tables(made: Schema) -> Iterator[tuple[str, Schema]]:
     """Every table of a schema with its TOML header (`[sky]`, `[[craft]]`, `[expect.NAME]`), outer ones first.
 
     The root has no header. A table that occurs in two places comes twice.
@@ -133,20 +123,17 @@ def tables(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     yield from _inner_tables(made, made, "")
 
 
-def _inner_tables(
-    made: dict[str, Any], table: dict[str, Any], path: str
-) -> Iterator[tuple[str, dict[str, Any]]]:
+def _inner_tables(made: Schema, table: Schema, path: str) -> Iterator[tuple[str, Schema]]:
     for name, value in table.get("properties", {}).items():
         found = table_in(made, value)
         if found:
             inner, form = found
-            whole = f"{path}{name}"
-            header = form.format(whole)
+            header = form.format(f"{path}{name}")
             yield header, inner
             yield from _inner_tables(made, inner, header.strip("[]") + ".")
 
 
-def table_in(made: dict[str, Any], value: dict[str, Any]) -> tuple[dict[str, Any], str] | None:
+def table_in(made: Schema, value: Schema) -> tuple[Schema, str] | None:
     """The table that a key holds (one, an array of them, or by name) and its header's form; None without."""
     for option in value.get("anyOf", [value]):
         whole = resolved(made, option)
@@ -161,7 +148,7 @@ def table_in(made: dict[str, Any], value: dict[str, Any]) -> tuple[dict[str, Any
     return None
 
 
-def resolved(made: dict[str, Any], node: dict[str, Any]) -> dict[str, Any]:
+def resolved(made: Schema, node: Schema) -> Schema:
     """A node, or what it refers to."""
     reference = node.get("$ref")
     return made["$defs"][reference.rsplit("/", 1)[1]] if reference else node

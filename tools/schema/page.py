@@ -1,4 +1,4 @@
-"""docs/scenario.md: every key of the files a user writes, from their JSON schemas.
+"""docs/scenario.md: the words of `page.md`, and in its places every key of the files a user writes.
 
 python -m gnss_hil.tools.schema.page > docs/scenario.md
 """
@@ -6,7 +6,10 @@ python -m gnss_hil.tools.schema.page > docs/scenario.md
 from __future__ import annotations
 
 import json
+import re
 import sys
+from collections.abc import Callable, Iterable, Sequence
+from importlib import resources
 from typing import Any
 
 from gnss_hil.emulator.error_models.registry import FACTORS
@@ -14,88 +17,62 @@ from gnss_hil.flightsw.app.config import Options
 from gnss_hil.flightsw.assignment.registry import POLICIES
 from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 from gnss_hil.tools.schema.examples import examples
-from gnss_hil.tools.schema.json_schema import KINDS, file_name, of_model, resolved, schema, table_in, tables
+from gnss_hil.tools.schema.json_schema import KINDS, Schema, of_model, resolved, schema, table_in, tables
 from gnss_hil.tools.schema.units import unit
 
 SWITCH = "enabled"
-"""The key that every factor has; told once, not in each table."""
+"""The key that every factor has; described once, not in each table."""
 
-HEAD = "| key | value | unit | default | example | meaning |\n|---|---|---|---|---|---|"
-
-LEAD = """# Scenario and vehicle files
-
-Written by `make docs` from the models that check the files; do not edit. All are TOML, checked whole before
-anything runs: unknown keys, values out of range and contradictions are reported together, one line each.
-Numbers lie in the range that is given: [ ] with its ends, ( ) without. Where no example is given, the default
-is one.
-
-**In an editor.** The files that ship begin with `#:schema`, by which editors with taplo (VS Code: *Even
-Better TOML*) complete keys and mark mistakes. For your own, write the schemas beside it:
-
-    gnss-hil schema --out .
-
-and begin your file with `#:schema ./scenario.schema.json` (or `vehicle`, `structure`).
-`gnss-hil schema scenario` prints one, for any other JSON Schema validator.
-
-**Files that a scenario names** (navigation, orbits, observations, ...) are looked for beside the scenario,
-then in the folder of `GNSS_HIL_DATA`. Vehicles and structures may also be those that ship, by name.
-"""
-
-ABOUT = {
-    "scenario": """What is played: time, sky, craft, errors, and what is expected of the run.
-`gnss-hil scenarios --path` shows those that ship. On the command line `--on NAME` and `--off NAME` switch
-error factors without a change to the file. In a file, a factor is a table, `code_noise = {}` (on, as any
-table of parameters is, unless it says `enabled = false`), or a switch, `code_noise = false`.""",
-    "vehicle": """What emulator and flight software both know of the craft: its antennas, nominal. Body axes:
-x fore, y starboard, z nadir in orbital attitude; origin in the centre of mass.""",
-    "structure": """Boxes, panels and joints of the craft, for shadows and reflections. Axes are those of the
-vehicle file; every part as it stands when all joints are at zero.""",
-}
-
-FLIGHT = """### Policies, navigators, options
-
-What `policy`, `navigator` and `options` of `[craft.flight]` may be with our flight software. A policy decides
-which antenna tracks which satellite, a navigator how measurements become a fix; each policy has one. The last
-options are those of `patent` alone,
-which has no `ionosphere_free`: it commands each satellite on one signal and one channel."""
+_HEAD = ("key", "value", "unit", "default", "example", "meaning")
+_PLACE = re.compile(r"^\{\{(\w+)\}\}$", re.MULTILINE)
 
 
 def page() -> str:
     """The page, Markdown."""
-    scenario, *others = ([*_kind(kind)] for kind in KINDS)
-    return "\n".join([LEAD, *scenario, *_flight(), *(part for other in others for part in other)])
+    words = resources.files("gnss_hil.tools.schema").joinpath("page.md").read_text("utf-8")
+    return _PLACE.sub(lambda place: _PARTS[place[1]](), words)
 
 
-def _flight() -> list[str]:
-    """Policies, navigators and their options, which `[craft.flight]` chooses among."""
-    common = of_model(Options)
-    rows = [_row(common, common, "", name, value, {}) for name, value in common["properties"].items()]
-    for policy in POLICIES.values():
-        own = of_model(policy.options)
-        further = {
-            name: own["properties"][name] for name in own["properties"] if name not in common["properties"]
-        }
-        rows += [_row(own, own, "", name, value, {}) for name, value in further.items()]
-    return [
-        f"{FLIGHT}\n\n| policy | who tracks what | navigator | source |\n|---|---|---|---|",
-        *(f"| `{p.name}` | {p.summary} | `{p.navigator}` | {p.source} |" for p in POLICIES.values()),
-        "\n| navigator | how measurements become a fix | source |\n|---|---|---|",
-        *(f"| `{n.name}` | {n.summary} | {n.source} |" for n in NAVIGATORS.values()),
-        f"\n{HEAD}",
-        *rows,
-        "",
-    ]
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
+    top, rule, *body = ["| " + " | ".join(line) + " |" for line in lines]
+    return "\n".join([top, rule.replace(" ", ""), *body])
 
 
-def _kind(kind: str) -> list[str]:
-    made = schema(kind)
-    shown = examples(kind)
-    sections = [_section(made, header, table, shown) for header, table in tables(made)]
-    title = f"## The {kind} file\n\n{ABOUT[kind]}\n\nSchema: `{file_name(kind)}`.\n"
-    return [title, *(section for section in sections if section)]
+def _options() -> str:
+    """Options of `[craft.flight]`: those of every policy, then those of one alone."""
+    models = [of_model(model) for model in (Options, *(policy.options for policy in POLICIES.values()))]
+    rows: dict[str, Sequence[str]] = {}
+    for made in models:
+        for name, value in made["properties"].items():
+            rows.setdefault(name, _row(made, made, "", name, value, {}))
+    return _table(_HEAD, rows.values())
 
 
-def _section(made: dict[str, Any], header: str, table: dict[str, Any], shown: dict[str, Any]) -> str:
+def _kind(kind: str) -> str:
+    """Keys of a kind of file, a section for each table."""
+    made, shown = schema(kind), examples(kind)
+    sections = (_section(made, header, table, shown) for header, table in tables(made))
+    return "\n\n".join(filter(None, sections))
+
+
+_PARTS: dict[str, Callable[[], str]] = {
+    **{kind: lambda kind=kind: _kind(kind) for kind in KINDS},
+    "policies": lambda: _table(
+        ("policy", "who tracks what", "navigator", "source"),
+        ((f"`{p.name}`", p.summary, f"`{p.navigator}`", p.source) for p in POLICIES.values()),
+    ),
+    "navigators": lambda: _table(
+        ("navigator", "how measurements become a fix", "source"),
+        ((f"`{n.name}`", n.summary, n.source) for n in NAVIGATORS.values()),
+    ),
+    "options": _options,
+}
+"""What may stand in a place."""
+
+
+def _section(made: Schema, header: str, table: Schema, shown: dict[str, Any]) -> str:
     """A table's heading, what it is, and its keys; empty if it holds nothing but other tables."""
     path = header.strip("[]")
     factor = FACTORS.get(path.rsplit(".", 1)[-1]) if ".factors." in header else None
@@ -106,21 +83,23 @@ def _section(made: dict[str, Any], header: str, table: dict[str, Any], shown: di
     ]
     if not rows and factor is None:
         return ""
-    heading = [f"### `{header}`\n"] if header else []
     about = [_sentence(table["description"])] if header and table.get("description") else []
     if factor:
         state = "on" if factor.default else "off"
         about += [f"Where no scenario names it: {state}. Source: {factor.source}."]
-    keys = "\n".join([HEAD, *rows]) if rows else "No parameters."
-    return "\n".join([*heading, *([" ".join(about) + "\n"] if about else []), keys, ""])
+    heading = f"### `{header}`" if header else ""
+    keys = _table(_HEAD, rows) if rows else "No parameters."
+    return "\n\n".join(filter(None, (heading, " ".join(about), keys)))
 
 
-def _row(made, table, path: str, name: str, value: dict[str, Any], shown: dict[str, Any]) -> str:
+def _row(
+    made: Schema, table: Schema, path: str, name: str, value: Schema, shown: dict[str, Any]
+) -> tuple[str, ...]:
     whole = {**resolved(made, value), **value}
     default = _toml(whole["default"]) if "default" in whole else None
     missing = "**required**" if name in table.get("required", ()) else "optional"
     example = shown.get(f"{path}.{name}".lstrip("."))
-    cells = (
+    return (
         f"`{name}`",
         allowed(made, whole),
         unit(name),
@@ -128,48 +107,43 @@ def _row(made, table, path: str, name: str, value: dict[str, Any], shown: dict[s
         f"`{_toml(example)}`" if example is not None and example != whole.get("default") else "",
         _sentence(whole.get("description", "")),
     )
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def allowed(made: dict[str, Any], value: dict[str, Any]) -> str:
+def allowed(made: Schema, value: Schema) -> str:
     """What a key may hold, in words."""
-    if "anyOf" in value:
-        return " or ".join(dict.fromkeys(allowed(made, resolved(made, option)) for option in value["anyOf"]))
-    if "const" in value:
-        return f"`{_toml(value['const'])}`"
-    if "enum" in value:
-        return ", ".join(f"`{_toml(one)}`" for one in value["enum"])
-    kind = value.get("type")
-    if kind == "array":
-        return _array(made, value)
-    if kind == "object":
-        return _free_table(made, value)
-    if kind in ("number", "integer"):
-        return " ".join(part for part in (kind, _limits(value)) if part)
-    if kind == "string" and "pattern" in value:
-        return f"string like `{value['pattern']}`"
-    return str(kind)
+
+    def inner(node: Schema) -> str:
+        return allowed(made, resolved(made, node))
+
+    match value:
+        case {"anyOf": options}:
+            return " or ".join(dict.fromkeys(map(inner, options)))
+        case {"const": constant}:
+            return f"`{_toml(constant)}`"
+        case {"enum": choices}:
+            return ", ".join(f"`{_toml(one)}`" for one in choices)
+        case {"type": "array", "prefixItems": fixed}:
+            kinds = list(dict.fromkeys(map(inner, fixed)))
+            return (
+                f"[{', '.join(kinds)}] ({len(fixed)})" if len(kinds) > 1 else f"{len(fixed)} of: {kinds[0]}"
+            )
+        case {"type": "array"}:
+            return f"list of: {inner(value.get('items', {}))}"
+        case {"type": "object", "patternProperties": named} if named:
+            pattern, node = next(iter(named.items()))
+            return f"table: name like `{pattern}` = {inner(node)}"
+        case {"type": "object", "additionalProperties": dict(node)}:
+            return f"table: name = {inner(node)}"
+        case {"type": "object"}:
+            return "table"
+        case {"type": "number" | "integer" as kind}:
+            return f"{kind} {_limits(value)}".rstrip()
+        case {"type": "string", "pattern": pattern}:
+            return f"string like `{pattern}`"
+    return str(value.get("type"))
 
 
-def _array(made: dict[str, Any], value: dict[str, Any]) -> str:
-    fixed = value.get("prefixItems")
-    if fixed:
-        inner = list(dict.fromkeys(allowed(made, resolved(made, one)) for one in fixed))
-        return f"[{', '.join(inner)}] ({len(fixed)})" if len(inner) > 1 else f"{len(fixed)} of: {inner[0]}"
-    return f"list of: {allowed(made, resolved(made, value.get('items', {})))}"
-
-
-def _free_table(made: dict[str, Any], value: dict[str, Any]) -> str:
-    """A table whose keys are the user's."""
-    named = value.get("patternProperties", {})
-    if named:
-        pattern, inner = next(iter(named.items()))
-        return f"table: name like `{pattern}` = {allowed(made, resolved(made, inner))}"
-    inner = value.get("additionalProperties")
-    return f"table: name = {allowed(made, resolved(made, inner))}" if isinstance(inner, dict) else "table"
-
-
-def _limits(value: dict[str, Any]) -> str:
+def _limits(value: Schema) -> str:
     """The range of a number: [ ] for ends that belong to it, ( ) for those that do not."""
     low = value.get("minimum", value.get("exclusiveMinimum"))
     high = value.get("maximum", value.get("exclusiveMaximum"))

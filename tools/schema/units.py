@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-UNITS = {
-    "s": "s",
-    "ms": "ms",
-    "ns": "ns",
-    "m": "m",
-    "km": "km",
+_AS_WRITTEN = "s ms us ns m km kg K deg Hz MHz dB dBi dBW chips epochs arcsec"
+
+UNITS = {unit.lower(): unit for unit in _AS_WRITTEN.split()} | {
     "m2": "m²",
-    "kg": "kg",
-    "k": "K",
-    "deg": "deg",
     "dps": "deg/s",
-    "hz": "Hz",
-    "mhz": "MHz",
-    "db": "dB",
-    "dbi": "dBi",
-    "dbw": "dBW",
     "dbhz": "dB-Hz",
-    "chips": "chips",
     "ppb": "1e-9",
     "body": "body axes",
     "per_channel": "m per frequency number",
     "per_hour": "1/h",
     "mps": "m/s",
-    "epochs": "epochs",
-    "us": "us",
-    "arcsec": "arcsec",
     "deg_h": "deg/h",
     "deg_rth": "deg/√h",
     "deg_h_rth": "deg/h/√h",

@@ -324,12 +324,7 @@ def test_rubbish_never_raises(data):
 
 
 def summary_of(latest: Latest, seen, name: str = "soyuz") -> CraftSummary:
-    tracks = latest.tracks
-    return CraftSummary(
-        name, VEHICLE.names, VEHICLE.channels, seen, tracks.sat, tracks.asked,
-        (seen.epoch - tracks.since) * 1.0, None, latest.load_percent, latest.load_most_percent,
-        latest.counters.received, latest.counters.lost, latest.counters.reasons,
-    )  # fmt: skip
+    return CraftSummary(name, VEHICLE, latest, seen, 1.0, None)
 
 
 def test_further_craft_have_a_line_each_and_the_rest_is_counted():
