@@ -15,7 +15,6 @@ from gnss_hil.emulator.clocks import oscillator
 from gnss_hil.emulator.clocks.bounded_wander import DOMAINS
 from gnss_hil.emulator.error_models.base import Context, Epochs, ErrorModel, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
-from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.walk import Walk
 
@@ -49,7 +48,7 @@ def running(
     draws = Stream(seed, craft_key, "clock_instability")
 
     def clocks(before: F64 | None, epoch: int) -> F64:
-        standard = keyed_draws.normal(draws.of_epoch(epoch, 2 * DOMAINS)).reshape(DOMAINS, 2)
+        standard = draws.normal_of_epoch(epoch, 2 * DOMAINS).reshape(DOMAINS, 2)
         if before is None:
             state = switched_on(parameters, standard)
         else:

@@ -17,6 +17,7 @@ import numpy as np
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64, U64
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.emulator.numerics.normal_quantile import normal_quantile
 
 SKY_KEY = 0
 """Key of what satellites do: one for all craft and receivers."""
@@ -47,6 +48,10 @@ class Stream:
     def of_epoch(self, epoch: int, count: int) -> U64:
         """(count,) words of an epoch."""
         return _epochs(self, epoch // STRETCH, count)[epoch % STRETCH]
+
+    def normal_of_epoch(self, epoch: int, count: int) -> F64:
+        """(count,) standard normal numbers of an epoch, of its words."""
+        return _normal_epochs(self, epoch // STRETCH, count)[epoch % STRETCH]
 
     def of_signals(self, epoch: I64, receiver: I64, sat: I64) -> U64:
         """A word (p,) for each epoch, receiver (0-based) and satellite index (p,)."""
@@ -80,6 +85,12 @@ def _epochs(stream: Stream, stretch: int, count: int) -> U64:
     return _words(stream, stretch, 0, STRETCH * count).reshape(STRETCH, count)
 
 
+@lru_cache(maxsize=32)
+def _normal_epochs(stream: Stream, stretch: int, count: int) -> F64:
+    """Standard normal numbers (STRETCH, count) of a stretch of epochs."""
+    return normal(_epochs(stream, stretch, count))
+
+
 def uniform(raw: U64) -> F64:
     """Words to numbers in (0, 1), both ends excluded: the middles of 2^52 equal cells."""
     return ((raw >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52
@@ -87,6 +98,4 @@ def uniform(raw: U64) -> F64:
 
 def normal(raw: U64) -> F64:
     """Words to standard normal numbers, one each, by the inverse distribution function."""
-    from scipy.special import ndtri  # slow to load, and a run without noise needs none
-
-    return ndtri(uniform(raw))
+    return normal_quantile(uniform(raw))

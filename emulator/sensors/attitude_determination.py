@@ -19,7 +19,6 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.clocks.oscillator import spread
-from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import product
 
@@ -113,7 +112,7 @@ def advance(parts: Sensors, state: Knowledge, standard: F64, epoch: int) -> Know
 
 def known(parts: Sensors, before: Knowledge | None, draws: Stream, epoch: int) -> Knowledge:
     """The knowledge of an epoch from that of the one before, None before the first."""
-    standard = keyed_draws.normal(draws.of_epoch(epoch, 3 * _AXES)).reshape(_AXES, 3)
+    standard = draws.normal_of_epoch(epoch, 3 * _AXES).reshape(_AXES, 3)
     if before is None:
         return at_start(parts, standard[:, :2])
     return advance(parts, before, standard, epoch)
