@@ -40,20 +40,20 @@ class Channels:
 def channels_of(block: Block) -> Channels:
     """The channels of which all measurement kinds came, each once."""
     kinds = [block[kind] for kind in MEASUREMENT_KINDS]
-    cells = [
-        (said.epoch * block.codec.receivers + said.number - 1) * CHANNELS + said["channel"] for said in kinds
-    ]
-    cell, rows = common(cells)
-    values = {}
-    for said, row in zip(kinds, rows, strict=True):
-        for name in said.layout.signals:
-            if name not in HEADER_NAMES and name != "channel":
-                values[name] = said[name][row]
-    antenna, channel = np.divmod(cell, CHANNELS)
-    epoch, receiver = np.divmod(antenna, block.codec.receivers)
-    return Channels(
-        epoch, receiver, channel, satellites.index(values["sat_system"], values["sat_number"]), values
+    receivers = block.codec.receivers
+    cell, rows = common(
+        [(frames.epoch * receivers + frames.number - 1) * CHANNELS + frames["channel"] for frames in kinds]
     )
+    values = {
+        name: frames[name][row]
+        for frames, row in zip(kinds, rows, strict=True)
+        for name in frames.layout.signals
+        if name not in HEADER_NAMES and name != "channel"
+    }
+    antenna, channel = np.divmod(cell, CHANNELS)
+    epoch, receiver = np.divmod(antenna, receivers)
+    satellite = satellites.index(values["sat_system"], values["sat_number"])
+    return Channels(epoch, receiver, channel, satellite, values)
 
 
 def common(keys: Sequence[I64]) -> tuple[I64, list[Index | slice]]:
@@ -76,17 +76,9 @@ def _once(key: I64) -> I64:
 def used_in_fix(block: Block) -> Bool:
     """(e, m, CHANNELS) whether a channel's pseudorange is in the fix, by NAV_USED."""
     used = np.zeros((block.epochs, block.codec.receivers, CHANNELS), bool)
-    said = block["NAV_USED"]
-    receiver = said["receiver"]
+    frames = block["NAV_USED"]
+    receiver = frames["receiver"]
     inside = (receiver >= 1) & (receiver <= block.codec.receivers)
-    bits = said["channels"][inside, None] >> np.arange(CHANNELS) & 1
-    used[said.epoch[inside], receiver[inside] - 1] = bits.astype(bool)
+    bits = frames["channels"][inside, None] >> np.arange(CHANNELS) & 1
+    used[frames.epoch[inside], receiver[inside] - 1] = bits.astype(bool)
     return used
-
-
-def clock_domains(block: Block) -> I64:
-    """(e, m) clock domain of each receiver, by TAG; 0 where it did not come."""
-    domain = np.zeros((block.epochs, block.codec.receivers), np.int64)
-    tags = block["TAG"]
-    domain[tags.epoch, tags.number - 1] = tags["clock_domain"]
-    return domain

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+from operator import attrgetter
+from typing import NamedTuple
+
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import VALUES
@@ -10,6 +14,32 @@ from gnss_hil.tools.decoder.block import Block
 _ACTION = VALUES["Action"]
 _RESULT = VALUES["AckResult"]
 _ACCEPTED = 0
+_SIGNALS = ("channel", "satellite", "transaction")
+_EVENTS = ("t_ns", "event", "receiver", "channel", "action", "satellite", "transaction", "result")
+
+
+class Exchange(NamedTuple):
+    """A command or its answer: row of the epoch, kind, receiver (1-based), action or result, channel,
+    satellite index, transaction."""
+
+    epoch: int
+    kind: str
+    receiver: int
+    word: int
+    channel: int
+    sat: int
+    transaction: int
+
+
+def exchanges(block: Block) -> list[Exchange]:
+    """Commands and answers in order. In an epoch answers come first: they are to commands of one before."""
+    rows: list[Exchange] = []
+    for kind, word in (("ACK", "result"), ("COMMAND", "action")):
+        frames = block[kind]
+        columns = (frames.epoch, frames.number, *(frames[name] for name in (word, *_SIGNALS)))
+        values = zip(*(column.tolist() for column in columns), strict=True)
+        rows += [Exchange(epoch, kind, *rest) for epoch, *rest in values]
+    return sorted(rows, key=attrgetter("epoch", "kind"))
 
 
 class CommandLog:
@@ -24,71 +54,50 @@ class CommandLog:
     def __init__(self):
         self.commands = self.repeats = self.rejected = 0
         self.handed: list[tuple[int, int, int, int]] = []
-        self.events: dict[str, list] = {
-            name: []
-            for name in (
-                "t_ns",
-                "event",
-                "receiver",
-                "channel",
-                "action",
-                "satellite",
-                "transaction",
-                "result",
-            )
-        }
+        self.events: dict[str, list] = {name: [] for name in _EVENTS}
         self._last: dict[tuple[int, int], int] = {}
         self._held: dict[tuple[int, int], int] = {}
 
     def take(self, t_ns: I64, block: Block) -> None:
         """The COMMAND and ACK frames of some epochs, t_ns (e,) the times of their marks."""
-        rows = []
-        for order, kind in enumerate(("ACK", "COMMAND")):
-            said = block[kind]
-            word = said["action" if kind == "COMMAND" else "result"]
-            columns = (said.number, said["channel"], word, said.satellite, said["transaction"])
-            values = zip(said.epoch.tolist(), *(column.tolist() for column in columns), strict=True)
-            rows += [(epoch, order, i, kind, *rest) for i, (epoch, *rest) in enumerate(values)]
-        rows.sort(key=lambda row: row[:3])
-        begin = 0
-        for end in range(1, len(rows) + 1):
-            if end == len(rows) or rows[end][0] != rows[begin][0]:
-                self._epoch(int(t_ns[rows[begin][0]]), rows[begin:end])
-                begin = end
+        for epoch, rows in groupby(exchanges(block), key=attrgetter("epoch")):
+            before = self._receiver_of
+            for exchange in rows:
+                self._note(int(t_ns[epoch]), exchange)
+            after = self._receiver_of
+            self.handed += [
+                (int(t_ns[epoch]), sat, receiver, after[sat])
+                for sat, receiver in before.items()
+                if after.get(sat, receiver) != receiver
+            ]
 
-    def _epoch(self, t_ns: int, rows: list[tuple]) -> None:
-        before = {sat: receiver for (receiver, _), sat in self._held.items()}
-        for _, _, _, kind, receiver, channel, word, sat, transaction in rows:
-            name = satellites.name(sat) if sat % satellites.NUMBERS else ""
-            if kind == "ACK":
-                self.rejected += word != _ACCEPTED
-                self._note(
-                    t_ns, "ack", receiver, channel, "", name, transaction, _RESULT.get(word, str(word))
-                )
-                continue
-            action = _ACTION.get(word, str(word))
-            repeated = self._last.get((receiver, channel)) == transaction
-            self._last[receiver, channel] = transaction
+    @property
+    def _receiver_of(self) -> dict[int, int]:
+        """Receiver that is commanded to track a satellite."""
+        return {sat: receiver for (receiver, _), sat in self._held.items()}
+
+    def _note(self, t_ns: int, one: Exchange) -> None:
+        event, action, result = "ack", "", ""
+        channel = one.receiver, one.channel
+        if one.kind == "ACK":
+            result = _RESULT.get(one.word, str(one.word))
+            self.rejected += one.word != _ACCEPTED
+        else:
+            action = _ACTION.get(one.word, str(one.word))
+            repeated = self._last.get(channel) == one.transaction
+            event = "repeat" if repeated else "command"
+            self._last[channel] = one.transaction
             self.commands += not repeated
             self.repeats += repeated
-            self._note(
-                t_ns, "repeat" if repeated else "command", receiver, channel, action, name, transaction, ""
-            )
             if action == "TRACK":
-                self._held[receiver, channel] = sat
+                self._held[channel] = one.sat
             else:
-                self._held.pop((receiver, channel), None)
-        after = {sat: receiver for (receiver, _), sat in self._held.items()}
-        self.handed += [
-            (t_ns, sat, receiver, after[sat])
-            for sat, receiver in before.items()
-            if after.get(sat, receiver) != receiver
-        ]
+                self._held.pop(channel, None)
+        name = satellites.name(one.sat) if one.sat % satellites.NUMBERS else ""
+        values = (t_ns, event, *channel, action, name, one.transaction, result)
+        for column, value in zip(self.events.values(), values, strict=True):
+            column.append(value)
 
     @property
     def handovers(self) -> int:
         return len(self.handed)
-
-    def _note(self, *values) -> None:
-        for column, value in zip(self.events.values(), values, strict=True):
-            column.append(value)

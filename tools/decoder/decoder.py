@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import I64, U32, U64
 from gnss_hil.dbc.contract.bits import frame_bits
@@ -31,11 +30,11 @@ Held = tuple[U32, U64, I64]
 class Decoder:
     """Decodes one bus.
 
-    take     is handed every block, in order
+    take     is handed every block in order, and (e,) bits on the wire and frames rejected of its epochs
     epochs   time marks heard so far
     """
 
-    def __init__(self, codec: Codec, take: Callable[[Block], None]):
+    def __init__(self, codec: Codec, take: Callable[[Block, I64, I64], None]):
         self.codec = codec
         self.epochs = 0
         self._take = take
@@ -44,22 +43,11 @@ class Decoder:
         self._mark_nibbles = np.zeros(0, np.int64)
         self._handed_over = 0  # epochs
         self._held: list[Held] = []
-        self._bits = _PerEpoch()
-        self._faults = _PerEpoch()
+        self._counts = np.zeros((2, 0), np.int64)  # bits, rejected frames of the epochs still held
 
     @property
     def counters(self) -> Counters:
         return self._screen.counters
-
-    @property
-    def bits(self) -> I64:
-        """(epochs,) bits on the wire."""
-        return self._bits.total(self.epochs)
-
-    @property
-    def faults(self) -> I64:
-        """(epochs,) frames rejected."""
-        return self._faults.total(self.epochs)
 
     def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,) in bus order; their bits (n,) on the wire if they are known already."""
@@ -75,7 +63,7 @@ class Decoder:
         self._mark_nibbles = np.r_[self._mark_nibbles[-_HELD_BACK:], epoch_nibbles(words[is_mark])]
         epoch = self.epochs - 1 + np.cumsum(is_mark)
         self.epochs = int(epoch[-1]) + 1
-        self._bits.add(epoch, frame_bits(frames) if bits is None else bits)
+        self._count(0, epoch, frame_bits(frames) if bits is None else bits)
         can_id = frames.can_id
         if accepted is not None:
             self._reject(epoch[~accepted])
@@ -91,9 +79,17 @@ class Decoder:
         """Frames of these epochs count as rejected; for a reason if the screen has not counted them."""
         if reason:
             self.counters.reject(reason, len(epoch))
-        self._faults.add(epoch, np.ones(len(epoch), np.int64))
+        self._count(1, epoch, np.ones(len(epoch), np.int64))
 
-    def _hold(self, can_id: NDArray, words: U64, epoch: I64) -> None:
+    def _count(self, row: int, epoch: I64, values: I64) -> None:
+        """Add values (n,) to a count of their epochs; before the first epoch nothing is counted."""
+        epochs = self.epochs - self._handed_over
+        self._counts = np.pad(self._counts, ((0, 0), (0, epochs - self._counts.shape[1])))
+        begun = epoch >= 0
+        sums = np.bincount(epoch[begun] - self._handed_over, values[begun], minlength=epochs)
+        self._counts[row] += sums.astype(np.int64)
+
+    def _hold(self, can_id: U32, words: U64, epoch: I64) -> None:
         """Keep accepted frames with the epoch they belong to: the one they are in or the one before."""
         if len(epoch) and epoch[0] < 0:
             begun = epoch >= 0
@@ -118,26 +114,7 @@ class Decoder:
         open_yet = ~ready
         self._held = [(can_id[open_yet], words[open_yet], epoch[open_yet])]
         begin, self._handed_over = self._handed_over, end
-        self._take(Block(self.codec, can_id[ready], words[ready], epoch[ready] - begin, end - begin))
-
-
-class _PerEpoch:
-    """Sums by epoch, added in pieces; what comes before the first epoch is left out."""
-
-    def __init__(self):
-        self._pieces: list[tuple[int, NDArray]] = []
-
-    def add(self, epoch: I64, values: I64) -> None:
-        if len(epoch) and epoch.min() < 0:
-            inside = epoch >= 0
-            epoch, values = epoch[inside], values[inside]
-        if len(epoch):
-            first = int(epoch.min())
-            self._pieces.append((first, np.bincount(epoch - first, values).astype(np.int64)))
-
-    def total(self, epochs: int) -> I64:
-        """(epochs,)"""
-        total = np.zeros(epochs, np.int64)
-        for first, values in self._pieces:
-            total[first : first + len(values)] += values
-        return total
+        (bits, faults), self._counts = np.split(self._counts, [end - begin], axis=1)
+        self._take(
+            Block(self.codec, can_id[ready], words[ready], epoch[ready] - begin, end - begin), bits, faults
+        )

@@ -2,41 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.almanac import AlmanacLog
-from gnss_hil.tools.decoder.block import Block
-from gnss_hil.tools.decoder.channels import channels_of, clock_domains, used_in_fix
+from gnss_hil.tools.decoder.block import Block, Columns, GrowingTable
+from gnss_hil.tools.decoder.channels import Channels, channels_of, used_in_fix
 from gnss_hil.tools.decoder.command_log import CommandLog
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
 from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites
-from gnss_hil.tools.decoder.navigation import attitudes, fixes, mark_times_ns
-from gnss_hil.tools.decoder.receiver_tags import TagLog
-
-Columns = Mapping[str, NDArray]
+from gnss_hil.tools.decoder.navigation import attitudes, fixes
+from gnss_hil.tools.decoder.time_marks import mark_times_ns
 
 
 class Digest:
     """The digest of one bus, frames fed in bus order in pieces of any size.
 
-    on_channels   is handed the channel table piece by piece (it is large)
+    on_channels  is handed the channel table piece by piece (it is large)
+    tags         one row per TAG at a known time: t_ns, receiver (1-based), tag_offset_ns, clock_domain
     """
 
     def __init__(self, codec: Codec, on_channels: Callable[[Columns], None] | None = None):
         self._decoder = Decoder(codec, self._take)
         self._on_channels = on_channels
-        self._epochs: list[Columns] = []
-        self._fixes: list[Columns] = []
+        self._marks = GrowingTable()
+        self._fixes = GrowingTable()
         self.commands = CommandLog()
         self.almanac = AlmanacLog()
-        self.tags = TagLog()
+        self.tags = GrowingTable()
 
     def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,), and their bits (n,) on the wire if they are known already."""
@@ -46,29 +45,20 @@ class Digest:
         """Decode what is still held."""
         self._decoder.finish()
 
-    def _take(self, block: Block) -> None:
+    def _take(self, block: Block, bits: I64, faults: I64) -> None:
         t_ns = mark_times_ns(block)
         known = t_ns >= 0
         channels = channels_of(block)
         navigation = fixes(block)
-        epoch, receiver, sat = channels.epoch, channels.receiver, channels.sat
-        used = used_in_fix(block)[epoch, receiver, channels.channel] & navigation["valid"][epoch]
-        craft_m = np.stack([navigation[f"{axis}_m"] for axis in "xyz"], axis=-1)
-        epoch, sat = epoch[used], sat[used]
-        navigation["satellites_used"] = distinct_satellites(epoch, sat, block.epochs)
-        navigation["pdop_distinct"] = distinct_pdop(
-            epoch,
-            sat,
-            clock_domains(block)[epoch, receiver[used]],
-            channels.position_m[used] - craft_m[epoch],
-            block.epochs,
-        )
+        used = used_in_fix(block)[channels.epoch, channels.receiver, channels.channel]
+        used &= navigation["valid"][channels.epoch]
+        navigation |= _distinct(block, channels, used, navigation)
         reported = navigation.pop("reported") & known
-        self._fixes.append({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
-        self._epochs.append({"t_ns": t_ns, **attitudes(block)})
+        self._fixes.add({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
+        self._marks.add({"t_ns": t_ns, "bits": bits, "faults": faults, **attitudes(block)})
         self.commands.take(t_ns, block)
         self.almanac.take(t_ns, block)
-        self.tags.take(t_ns, block)
+        self.tags.add(_tags(t_ns, block))
         if self._on_channels is not None:
             row = slice(None) if known.all() else known[channels.epoch]
             table = {"t_ns": t_ns[channels.epoch], "receiver": channels.receiver + 1}
@@ -80,19 +70,14 @@ class Digest:
         """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
         measurements, pdop, sigma_x_m .. rho_yz as the flight software reports them; satellites_used,
         pdop_distinct as computed here."""
-        return _joined(self._fixes)
+        return self._fixes.rows
 
     @property
     def timeline(self) -> dict[str, NDArray]:
         """One row per time mark with an instant: t_ns, bits, faults (frames rejected), and the attitude and
         rates on the bus, q0 .. q3 and wx_rps .. wz_rps, nan where their frames are missing."""
-        table = _joined(self._epochs)
-        if not table:
-            return {}
-        known = table["t_ns"] >= 0
-        epochs = len(known)
-        counts = {"bits": self._decoder.bits[:epochs], "faults": self._decoder.faults[:epochs]}
-        return {name: values[known] for name, values in (table | counts).items()}
+        marks = self._marks.rows
+        return {name: values[marks["t_ns"] >= 0] for name, values in marks.items()}
 
     @property
     def epochs(self) -> int:
@@ -106,9 +91,24 @@ class Digest:
     @property
     def bits(self) -> I64:
         """(epochs,) bits on the wire, of every time mark."""
-        return self._decoder.bits
+        return self._marks.rows.get("bits", np.zeros(0, np.int64))
 
 
-def _joined(pieces: list[Columns]) -> dict[str, NDArray]:
-    """One table of its pieces; empty if there is none."""
-    return {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]} if pieces else {}
+def _distinct(block: Block, channels: Channels, used: Bool, fix: Columns) -> dict[str, NDArray]:
+    """Satellites in the fix of each epoch and their PDOP, (e,) each, by the channels (k,) used in it."""
+    epoch, sat = channels.epoch[used], channels.sat[used]
+    domain = block.grid("TAG", "clock_domain", 0)[epoch, channels.receiver[used]]
+    craft_m = np.stack([fix[f"{axis}_m"] for axis in "xyz"], axis=-1)
+    los_m = channels.position_m[used] - craft_m[epoch]
+    return {
+        "satellites_used": distinct_satellites(epoch, sat, block.epochs),
+        "pdop_distinct": distinct_pdop(epoch, sat, domain, los_m, block.epochs),
+    }
+
+
+def _tags(t_ns: I64, block: Block) -> Columns:
+    """What each receiver's own clock showed at the marks t_ns (e,), and which oscillator it runs on."""
+    tags = block["TAG"]
+    columns = {"t_ns": t_ns[tags.epoch], "receiver": tags.number}
+    columns |= {name: tags[name].astype(np.int64) for name in ("tag_offset_ns", "clock_domain")}
+    return {name: values[columns["t_ns"] >= 0] for name, values in columns.items()}

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import F64, Bool
-from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
+from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.block import EPOCHS, Block
 from gnss_hil.tools.decoder.channels import used_in_fix
-from gnss_hil.tools.decoder.navigation import attitudes, mark_times_ns
+from gnss_hil.tools.decoder.navigation import attitudes
+from gnss_hil.tools.decoder.time_marks import mark_times_ns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,15 +57,15 @@ def snapshot(block: Block, epoch: int, boresight_body: F64) -> EpochSnapshot:
     """The accepted frames of one epoch; boresight_body (m, 3) from the vehicle file."""
     fix = _fix(block, epoch)
     position = np.full(3, np.nan) if fix is None else fix.position_ecef_m
-    satellite = np.stack([_grid(block, f"SV_{axis}", f"{axis.lower()}_m") for axis in "XYZ"], axis=-1)
+    satellite = np.stack([block.grid(f"SV_{axis}", f"{axis.lower()}_m")[0] for axis in "XYZ"], axis=-1)
     t_ns = int(mark_times_ns(block)[0])
     return EpochSnapshot(
         epoch,
         t_ns if t_ns >= 0 else None,
         fix,
-        _states(block),
-        _grid(block, "RATE", "lock"),
-        _grid(block, "RATE", "cn0_dbhz"),
+        tuple(_state(raw) for raw in block.grid("STATUS", "state", -1)[0].tolist()),
+        block.grid("RATE", "lock")[0],
+        block.grid("RATE", "cn0_dbhz")[0],
         off_boresight_rad(satellite - position, _quaternion(block), boresight_body),
         used_in_fix(block)[0],
     )
@@ -85,19 +86,11 @@ def off_boresight_rad(los_ecef: NDArray, q_body_from_ecef: NDArray, boresight_bo
 
 def _last(block: Block, kind: str, names: Sequence[str], nibble: int | None = None) -> dict[str, Any] | None:
     """Signals of the last frame of a kind, of the epoch modulo 16 if that is given; None if none came."""
-    said = block[kind]
-    rows = np.arange(len(said))
+    frames = block[kind]
+    rows = np.arange(len(frames))
     if nibble is not None:
-        rows = rows[said["epoch_mod16"] == nibble]
-    return {name: said[name][rows[-1]].item() for name in names} if len(rows) else None
-
-
-def _grid(block: Block, kind: str, signal: str) -> F64:
-    """(m, CHANNELS) of one signal, nan where no frame came."""
-    values = np.full((block.codec.receivers, CHANNELS), np.nan)
-    said = block[kind]
-    values[said.number - 1, said["channel"]] = said[signal]
-    return values
+        rows = rows[frames["epoch_mod16"] == nibble]
+    return {name: frames[name][rows[-1]].item() for name in names} if len(rows) else None
 
 
 def _fix(block: Block, epoch: int) -> Fix | None:
@@ -129,9 +122,5 @@ def _quaternion(block: Block) -> F64:
     return q / np.linalg.norm(q) if q.any() else np.full(4, np.nan)
 
 
-def _states(block: Block) -> tuple[str, ...]:
-    states = [""] * block.codec.receivers
-    said = block["STATUS"]
-    for receiver, state in zip(said.number.tolist(), said["state"].tolist(), strict=True):
-        states[receiver - 1] = VALUES["ReceiverState"].get(state, str(state))
-    return tuple(states)
+def _state(raw: int) -> str:
+    return "" if raw < 0 else VALUES["ReceiverState"].get(raw, str(raw))

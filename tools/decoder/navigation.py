@@ -1,4 +1,4 @@
-"""The fix, the attitude and the time of each epoch, as their frames have them."""
+"""The fix and the attitude of each epoch, as their frames have them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.block import Block
-from gnss_hil.tools.decoder.time_marks import joined_ns, second_ns
 
 _POSITION, _POSITION_VELOCITY = 1, 2  # NavMode
 _FIX_SIGNALS = {
@@ -30,13 +28,7 @@ _DOMAINS = tuple(raw for raw, label in VALUES["ClockItem"].items() if label.star
 
 def _once_an_epoch(block: Block, signals: Mapping[str, tuple[str, ...]]) -> dict[str, NDArray]:
     """Signals of kinds that come once an epoch, (e,) each, nan where they did not come."""
-    out: dict[str, NDArray] = {}
-    for kind, names in signals.items():
-        said = block[kind]
-        for name in names:
-            out[name] = np.full(block.epochs, np.nan)
-            out[name][said.epoch] = said[name]
-    return out
+    return {name: block.grid(kind, name) for kind, names in signals.items() for name in names}
 
 
 def attitudes(block: Block) -> dict[str, NDArray]:
@@ -65,13 +57,3 @@ def fixes(block: Block) -> dict[str, NDArray]:
     out["clock_bias_m"] = np.full(block.epochs, np.nan)
     out["clock_bias_m"][clocks.epoch[domains]] = clocks["bias_m"][domains]
     return out
-
-
-def mark_times_ns(block: Block) -> I64:
-    """(e,) GPS time of the marks [ns], -1 where their time frames are missing."""
-    coarse, fine = np.full((2, block.epochs), -1, np.int64)
-    said = block["TIME_GPS"]
-    coarse[said.epoch] = second_ns(said["week"], said["second"])
-    said = block["TIME_FINE"]
-    fine[said.epoch] = said["nanosecond"]
-    return joined_ns(coarse, fine)

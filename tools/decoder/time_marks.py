@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import I64, U64, Index
+from gnss_hil.dbc.common.arrays import I64, Index
 from gnss_hil.dbc.common.gpstime import NS_PER_S, NS_PER_WEEK
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
-from gnss_hil.tools.decoder.block import EPOCHS, payloads
+from gnss_hil.tools.decoder.block import EPOCHS, Block, of_frames, payloads
 from gnss_hil.tools.decoder.screen import intact
 
 
@@ -45,14 +45,12 @@ def with_session(codec: Codec, frames: FrameBatch, session: int) -> FrameBatch:
     return replace(frames, data=data)
 
 
-def second_ns(week: I64, second: I64) -> I64:
-    """GPS time [ns] of TIME_GPS."""
-    return week * NS_PER_WEEK + second * NS_PER_S
-
-
-def joined_ns(coarse_ns: I64, fine_ns: I64) -> I64:
-    """(e,) GPS time [ns] of TIME_GPS and TIME_FINE together; -1 where one of them is (-1)."""
-    return np.where((coarse_ns >= 0) & (fine_ns >= 0), coarse_ns + fine_ns, -1)
+def mark_times_ns(block: Block) -> I64:
+    """(e,) GPS time of the marks [ns], -1 where their time frames are missing."""
+    week, second = (block.grid("TIME_GPS", name, -1) for name in ("week", "second"))
+    fine_ns = block.grid("TIME_FINE", "nanosecond", -1)
+    t_ns = week * NS_PER_WEEK + second * NS_PER_S + fine_ns
+    return np.where((week >= 0) & (fine_ns >= 0), t_ns, -1)
 
 
 def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: NDArray) -> I64:
@@ -60,22 +58,11 @@ def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: N
 
     Only intact frames of the epoch's own number count, the first of each kind.
     """
-    ends = np.cumsum(counts)
-
-    def of(kind: str) -> tuple[Index, U64]:
-        rows = intact(codec, frames, kind)
-        epoch = np.searchsorted(ends, rows, side="right")
-        own = frames.data[rows, 1] >> 4 == numbers[epoch] % EPOCHS
-        rows, epoch = rows[own][::-1], epoch[own][::-1]  # the first one stands
-        return epoch, payloads(frames[rows])
-
-    coarse, fine = np.full((2, len(counts)), -1, np.int64)
-    epoch, words = of("TIME_GPS")
-    layout = codec.kinds["TIME_GPS"]
-    coarse[epoch] = second_ns(layout.signal("week", words), layout.signal("second", words))
-    epoch, words = of("TIME_FINE")
-    fine[epoch] = codec.kinds["TIME_FINE"].signal("nanosecond", words)
-    return joined_ns(coarse, fine)
+    rows = np.concatenate([intact(codec, frames, kind) for kind in ("TIME_GPS", "TIME_FINE")])
+    epoch = np.searchsorted(np.cumsum(counts), rows, side="right")
+    own = frames.data[rows, 1] >> 4 == numbers[epoch] % EPOCHS
+    rows, epoch = rows[own][::-1], epoch[own][::-1]  # the first one stands
+    return mark_times_ns(of_frames(codec, frames[rows], epoch, len(counts)))
 
 
 def reckoned_ns(reported: I64, numbers: I64, interval_ns: int, anchor: tuple[int, int]) -> I64:

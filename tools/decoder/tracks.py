@@ -8,6 +8,7 @@ from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
 from gnss_hil.tools.decoder.block import Block
+from gnss_hil.tools.decoder.command_log import exchanges
 
 _TRACK = {label: raw for raw, label in VALUES["Action"].items()}["TRACK"]
 _ACCEPTED = {label: raw for raw, label in VALUES["AckResult"].items()}["ACCEPTED"]
@@ -31,25 +32,14 @@ class Tracks:
 
     def take(self, epochs: I64, block: Block) -> None:
         """The frames of epochs numbered (e,)."""
-        said = block["SV_CLOCK"]
-        grid = np.full((len(epochs) + 1, *self.sat.shape), NONE)
-        grid[0] = self.sat
-        grid[said.epoch + 1, said.number - 1, said["channel"]] = said.satellite
+        grid = np.concatenate([self.sat[None], block.grid("SV_CLOCK", "satellite", NONE)])
         changed = grid[1:] != grid[:-1]
         last = len(epochs) - 1 - np.argmax(changed[::-1], axis=0)
         self.since = np.where(changed.any(axis=0), epochs[last], self.since)
         self.sat = grid[-1]
-        self._obey(block)
-
-    def _obey(self, block: Block) -> None:
-        """Answers are to commands of an epoch before: within an epoch they come first."""
-        events = []
-        for order, (kind, word) in enumerate((("ACK", "result"), ("COMMAND", "action"))):
-            said = block[kind]
-            columns = (said.epoch, said.number - 1, said["channel"], said[word], said.satellite)
-            events += [(e, order, *rest) for e, *rest in zip(*(c.tolist() for c in columns), strict=True)]
-        for _, order, receiver, channel, word, sat in sorted(events, key=lambda event: event[:2]):
-            if order:
-                self.asked[receiver, channel] = sat if word == _TRACK else NONE
-            elif word != _ACCEPTED and self.asked[receiver, channel] == sat:
-                self.asked[receiver, channel] = NONE
+        for one in exchanges(block):
+            at = one.receiver - 1, one.channel
+            if one.kind == "COMMAND":
+                self.asked[at] = one.sat if one.word == _TRACK else NONE
+            elif one.word != _ACCEPTED and self.asked[at] == one.sat:
+                self.asked[at] = NONE

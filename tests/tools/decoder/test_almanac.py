@@ -13,7 +13,7 @@ from gnss_hil.tools.decoder.block import Block, of_frames
 
 pytestmark = pytest.mark.verifies(
     "tools/decoder/almanac.py",
-    "tools/decoder/receiver_tags.py",
+    "tools/decoder/digest.py",
     what="Tables of a run: almanac as told, clocks as shown",
     by="values put in come out; what is kept is our choice",
     status="modelled",
