@@ -24,6 +24,9 @@ BIT_RATE = 1_000_000
 ATTITUDE_NODE = 9
 TIME_NODE = 10
 FLIGHT_NODE = 16
+NODES = {"ATT": ATTITUDE_NODE, "TIME": TIME_NODE, "FLIGHT": FLIGHT_NODE}
+"""DBC node name -> node number, beside the receivers: RX1 is 1, and so on."""
+
 HEARTBEAT_BASE = 0x700
 """A node's heartbeat has identifier HEARTBEAT_BASE + node number."""
 
@@ -293,12 +296,7 @@ MEASUREMENT_KINDS = tuple(k.name for k in KINDS if 0x100 <= k.base < 0x10A)
 
 def node_names(receivers: int) -> dict[str, int]:
     """DBC node name -> node number, for a contract with this many receivers."""
-    return {
-        **{f"RX{r}": r for r in range(1, receivers + 1)},
-        "ATT": ATTITUDE_NODE,
-        "TIME": TIME_NODE,
-        "FLIGHT": FLIGHT_NODE,
-    }
+    return {**{f"RX{r}": r for r in range(1, receivers + 1)}, **NODES}
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,18 +20,20 @@ from gnss_hil.emulator.environment import models as joined
 from gnss_hil.emulator.environment.block import Environment
 from gnss_hil.emulator.environment.link import PlainReceiver, build_link
 from gnss_hil.emulator.environment.models import Clocks
-from gnss_hil.emulator.error_models.base import Context, CraftContext, Stage
+from gnss_hil.emulator.error_models.base import Context, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.numerics import keyed_draws
-from gnss_hil.emulator.orbits.motion import build_motion
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.base import Craft
 from gnss_hil.emulator.receivers.emulated import search
 from gnss_hil.emulator.receivers.emulated.channels import Pace
 from gnss_hil.emulator.receivers.emulated.craft import Receivers
 from gnss_hil.emulator.receivers.emulated.receiver import EmulatedCraft
+from gnss_hil.emulator.sensors.base import SensorContext
+from gnss_hil.emulator.sensors.frames import Node
+from gnss_hil.emulator.sensors.frames import nodes as sensor_nodes
 from gnss_hil.emulator.signal.structure import file
 from gnss_hil.emulator.signal.structure.bodies import Structure, require_outside, structure
 
@@ -50,13 +52,13 @@ _QUINTIC_PEAK = 1.875
 def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
     given, settings = shared.given, craft.receivers
     time, rows = given.time, craft.factors.on()
-    orbit = build_motion(craft.name, craft.orbit, craft.trajectory, time, shared.measured)
+    orbit = shared.motion_of(craft.name)
     _check_turns(craft)
     shape = _structure(craft, rows, vehicle)
     key = keyed_draws.key_of(craft.name)
-    context = CraftContext(
+    context = SensorContext(
         given.seed, key, time.start_ns, time.interval_ns, time.span_ns, shared.sky.index, shared.open_path,
-        vehicle, settings.loops,
+        vehicle, settings.loops, shared.motion_of,
     )  # fmt: skip
     try:
         own = models_of(rows, context)
@@ -72,6 +74,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         raise ScenarioError(f"craft.{craft.name}.factors: {error}") from None
     mark_domain = _mark_domain(craft, vehicle)
     contract = codec.codec(vehicle.antennas)
+    nodes = _sensors(craft, contract, context)
     environment = Environment(
         start_ns=time.start_ns,
         interval_ns=time.interval_ns,
@@ -101,9 +104,17 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         mark_source=mark_domain + 1,
         epochs_per_pass=max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
-        templates=frames.frame_templates(contract, vehicle.antennas),
+        templates=frames.frame_templates(contract, vehicle.antennas, [node.name for node in nodes]),
+        sensors=nodes,
     )
     return EmulatedCraft(craft.name, environment, receivers)
+
+
+def _sensors(craft: scenario.Craft, contract: codec.Codec, context: SensorContext) -> tuple[Node, ...]:
+    try:
+        return sensor_nodes(contract, craft.sensors.on(), context)
+    except (ValueError, FileError) as error:
+        raise ScenarioError(f"craft.{craft.name}.sensors: {error}") from None
 
 
 def _structure(craft: scenario.Craft, rows: Mapping[str, Factor], vehicle: Vehicle) -> Structure | None:

@@ -25,6 +25,8 @@ from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 from gnss_hil.emulator.receivers.recorded.tracks import tracks
+from gnss_hil.emulator.sensors import attitude
+from gnss_hil.emulator.sensors.registry import SENSORS
 
 NEAR = 0.1
 """A tag this share of an interval beside a run's epoch still is that epoch's."""
@@ -88,7 +90,7 @@ def build_observed(
         marks_ns=marks_ns,
         epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
-        templates=frames.frame_templates(contract, vehicle.antennas),
+        templates=frames.frame_templates(contract, vehicle.antennas, [attitude.ROW.node]),
         sky=sky,
         almanac=held,
         row_of=row_of,
@@ -105,6 +107,7 @@ def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
     keys = [f"sky.factors.{name}" for name in sky.factors.on() if FACTORS[name].acts_on == "receiver"]
     own = [f"factors.{name}" for name in craft.factors.on() if not FACTORS[name].default]
     own += ["structure"] if craft.structure else []
+    own += [f"sensors.{name}" for name, row in SENSORS.items() if (name in craft.sensors.on()) != row.default]
     keys += [f"craft.{craft.name}.{key}" for key in own]
     if keys:
         raise ScenarioError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from gnss_hil.dbc.common.arrays import I64
@@ -20,12 +21,14 @@ from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.numerics import keyed_draws
+from gnss_hil.emulator.orbits.motion import Motion, build_motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shared:
     """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
-    orientation, None without a file of it."""
+    orientation, None without a file of it; motion_of: the motion of a craft by its name, ScenarioError if it
+    has none that is known."""
 
     given: scenario.Scenario
     session: int
@@ -37,6 +40,21 @@ class Shared:
     row_of: I64
     models: Models
     measured: finals.Orientation | None
+    motion_of: Callable[[str], Motion]
+
+
+def motions(given: scenario.Scenario, measured: finals.Orientation | None) -> Callable[[str], Motion]:
+    """Motions of a scenario's craft by name, each built when it is first asked for."""
+    of_name = {craft.name: craft for craft in given.craft}
+
+    @cache
+    def motion_of(name: str) -> Motion:
+        craft = of_name.get(name)
+        if craft is None or craft.observations is not None:
+            raise ScenarioError(f"craft '{name}': there is none with an orbit or a trajectory")
+        return build_motion(name, craft.orbit, craft.trajectory, given.time, measured)
+
+    return motion_of
 
 
 def context_of(given: scenario.Scenario, key: int, index: I64, open_path: Callable[[str], Path]) -> Context:

@@ -11,7 +11,7 @@ from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.assemble.emulated import build_emulated
-from gnss_hil.emulator.assemble.shared import Shared, misreports, models_of_sky
+from gnss_hil.emulator.assemble.shared import Shared, misreports, models_of_sky, motions
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.constellation.almanac import orbits
@@ -47,6 +47,7 @@ def build_world(
     )
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
+    measured = _orientation(time, resolve_path)
     shared = Shared(
         given,
         session,
@@ -57,7 +58,8 @@ def build_world(
         _almanac(given, resolve_path, sky.index),
         row_of,
         models_of_sky(given, resolve_path, sky.index),
-        _orientation(time, resolve_path),
+        measured,
+        motions(given, measured),
     )
     craft = tuple(
         KINDS["emulated" if one.observations is None else "recorded"](shared, one, v)

@@ -6,6 +6,7 @@ software never sees it; its policy stands here only so that one file describes o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,15 +30,18 @@ from gnss_hil.emulator.config.tables import (
     Time,
     TrajectoryFile,
 )
-from gnss_hil.emulator.error_models.params import Factor
+from gnss_hil.emulator.error_models.base import Row as ErrorModelRow
 from gnss_hil.emulator.error_models.registry import of_scope
 from gnss_hil.emulator.receivers.emulated.search import RULES
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
+from gnss_hil.emulator.sensors.base import Row as SensorRow
+from gnss_hil.emulator.sensors.registry import SENSORS
 from gnss_hil.emulator.signal.loops import Loops
 
 
 class _Switched(Strict):
-    """Factors of one scope by name: a table of parameters, or `name = false` for `{enabled = false}`."""
+    """Factors of one scope, or sensors, by name: a table of parameters, or `name = false` for
+    `{enabled = false}`."""
 
     @model_validator(mode="before")
     @classmethod
@@ -48,30 +52,36 @@ class _Switched(Strict):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Each factor is its table or a switch, as `_switches` reads it."""
+        """Each is its table or a switch, as `_switches` reads it."""
         made = handler(core)
         table = handler.resolve_ref_schema(made)
-        for name, factor in table["properties"].items():
-            table["properties"][name] = {"anyOf": [factor, {"type": "boolean"}]}
+        for name, one in table["properties"].items():
+            table["properties"][name] = {"anyOf": [one, {"type": "boolean"}]}
         return made
 
-    def on(self) -> dict[str, Factor]:
-        """The factors that are on, by name, in the registry's order."""
+    def on(self) -> dict[str, Any]:
+        """Parameters of what is on, by name, in the registry's order."""
         return {name: row for name, row in self if row.enabled}
 
 
-def _factors(scope: str) -> type[_Switched]:
-    rows = of_scope(scope).items()
-    fields: dict[str, Any] = {name: (row.params, row.params(enabled=row.default)) for name, row in rows}
-    return create_model(f"{scope.capitalize()}Factors", __base__=_Switched, **fields)
+def _switched(name: str, rows: Mapping[str, ErrorModelRow | SensorRow]) -> type[_Switched]:
+    fields: dict[str, Any] = {key: (row.params, row.params(enabled=row.default)) for key, row in rows.items()}
+    return create_model(name, __base__=_Switched, **fields)
 
 
-class SkyFactors(_factors("sky")):
+class SkyFactors(_switched("SkyFactors", of_scope("sky"))):
     """Errors of satellites and of what lies between them and every craft."""
 
 
-class CraftFactors(_factors("craft")):
+class CraftFactors(_switched("CraftFactors", of_scope("craft"))):
     """Errors of one craft."""
+
+
+class Sensors(_switched("Sensors", SENSORS)):
+    """Sensor nodes of one craft beside its receivers.
+
+    attitude   the attitude unit, without which the flight software cannot turn lever arms
+    """
 
 
 Source = str | list[str]
@@ -211,6 +221,7 @@ class Craft(Strict):
     clock: Clock = Clock()
     flight: Flight = Flight()
     factors: CraftFactors = CraftFactors()
+    sensors: Sensors = Sensors()
 
     @model_validator(mode="after")
     def _one_motion(self):

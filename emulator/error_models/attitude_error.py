@@ -10,10 +10,10 @@ import numpy as np
 from pydantic import Field
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.emulator.attitude.determination import Sensors, after_a_fix, known, settled
 from gnss_hil.emulator.error_models.base import AttitudeTerm, Context, Epochs, ErrorModel, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.walk import Walk
-from gnss_hil.emulator.sensors.attitude_determination import Sensors, after_a_fix, known, settled
 
 
 class AttitudeError(Factor):

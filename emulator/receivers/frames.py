@@ -1,7 +1,7 @@
-"""An epoch's frames of one craft: what its receivers, attitude unit and time source put on the bus.
+"""An epoch's frames of one craft: what its receivers and time source put on the bus.
 
-Order: time mark, answers to commands, attitude; for each receiver its channels, tag and status; almanac;
-heartbeats. These are arrows 2 -> 3, 2 -> 7 and 4 -> 5 of RU 2706636 C1.
+Order: time mark, answers to commands, sensors (`gnss_hil.emulator.sensors`); for each receiver its channels,
+tag and status; almanac; heartbeats. These are arrows 2 -> 3, 2 -> 7 and 4 -> 5 of RU 2706636 C1.
 
 Modelled, so constant on the bus: every node runs since its first start (RUNNING, boot_count 1).
 """
@@ -20,7 +20,7 @@ from gnss_hil.dbc.common.arrays import I64, U8, U32, U64, Bool, Ints
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
-from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, CHANNELS, MEASUREMENT_KINDS, TIME_NODE, VALUES
+from gnss_hil.dbc.contract.messages import CHANNELS, MEASUREMENT_KINDS, VALUES, node_names
 from gnss_hil.emulator.constellation.almanac.orbits import Predictions
 from gnss_hil.emulator.constellation.sky import SkyState
 from gnss_hil.emulator.receivers.emulated.channels import FULL
@@ -37,8 +37,7 @@ AGE_TOP_H = 255
 COUNTER_HZ = 10e6
 """Counter by which a receiver tags its latch, to 100 ns: diagnostic. Clocks are found from pseudoranges."""
 
-_HEAD = ("TIME_MARK", "TIME_GPS", "TIME_FINE", "ATT_Q01", "ATT_Q23", "ATT_RATE")
-_MARK_FRAMES = 3
+_MARK = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
 _CLOSING = ("TAG", "STATUS")
 _ALMANAC = ("ALM_XY", "ALM_Z", "ALM_V")
 
@@ -86,14 +85,14 @@ def _phase_bits(codec: Codec) -> PhaseBits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameTemplates:
-    """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the head's (1, k)."""
+    """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the mark's (1, k)."""
 
-    head: Form
+    mark: Form
     channel: Form
     closing: Form
     almanac: Form
     answer: Form
-    head_id: U32
+    mark_id: U32
     channel_id: U32
     closing_id: U32
     almanac_id: U32
@@ -110,7 +109,9 @@ class FrameTemplates:
         return self.heartbeats.can_id.astype(np.int64) * CHANNELS
 
 
-def frame_templates(codec: Codec, receivers: int) -> FrameTemplates:
+def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> FrameTemplates:
+    """Of a craft with receivers and the nodes of its sensors."""
+
     def identifiers(kinds: Sequence[str], number: int) -> list[int]:
         return [codec.can_id_of[kind, number] for kind in kinds]
 
@@ -118,24 +119,25 @@ def frame_templates(codec: Codec, receivers: int) -> FrameTemplates:
         return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
 
     return FrameTemplates(
-        head=form(codec, _HEAD),
+        mark=form(codec, _MARK),
         channel=form(codec, MEASUREMENT_KINDS),
         closing=form(codec, _CLOSING),
         almanac=form(codec, _ALMANAC),
         answer=form(codec, ("ACK",)),
-        head_id=np.array([identifiers(_HEAD, 0)], np.uint32),
+        mark_id=np.array([identifiers(_MARK, 0)], np.uint32),
         channel_id=by_receiver(MEASUREMENT_KINDS),
         closing_id=by_receiver(_CLOSING),
         almanac_id=by_receiver(_ALMANAC),
         answer_id=by_receiver(("ACK",)),
-        heartbeats=_heartbeats(codec, receivers),
+        heartbeats=_heartbeats(codec, receivers, sensors),
         phase=_phase_bits(codec),
     )
 
 
-def _heartbeats(codec: Codec, receivers: int) -> Part:
-    """They say the same in every epoch."""
-    nodes = [*range(1, receivers + 1), ATTITUDE_NODE, TIME_NODE]
+def _heartbeats(codec: Codec, receivers: int, sensors: Sequence[str]) -> Part:
+    """They are the same in every epoch."""
+    number = node_names(receivers)
+    nodes = [*range(1, receivers + 1), *(number[node] for node in sensors), number["TIME"]]
     values: dict[str, Any] = {"state": _RUNNING, "boot_count": 1, "contract_hash": codec.hash}
     can_id = np.array([codec.can_id_of["HEARTBEAT", node] for node in nodes], np.uint32)
     return Part(can_id, codec.encode("HEARTBEAT", values, len(nodes)))
@@ -149,40 +151,23 @@ def _part(template: Form, can_id: U32, values: dict) -> Part:
     return Part(can_id[fits], data[fits])
 
 
-def head_parts(
-    templates: FrameTemplates,
-    session: int,
-    epoch: int,
-    t_ns: int,
-    leap_s: int,
-    quaternion: NDArray,
-    rate_body_rps: NDArray,
-    mark_clock: int = 0,
-) -> tuple[Part, Part]:
-    """Time mark and attitude: filled in together, but answers go between them. The attitude is what block 4
-    of RU 2706636 C1 puts out.
+def mark_part(
+    templates: FrameTemplates, session: int, epoch: int, t_ns: int, leap_s: int, mark_clock: int
+) -> Part:
+    """The time mark.
 
-    t_ns, mark_clock   what the mark says, and the clock that showed it (table "MarkClock")
+    t_ns, mark_clock   what the mark shows, and the clock that showed it (table "MarkClock")
     """
     mark = gpstime.week_second_ns(t_ns)
-    values = head_values(session, epoch, mark, leap_s, quaternion, rate_body_rps, mark_clock)
-    whole = _part(templates.head, templates.head_id, values)
-    return (
-        Part(whole.can_id[:_MARK_FRAMES], whole.data[:_MARK_FRAMES]),
-        Part(whole.can_id[_MARK_FRAMES:], whole.data[_MARK_FRAMES:]),
-    )
+    return _part(templates.mark, templates.mark_id, mark_values(session, epoch, mark, leap_s, mark_clock))
 
 
-def head_values(session, epoch, mark, leap_s, quaternion, rate_body_rps, mark_clock) -> dict:
-    """Signals of time mark and attitude by name, of one epoch or of k: mark is week, second, nanosecond;
-    quaternion (..., 4), rate (..., 3)."""
+def mark_values(session, epoch, mark, leap_s, mark_clock) -> dict:
+    """Signals of the time mark by name, of one epoch or of k: mark is week, second, nanosecond."""
     week, second, nanosecond = mark
-    q, w = np.moveaxis(quaternion, -1, 0), np.moveaxis(rate_body_rps, -1, 0)
     return {
         "session": session, "epoch": epoch,
         "week": week, "second": second, "nanosecond": nanosecond, "leap": leap_s, "mark_clock": mark_clock,
-        "q0": q[0], "q1": q[1], "q2": q[2], "q3": q[3],
-        "wx_rps": w[0], "wy_rps": w[1], "wz_rps": w[2],
     }  # fmt: skip
 
 

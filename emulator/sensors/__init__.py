@@ -1,1 +1,1 @@
-"""What the craft measures beside ranges: attitude."""
+"""What a craft measures beside signals: nodes of the bus of their own, one file a row."""

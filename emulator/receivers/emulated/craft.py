@@ -22,6 +22,7 @@ from gnss_hil.emulator.receivers.emulated.channels import (
     fresh_channels,
     fresh_knowledge,
 )
+from gnss_hil.emulator.sensors.frames import Node
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +36,7 @@ class Receivers:
     holders          1: receivers share ephemerides; their number: they do not
     mark_source      value of the contract's table "MarkClock"
     epochs_per_pass  epochs in which the almanac is sent once
+    sensors          nodes of the craft's sensors, in the order in which they send
     """
 
     session: int
@@ -49,6 +51,7 @@ class Receivers:
     epochs_per_pass: int
     codec: Codec
     templates: frames.FrameTemplates
+    sensors: tuple[Node, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

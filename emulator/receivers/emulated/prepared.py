@@ -1,8 +1,8 @@
 """A block made ready for the bus: all payload words that no command changes.
 
-Head, closing frames and almanac are of the craft. Words of a satellite at an antenna are made when a
-channel first has it, for all epochs of the block, and hold everything but channel and phase. What the words
-say does not depend on who asked for them.
+Time mark, sensors, closing frames and almanac are of the craft. Words of a satellite at an antenna are made
+when a channel first has it, for all epochs of the block, and hold everything but channel and phase. They do
+not depend on which channel asked for them.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import F64, I64, U32, U64, Bool
+from gnss_hil.dbc.common.arrays import F64, I64, U8, U32, U64, Bool
 from gnss_hil.dbc.contract.codec import CHANNELS as KEYS
 from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS
 from gnss_hil.emulator.environment.block import Block, Environment
+from gnss_hil.emulator.environment.epoch_frames import EpochFrames, epoch_frames, one_after_another
 from gnss_hil.emulator.environment.signals import Signals, signals
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.emulated import almanac
@@ -24,7 +25,6 @@ from gnss_hil.emulator.receivers.emulated.channels import FULL, Channels
 from gnss_hil.emulator.receivers.emulated.craft import Receivers
 from gnss_hil.emulator.receivers.emulated.phase import Phases
 from gnss_hil.emulator.receivers.observations import Observations
-from gnss_hil.emulator.sensors.attitude_determination import reported_quaternion
 from gnss_hil.emulator.signal.bands import BY_SYSTEM
 from gnss_hil.emulator.truth import TRUTH
 
@@ -57,7 +57,7 @@ class Layout:
     """What stays on the bus while the same channels measure.
 
     receiver, channel, row   (p,) of the channels that measure;  base (p,) their first rows in Columns
-    can_id, stream, order    (f,) of head, channels and closing frames: identifiers, protected streams, and
+    can_id, stream, order    (f,) of channels and closing frames: identifiers, protected streams, and
                              which of these frames, one after another, come first
     channel_bits   (p, 10);  closing (m, 2) words of the closing frames that depend on channels
     """
@@ -77,7 +77,7 @@ class Prepared:
     """One block of a craft, ready to be sent.
 
     truth   (k,) rows of `emulator.truth.TRUTH`, the craft's number not yet in them
-    known   (k,) how many satellites are in the almanac
+    front   frames of time mark and sensors;  almanac  those of the almanac
     """
 
     def __init__(self, env: Environment, receivers: Receivers, block: Block, keep_values: bool):
@@ -96,9 +96,10 @@ class Prepared:
             ],
             np.uint64,
         )
-        self._head, self._head_fits = _head(receivers, block)
-        self._prepare_almanac(receivers, block)
-        self.closing = _closing(receivers, block, self.known)
+        self.front = _front(receivers, block)
+        self.almanac = _almanac(receivers, block)
+        self.repeats = self.front.repeats or self.almanac.repeats
+        self.closing = _closing(receivers, block)
         self.truth = _truth(env, block)
 
     # Channels and frames.
@@ -151,9 +152,7 @@ class Prepared:
             (templates.channel_id[receiver].reshape(-1), templates.closing_id.reshape(-1))
         )
         key = np.concatenate((np.repeat(channel, kinds), np.zeros(closings * m, np.int64)))
-        head = templates.head_id[0]
-        can_id = np.concatenate((head, of_channels[order])).astype(np.uint32)
-        keys = np.concatenate((np.zeros(len(head), np.int64), key[order]))
+        can_id = of_channels[order]
         tracking = np.bincount(receiver, minlength=m)
         closing, _ = templates.closing.fill(
             m,
@@ -169,8 +168,8 @@ class Prepared:
             row,
             base,
             can_id,
-            can_id.astype(np.int64) * KEYS + keys,
-            np.concatenate((np.arange(len(head)), len(head) + order)),
+            can_id.astype(np.int64) * KEYS + key[order],
+            order,
             channel.astype(np.uint64)[:, None] << self._channel_shift,
             _words(closing),
         )
@@ -230,56 +229,6 @@ class Prepared:
         names = self._receivers.templates.channel.names
         return np.stack([spread(np.broadcast_to(np.asarray(values[name], float), length)) for name in names])
 
-    # The almanac.
-
-    def _prepare_almanac(self, receivers: Receivers, block: Block) -> None:
-        at, templates = block.geometry, receivers.templates
-        held, antennas = receivers.almanac, receivers.vehicle.antennas
-        portions = []
-        for k, epoch in enumerate(at.epoch.tolist()):
-            contents = at.sky.available[k] if held is None else held.known
-            portions.append(almanac.portion(contents, epoch, receivers.epochs_per_pass, antennas))
-        rows, sender = (np.concatenate(part) for part in zip(*portions, strict=True))
-        counts = [len(part) for part, _ in portions]
-        epoch = np.repeat(np.arange(len(at)), counts)
-        predicted = almanac.predictions(held, at.sky, (epoch, rows), rows, at.mark_ns[epoch])
-        data, fits = templates.almanac.fill(len(rows), frames.almanac_values(at.sky.index[rows], predicted))
-        self.known = np.broadcast_to(
-            at.sky.available if held is None else held.known, at.sky.available.shape
-        ).sum(axis=1)
-        self._almanac_words, self._almanac_fits = _words(data).reshape(-1), fits.reshape(-1)
-        self._almanac_id = templates.almanac_id[sender].reshape(-1)
-        self._almanac_stream = self._almanac_id.astype(np.int64) * KEYS
-        kinds = templates.almanac_id.shape[1]
-        self._almanac_starts = kinds * np.cumsum([0, *counts])
-        self._almanac_rank = np.repeat(_ranks(epoch * antennas + sender), kinds)
-        self.almanac_repeats = bool(self._almanac_rank.any())
-
-    def head(self, k: int) -> tuple[U64, Bool]:
-        """(6,) words of time mark and attitude in an epoch of the block, and whether they fit."""
-        return self._head[k], self._head_fits[k]
-
-    def almanac(self, k: int) -> tuple[U64, U32, I64, I64, Bool]:
-        """Words, identifiers, streams, ranks in their streams of the almanac's frames in an epoch, and
-        whether they fit."""
-        rows = slice(self._almanac_starts[k], self._almanac_starts[k + 1])
-        return (
-            self._almanac_words[rows],
-            self._almanac_id[rows],
-            self._almanac_stream[rows],
-            self._almanac_rank[rows],
-            self._almanac_fits[rows],
-        )
-
-
-def _ranks(key: I64) -> I64:
-    """(p,) how many of the same key (p,) come before each."""
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    out = np.empty(len(key), np.int64)
-    out[order] = np.arange(len(key)) - np.searchsorted(ordered, ordered)
-    return out
-
 
 def _joined(old, new) -> Any:
     if old is None:
@@ -314,30 +263,49 @@ def _observations(found: Signals) -> Observations:
     )
 
 
-def _head(receivers: Receivers, block: Block) -> tuple[U64, Bool]:
-    """(k, 6) words of time mark and attitude, and whether they fit."""
+def _front(receivers: Receivers, block: Block) -> EpochFrames:
+    """Time mark and sensors."""
     at = block.geometry
-    quaternion, rate = at.quaternion, at.rate_body_rps
-    if block.reported is not None:
-        quaternion = reported_quaternion(quaternion, block.reported.angle_rad)
-        rate = rate + block.reported.rate_rps
     marks = at.mark_ns.tolist()
-    week, second, nanosecond = np.array([gpstime.week_second_ns(t) for t in marks]).T
+    mark = np.array([gpstime.week_second_ns(t) for t in marks]).T
     leap_s = np.array([gpstime.leap_seconds(t) for t in marks])
-    values = frames.head_values(
-        receivers.session,
-        at.epoch,
-        (week, second, nanosecond),
-        leap_s,
-        quaternion,
-        rate,
-        receivers.mark_source,
-    )
-    data, fits = receivers.templates.head.fill(len(at), values)
-    return _words(data), fits
+    values = frames.mark_values(receivers.session, at.epoch, mark, leap_s, receivers.mark_source)
+    data, fits = receivers.templates.mark.fill(len(at), values)
+    every = np.arange(len(at))
+    own = _frames(receivers, len(at), every, np.tile(receivers.templates.mark_id, (len(at), 1)), data, fits)
+    return one_after_another((own, *(node.over(block) for node in receivers.sensors)))
 
 
-def _closing(receivers: Receivers, block: Block, known: I64) -> U64:
+def _almanac(receivers: Receivers, block: Block) -> EpochFrames:
+    """The portion of the almanac that is sent in each epoch."""
+    at, templates = block.geometry, receivers.templates
+    held, antennas = receivers.almanac, receivers.vehicle.antennas
+    portions = []
+    for k, epoch in enumerate(at.epoch.tolist()):
+        contents = at.sky.available[k] if held is None else held.known
+        portions.append(almanac.portion(contents, epoch, receivers.epochs_per_pass, antennas))
+    rows, sender = (np.concatenate(part) for part in zip(*portions, strict=True))
+    epoch = np.repeat(np.arange(len(at)), [len(part) for part, _ in portions])
+    predicted = almanac.predictions(held, at.sky, (epoch, rows), rows, at.mark_ns[epoch])
+    data, fits = templates.almanac.fill(len(rows), frames.almanac_values(at.sky.index[rows], predicted))
+    return _frames(receivers, len(at), epoch, templates.almanac_id[sender], data, fits)
+
+
+def _frames(receivers: Receivers, epochs: int, epoch: I64, can_id: U32, data: U8, fits: Bool) -> EpochFrames:
+    """Frames of k epochs from records (r,) of f frames each: identifiers (r, f), payloads (r, f, 8)."""
+    of_frame = np.repeat(epoch, can_id.shape[1])
+    words = _words(data).reshape(-1)
+    return epoch_frames(receivers.codec, epochs, of_frame, can_id.reshape(-1), words, fits.reshape(-1))
+
+
+def _satellites_known(receivers: Receivers, block: Block) -> I64:
+    """(k,) how many satellites are in the almanac."""
+    available = block.geometry.sky.available
+    held = receivers.almanac
+    return np.broadcast_to(available if held is None else held.known, available.shape).sum(axis=1)
+
+
+def _closing(receivers: Receivers, block: Block) -> U64:
     """(k, m, 2) words of the closing frames that depend on no channel."""
     at, domain = block.geometry, receivers.vehicle.clock_domain
     m = len(domain)
@@ -345,7 +313,7 @@ def _closing(receivers: Receivers, block: Block, known: I64) -> U64:
     values = {
         "tag_offset_ns": frames.tag_offset_ns(clock_s).reshape(-1),
         "clock_domain": np.tile(domain, len(at)),
-        "almanac_satellites": np.repeat(known, m),
+        "almanac_satellites": np.repeat(_satellites_known(receivers, block), m),
         "frames": 0, "channels_tracking": 0, "state": 0,
     }  # fmt: skip
     data, _ = receivers.templates.closing.fill(len(at) * m, values)

@@ -28,7 +28,6 @@ from gnss_hil.emulator.receivers.emulated.prepared import Layout, Prepared
 from gnss_hil.emulator.signal.visibility import View
 
 _EIGHTS = np.full(1 << 14, WIDTH, np.uint8)
-_MARK_FRAMES = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,31 +170,31 @@ class EmulatedCraft:
         """The epoch's frames, protected, and the counters of their streams."""
         templates, codec = self.receivers.templates, self.receivers.codec
         mark_ns = int(prepared.block.geometry.mark_ns[k])
-        head, head_fits = prepared.head(k)
-        almanac, almanac_id, almanac_stream, almanac_rank, almanac_fits = prepared.almanac(k)
         closing = prepared.closing[k] | layout.closing
-        body = np.concatenate((head, words.reshape(-1), closing.reshape(-1))).take(layout.order)
-        every = np.concatenate((body, almanac, templates.beat_words))
-        can_id = np.concatenate((layout.can_id, almanac_id, templates.heartbeats.can_id))
-        stream = np.concatenate((layout.stream, almanac_stream, templates.beat_stream))
+        body = np.concatenate((words.reshape(-1), closing.reshape(-1))).take(layout.order)
+        front, almanac = prepared.front[k], prepared.almanac[k]
+        every = np.concatenate((front.words, body, almanac.words, templates.beat_words))
+        can_id = np.concatenate((front.can_id, layout.can_id, almanac.can_id, templates.heartbeats.can_id))
+        stream = np.concatenate((front.stream, layout.stream, almanac.stream, templates.beat_stream))
+        head, tail = slice(len(front.words)), slice(len(front.words) + len(body), -len(templates.beat_words))
         rank = None
-        if prepared.almanac_repeats:
+        if prepared.repeats:
             rank = np.zeros(len(every), np.int64)
-            rank[len(body) : len(body) + len(almanac)] = almanac_rank
-        if not (head_fits.all() and almanac_fits.all()):
+            rank[head], rank[tail] = front.rank, almanac.rank
+        if not (front.fits.all() and almanac.fits.all()):
             fits = np.ones(len(every), bool)
-            fits[: len(head)] = head_fits
-            fits[len(body) : len(body) + len(almanac)] = almanac_fits
+            fits[head], fits[tail] = front.fits, almanac.fits
             every, can_id, stream = every[fits], can_id[fits], stream[fits]
             rank = None if rank is None else rank[fits]
         if not answers:
             data, sent = e2e.protect_words(can_id, every, stream, rank, unit.sent, epoch)
             return FrameBatch(np.full(len(data), mark_ns), can_id, _EIGHTS[: len(data)], data), sent
         data = every.view(np.uint8).reshape(-1, WIDTH)
+        marks = len(templates.mark.kinds)
         parts = (
-            frames.Part(can_id[:_MARK_FRAMES], data[:_MARK_FRAMES]),
+            frames.Part(can_id[:marks], data[:marks]),
             *answers,
-            frames.Part(can_id[_MARK_FRAMES:], data[_MARK_FRAMES:]),
+            frames.Part(can_id[marks:], data[marks:]),
         )
         return e2e.protect(codec, frames.block(parts, mark_ns), unit.sent, epoch)
 

@@ -10,6 +10,7 @@ arms. The receiver obeys nobody.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +21,7 @@ from gnss_hil.dbc.common.arrays import I8, I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
 from gnss_hil.emulator.constellation.sky import Sky, SkyState
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
@@ -30,6 +31,9 @@ from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.emulated import almanac
 from gnss_hil.emulator.receivers.observations import Observations
 from gnss_hil.emulator.receivers.recorded.tracks import Tracks
+from gnss_hil.emulator.sensors import attitude
+from gnss_hil.emulator.sensors.base import Reading
+from gnss_hil.emulator.sensors.frames import node
 from gnss_hil.emulator.truth import TRUTH, in_view_bits
 
 AS_ECEF = np.array((1.0, 0.0, 0.0, 0.0))
@@ -130,6 +134,14 @@ def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Ob
     )
 
 
+@cache
+def _attitude(codec: Codec) -> frames.Part:
+    """Frames of the attitude unit, the same in every epoch."""
+    reading = Reading(np.zeros(1, np.int64), attitude.values(AS_ECEF, EARTH_RATE_RPS))
+    sent = node(codec, attitude.ROW, attitude.Sensor()).frames(reading, 1)[0]
+    return frames.Part(sent.can_id, sent.words.view(np.uint8).reshape(-1, WIDTH))
+
+
 def play(
     craft: RecordedCraft, unit: RecordedUnit, sky: SkyState, epoch: int
 ) -> tuple[RecordedUnit, FrameBatch]:
@@ -143,15 +155,13 @@ def play(
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
     predicted = almanac.predictions(held, sky, rows, rows, mark_ns)
-    mark, attitude = frames.head_parts(
-        templates, craft.session, epoch, mark_ns, gpstime.leap_seconds(mark_ns), AS_ECEF, EARTH_RATE_RPS,
-        MARK_OF_DOMAIN_0,
-    )  # fmt: skip
+    leap_s = gpstime.leap_seconds(mark_ns)
+    mark = frames.mark_part(templates, craft.session, epoch, mark_ns, leap_s, MARK_OF_DOMAIN_0)
     state = np.full(craft.vehicle.antennas, frames.RECEIVER_STATE["AUTONOMOUS"])
     clocks_s = np.zeros(craft.vehicle.antennas)
     parts = (
         mark,
-        attitude,
+        _attitude(craft.codec),
         frames.receivers_part(
             templates, seen, sky, clocks_s, craft.vehicle.clock_domain, state, np.count_nonzero(known)
         ),

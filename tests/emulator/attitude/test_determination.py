@@ -9,10 +9,10 @@ import pytest
 from scipy.linalg import solve_discrete_are
 from scipy.spatial.transform import Rotation
 
+from gnss_hil.emulator.attitude import determination as a
 from gnss_hil.emulator.error_models.attitude_error import AttitudeError, sensors
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion, quaternion_of_dcm
-from gnss_hil.emulator.sensors import attitude_determination as a
 
 DEG = np.pi / 180
 S = 10**9
@@ -44,7 +44,7 @@ def riccati(parameters):
 
 
 @pytest.mark.verifies(
-    "emulator/sensors/attitude_determination.py",
+    "emulator/attitude/determination.py",
     "emulator/error_models/attitude_error.py",
     what="Attitude as the computer knows it: gyros and star sensor",
     by=(
