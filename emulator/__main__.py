@@ -14,6 +14,7 @@ import secrets
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 from gnss_hil.dbc.process import command_line
@@ -77,7 +78,7 @@ def _play(arguments: argparse.Namespace, stop) -> int:
     except ValueError as error:
         raise command_line.Mistake(f"--{error}") from None
     session = _fresh_session() if arguments.session is None else arguments.session
-    scenario, world = _world(arguments, session)
+    scenario, world = _world(arguments, session, pace)
     specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
     say = command_line.voice("emulator", arguments.quiet)
     with ExitStack() as stack:
@@ -112,7 +113,7 @@ def _fresh_session() -> int:
     return secrets.randbelow(0xFFFF) + 1
 
 
-def _world(arguments: argparse.Namespace, session: int):
+def _world(arguments: argparse.Namespace, session: int, pace: float | None):
     """Scenario with the command line's changes, and the world it describes."""
     from gnss_hil.dbc.common import vehicle
     from gnss_hil.emulator.assemble import build_world
@@ -129,7 +130,8 @@ def _world(arguments: argparse.Namespace, session: int):
             document["seed"] = arguments.seed
         scenario = scenarios.parse(document, str(path))
         vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
-        return scenario, build_world(scenario, vehicles, session)
+        period_s = None if pace is None else scenario.time.epoch_interval_s / pace
+        return scenario, build_world(scenario, vehicles, session, period_s=period_s)
     except (scenarios.ScenarioError, vehicle.VehicleError) as error:
         raise command_line.Mistake(error) from None
 
@@ -199,7 +201,7 @@ def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
             state, blocks, rows = emulate_step(world, state, inbox, played)
             now_s = time.monotonic()
             truth.add(rows, now_s)
-            inbox = master.play(played, blocks)
+            inbox = master.play(played, blocks, partial(_ahead, world, state, played + 1, epochs))
             played += 1
             if status.due(now_s):
                 status.tell("progress", **_standing(world, played, master, now_s - begun_s))
@@ -208,8 +210,17 @@ def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
     finally:
         standing = _standing(world, played, master, time.monotonic() - begun_s)
         status.tell("ended", reason=reason, **standing, **_tallied(master, state))
-        say(f"{reason.lower()} after {played} epochs, {standing['epochs_unanswered']} unanswered")
+        late = f", marks at most {1e3 * master.tally.late_s:.1f} ms late" if master.paced else ""
+        say(f"{reason.lower()} after {played} epochs, {standing['epochs_unanswered']} unanswered{late}")
     return played
+
+
+def _ahead(world, state, epoch: int, epochs: int) -> None:
+    """Work for the next epoch, if there is one."""
+    from gnss_hil.emulator.step import prepare_step
+
+    if epoch < epochs:
+        prepare_step(world, state, epoch)
 
 
 def _standing(world, played: int, master, wall_s: float) -> dict:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -21,6 +22,10 @@ SLICE_S = 0.1
 GREETINGS, GREETINGS_APART_S = 4, 0.05
 """A node that announces itself so often, at least so far apart, instead of answering has started anew: it did
 not hear the block and never will. Those that it sent before it heard the block come all at once, or fewer."""
+
+WORK_REMEMBERED, WORK_MARGIN = 16, 1.5
+"""At a pace the next block is begun before its instant: by the longest that one of the last blocks took, and
+half as long again."""
 
 
 class MissingNodes(Exception):
@@ -40,11 +45,13 @@ class Tally:
     """What the master counted.
 
     latency  wall time from the end of the emulator's block to the last DONE
+    late_s   at a pace: how long after its instant an epoch began, at most
     """
 
     sent: int = 0
     received: int = 0
     unanswered: int = 0
+    late_s: float = 0.0
     latency: Latency = field(default_factory=Latency)
 
 
@@ -91,6 +98,13 @@ class MasterLoop:
         self._stop = stop
         self._exchanges = {name: self._exchange(bus, {}) for name, bus in self._buses.items()}
         self._start_s = -math.inf
+        self._work_s: deque[float] = deque(maxlen=WORK_REMEMBERED)
+        self._handed_s = math.nan
+
+    @property
+    def paced(self) -> bool:
+        """Whether epochs begin at instants of wall time."""
+        return self._period_s is not None
 
     @property
     def lost(self) -> int:
@@ -109,9 +123,15 @@ class MasterLoop:
                 barrier.hear(bus.link.receive(SLICE_S))
             self._exchanges[name] = self._exchange(bus, barrier.greetings)
 
-    def play(self, epoch: int, blocks: Mapping[str, FrameBatch]) -> dict[str, FrameBatch]:
-        """Sends an epoch's blocks and returns what the nodes answered, the emulator's next inbox."""
+    def play(
+        self, epoch: int, blocks: Mapping[str, FrameBatch], meanwhile: Callable[[], None] = lambda: None
+    ) -> dict[str, FrameBatch]:
+        """Sends an epoch's blocks and returns what the nodes answered, the emulator's next inbox.
+
+        meanwhile  at a pace: work for later epochs, done while there is nothing else to do
+        """
         if self._period_s is not None:
+            self._work_s.append(time.monotonic() - self._handed_s)
             self._await_instant(epoch, self._period_s)
         for name, bus in self._buses.items():
             bus.link.send(self._exchanges[name].open(epoch, blocks[name]))
@@ -120,7 +140,8 @@ class MasterLoop:
         if self._period_s is None:
             inbox = self._gather(sent_s)
         else:
-            inbox = self._listen(self._start_s + (epoch + 1) * self._period_s, sent_s)
+            inbox = self._listen(self._begin_s(epoch + 1, self._period_s), sent_s, meanwhile)
+            self._handed_s = time.monotonic()
         self.tally.received += sum(len(frames) for frames in inbox.values())
         return inbox
 
@@ -157,16 +178,27 @@ class MasterLoop:
             wait_s = min(SLICE_S, end_s - now_s, repeat_s - now_s)
         return True
 
-    def _listen(self, until_s: float, sent_s: float) -> dict[str, FrameBatch]:
-        """Free-running: hears what arrives until the next epoch's instant."""
-        answered = False
+    def _begin_s(self, epoch: int, period_s: float) -> float:
+        """When work on an epoch's block must begin; half of the time that is left is for listening."""
+        known = [work_s for work_s in self._work_s if not math.isnan(work_s)]
+        now_s, instant_s = time.monotonic(), self._start_s + epoch * period_s
+        return max(instant_s - WORK_MARGIN * max(known, default=0.0), (now_s + instant_s) / 2)
+
+    def _listen(self, until_s: float, sent_s: float, meanwhile: Callable[[], None]) -> dict[str, FrameBatch]:
+        """At a pace: hears what arrives until the next block must be begun. Work for later is done once all
+        have answered, or in the second half."""
+        answered = worked = False
+        half_s = (time.monotonic() + until_s) / 2
         while not self._stop():
-            rest_s = until_s - time.monotonic()
-            self._hear_all(min(max(rest_s, 0.0), SLICE_S))
+            now_s = time.monotonic()
+            self._hear_all(min(max((until_s if worked else half_s) - now_s, 0.0), SLICE_S))
             if not answered and all(exchange.answered for exchange in self._exchanges.values()):
                 answered = True
                 self._count(True, time.perf_counter() - sent_s)
-            if rest_s <= 0:
+            if not worked and (answered or now_s >= half_s):
+                worked = True
+                meanwhile()
+            if now_s >= until_s:
                 break
         if not answered:
             self._count(False, 0.0)
@@ -180,7 +212,10 @@ class MasterLoop:
     def _await_instant(self, epoch: int, period_s: float) -> None:
         """Epoch 0 sets the start; a master that fell behind does not hurry to catch up."""
         now_s = time.monotonic()
-        if now_s > self._start_s + (epoch + 1) * period_s:
+        late_s = now_s - (self._start_s + epoch * period_s)
+        if math.isfinite(late_s):
+            self.tally.late_s = max(self.tally.late_s, late_s)
+        if late_s > period_s:
             self._start_s = now_s - epoch * period_s
         while (rest_s := self._start_s + epoch * period_s - time.monotonic()) > 0 and not self._stop():
             time.sleep(min(rest_s, SLICE_S))

@@ -17,7 +17,7 @@ from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.environment import models as joined
-from gnss_hil.emulator.environment.block import Environment
+from gnss_hil.emulator.environment.block import Environment, epochs_at
 from gnss_hil.emulator.environment.link import PlainReceiver, build_link
 from gnss_hil.emulator.environment.models import Clocks
 from gnss_hil.emulator.error_models.base import Context, Stage
@@ -79,6 +79,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         start_ns=time.start_ns,
         interval_ns=time.interval_ns,
         epochs=time.epochs,
+        block_epochs=epochs_at(shared.period_s),
         ray_height_m=given.sky.ray_height_km * 1e3,
         sky=shared.cache,
         sun=shared.sun,

@@ -28,7 +28,7 @@ from gnss_hil.emulator.orbits.motion import Motion, build_motion
 class Shared:
     """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
     orientation, None without a file of it; motion_of: the motion of a craft by its name, ScenarioError if it
-    has none that is known."""
+    has none that is known; period_s: wall time between two epochs, None where none is set."""
 
     given: scenario.Scenario
     session: int
@@ -41,6 +41,7 @@ class Shared:
     models: Models
     measured: finals.Orientation | None
     motion_of: Callable[[str], Motion]
+    period_s: float | None
 
 
 def motions(given: scenario.Scenario, measured: finals.Orientation | None) -> Callable[[str], Motion]:

@@ -30,12 +30,14 @@ def build_world(
     vehicles: Sequence[Vehicle],
     session: int,
     resolve_path: Callable[[str], Path] = Path,
+    period_s: float | None = None,
 ) -> World:
     """The world of a scenario; ScenarioError with one line if there is none.
 
     vehicles      one for each craft of the scenario
     session       identifier of the run, 16 bit
     resolve_path  name of a navigation file as the scenario writes it -> the file
+    period_s      wall time from one epoch to the next at a pace: when work is done, not what comes out
     """
     if len(vehicles) != len(given.craft):
         raise ScenarioError(f"craft: {len(given.craft)} in the scenario, {len(vehicles)} vehicle files")
@@ -60,6 +62,7 @@ def build_world(
         models_of_sky(given, resolve_path, sky.index),
         measured,
         motions(given, measured),
+        period_s,
     )
     craft = tuple(
         KINDS["emulated" if one.observations is None else "recorded"](shared, one, v)

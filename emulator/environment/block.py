@@ -33,9 +33,16 @@ from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
 from gnss_hil.emulator.signal.structure.bodies import Structure
 
 EPOCHS = 64
-CLOSE_S = 0.1
-"""A block has so many epochs; fewer where they are closer than this, for it is worked out between two of
-them."""
+FEWEST = 4
+UNHURRIED_S = 1.0
+"""A block has so many epochs; fewer where a pace leaves less time than this between two of them, in which
+the next block is worked out."""
+
+
+def epochs_at(period_s: float | None) -> int:
+    """How many epochs a block has where so much wall time passes from one to the next; None: none passes
+    but for the work itself."""
+    return EPOCHS if period_s is None else int(np.clip(EPOCHS * period_s / UNHURRIED_S, FEWEST, EPOCHS))
 
 
 class SkyCache:
@@ -59,7 +66,7 @@ class SkyCache:
 class Environment:
     """What the environment of one craft is made of.
 
-    epochs        of the run
+    epochs        of the run;  block_epochs: of one block, see `epochs_at`
     ray_height_m  a ray that passes the Earth lower is hidden
     orbit, attitude, clocks   of the craft
     mark_domain   clock domain that time marks are read from, -1: GPS time, less what the computer's clock
@@ -70,6 +77,7 @@ class Environment:
     start_ns: int
     interval_ns: int
     epochs: int
+    block_epochs: int
     ray_height_m: float
     sky: SkyCache
     sun: Sun
@@ -85,9 +93,8 @@ class Environment:
 
     def span(self, epoch: int) -> tuple[int, int]:
         """First epoch of the block of an epoch, and of the next."""
-        size = int(np.clip(EPOCHS * self.interval_ns / (CLOSE_S * NS_PER_S), 4, EPOCHS))
-        first = epoch - epoch % size
-        end = first + size
+        first = epoch - epoch % self.block_epochs
+        end = first + self.block_epochs
         if first < self.epochs < end:
             return (first, self.epochs) if epoch < self.epochs else (self.epochs, end)
         return first, end

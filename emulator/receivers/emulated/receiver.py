@@ -22,7 +22,7 @@ from gnss_hil.emulator.error_models.base import Measured, Stage
 from gnss_hil.emulator.numerics.chebyshev import Chunks
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.emulated import commands, phase, search
-from gnss_hil.emulator.receivers.emulated.channels import Channels, advance, receivable, retarget
+from gnss_hil.emulator.receivers.emulated.channels import FULL, Channels, advance, receivable, retarget
 from gnss_hil.emulator.receivers.emulated.craft import Receivers, Unit, cold
 from gnss_hil.emulator.receivers.emulated.prepared import Layout, Prepared
 from gnss_hil.emulator.signal.visibility import View
@@ -68,6 +68,12 @@ class EmulatedCraft:
         models = self.environment.models
         stepped = sum(len(models.get(stage, ())) for stage in (Stage.OBSERVABLE, Stage.FRAMES))
         return cold(self.receivers, self.environment, stepped)
+
+    def prepare(self, unit: Unit, epoch: int) -> None:
+        """The epoch's block, and in it the signals of the channels that measure now."""
+        prepared, _ = self.prepared(epoch)
+        if (unit.channels.lock == FULL).any():
+            prepared.layout(unit.channels, unit.knowledge.warm)
 
     def step(self, unit: Unit, received: FrameBatch, epoch: int) -> tuple[Unit, FrameBatch, NDArray]:
         """One epoch: the next unit, its block of frames, and truth, a row of `emulator.truth.TRUTH`."""

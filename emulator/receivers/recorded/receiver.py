@@ -86,6 +86,9 @@ class RecordedCraft:
     def fresh(self) -> RecordedUnit:
         return RecordedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
 
+    def prepare(self, unit: RecordedUnit, epoch: int) -> None:
+        """Nothing: all of a file is read before the run."""
+
     def step(
         self, unit: RecordedUnit, received: FrameBatch, epoch: int
     ) -> tuple[RecordedUnit, FrameBatch, NDArray]:

@@ -6,7 +6,8 @@ import pytest
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.environment.block import EPOCHS, build_block
+from gnss_hil.emulator.environment.block import EPOCHS, build_block, epochs_at
+from gnss_hil.emulator.step import emulate_step, prepare_step
 from tests.support import emulated
 
 WALKING = {"clock_instability": True, "attitude_error": True, "onboard_clock": True}
@@ -55,9 +56,27 @@ def test_the_last_block_ends_with_the_run():
     assert len(build_block(env, 64).geometry) == 36
 
 
-@pytest.mark.parametrize(("interval_s", "epochs"), [(0.01, 6), (0.05, 32), (0.1, 64), (10.0, 64)])
-def test_close_epochs_make_short_blocks(interval_s, epochs):
-    assert craft(interval_s).environment.span(0) == (0, epochs)
+@pytest.mark.parametrize(("period_s", "epochs"), [(None, 64), (10.0, 64), (1.0, 64), (0.1, 6), (0.001, 4)])
+def test_a_fast_pace_makes_short_blocks(period_s, epochs):
+    assert epochs_at(period_s) == epochs
+
+
+def played(period_s, ahead):
+    """Frames and truth of ninety epochs with two commands' worth of search, at blocks of a pace."""
+    soyuz = emulated.craft(receivers=emulated.QUICK, factors=WALKING)
+    given = scenario.parse(emulated.document(soyuz), "test")
+    world = assemble.build_world(given, [vehicle.load(vehicle.find("soyuz-ms"))], 7, period_s=period_s)
+    state, out = assemble.initial_state(world), []
+    for epoch in range(90):
+        if ahead:
+            prepare_step(world, state, epoch)
+        state, frames, truth = emulate_step(world, state, {}, epoch)
+        out.append((frames["soyuz"].data.tobytes(), truth.tobytes()))
+    return out
+
+
+def test_blocks_of_any_size_and_work_done_ahead_give_the_same_bytes():
+    assert played(0.1, ahead=True) == played(None, ahead=False)
 
 
 def test_what_a_signal_says_does_not_depend_on_what_else_is_tracked():
