@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import resource
-import shutil
 import socket
 import stat
 import struct
@@ -24,6 +23,7 @@ from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.contract.frames import batch, from_wire, to_wire
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
+from tests.support.outside import c_tools
 from tests.support.waiting import HANG_S, ended, finished, pause, until
 
 KERNEL_BUFFERS_BYTES = 4 << 20  # generous for what two stream sockets hold
@@ -291,12 +291,10 @@ def test_a_sender_held_back_may_give_up(hub):
     status="validated",
 )
 def test_a_c_program_joins_with_connect_read_and_write(hub, tmp_path):
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("NO C COMPILER (cc): the C client was not tested")
+    c_tools("cc")
     program = tmp_path / "client"
     source = Path(__file__).with_name("client.c")
-    subprocess.run([compiler, "-Wall", "-Wextra", "-Werror", "-O2", "-o", program, source], check=True)
+    subprocess.run(["cc", "-Wall", "-Wextra", "-Werror", "-O2", "-o", program, source], check=True)
     client = subprocess.Popen([program, hub.path], stdout=subprocess.PIPE, text=True)
     assert client.stdout.readline() == "ready\n"
     link = join(hub)

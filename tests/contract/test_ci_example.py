@@ -12,17 +12,13 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from tests.support.outside import c_tools
+
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "examples" / "ci" / "github-actions.yml"
 INSTALL = "python -m pip install ."
 DROP = ["setpriv", "--bounding-set=-all", "--inh-caps=-all", "--no-new-privs"]
 """Root without any of its privileges."""
-
-LACKING = [name for name in ("cc", "make", "sha256sum", "bash") if shutil.which(name) is None]
-
-needs_compiler = pytest.mark.skipif(
-    bool(LACKING), reason=f"THE CI EXAMPLE WAS NOT RUN: no {', '.join(LACKING)}"
-)
 
 
 def job() -> dict:
@@ -40,6 +36,7 @@ def steps() -> list[str]:
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory) -> Path:
     """The examples in a folder of their own, built."""
+    c_tools("cc", "make", "sha256sum", "bash")
     folder = tmp_path_factory.mktemp("checkout")
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=shutil.ignore_patterns("build"))
     build, _ = steps()
@@ -63,7 +60,6 @@ def test_steps_have_no_privileges(tmp_path):
     assert done.stdout.split() == ["CapEff:", "0" * 16]
 
 
-@needs_compiler
 def test_the_workflow_passes_with_the_c_example(checkout):
     _, judge = steps()
     done = github(judge, checkout)
@@ -75,7 +71,6 @@ def test_the_workflow_passes_with_the_c_example(checkout):
         assert (checkout / path).stat().st_size > 0, path
 
 
-@needs_compiler
 def test_a_missed_expectation_fails_the_step_and_is_named(checkout):
     scenario = checkout / "examples" / "ci" / "acceptance.toml"
     asked = '"soyuz.satellites_tracked.mean" = {min = 22}'

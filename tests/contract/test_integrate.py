@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.outside import c_tools
 from tests.support.waiting import HANG_S
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "integrate.md"
-LACKING = [name for name in ("cc", "make", "sha256sum", "bash") if shutil.which(name) is None]
 
 SEEN = {
     "monitor": r"040 NAV_STATUS mode=\w+ no_fix=\w+",
@@ -57,8 +57,8 @@ def run(script: str, folder: Path) -> subprocess.CompletedProcess:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(bool(LACKING), reason=f"THE GUIDE WAS NOT TRIED: no {', '.join(LACKING)}")
 def test_the_guide_is_done_as_written(tmp_path):
+    c_tools("cc", "make", "sha256sum", "bash")
     shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=shutil.ignore_patterns("build"))
     said, seen = "", set()
     for block in blocks():

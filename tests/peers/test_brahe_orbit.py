@@ -12,13 +12,14 @@ from scipy.integrate import solve_ivp
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.earth.constants import eci_to_ecef, rotation_angle_rad
 from gnss_hil.emulator.orbits.dynamics import build_orbit, state_of_elements
+from tests.support.outside import peer
 
 pytestmark = [
     pytest.mark.verifies(what="Air density and drag"),
     pytest.mark.verifies(what="Sunlight and shadow"),
 ]
 
-brahe = pytest.importorskip("brahe")
+brahe = peer("brahe")
 
 START_NS = round((datetime(2012, 10, 31) - datetime(1980, 1, 6)).total_seconds() + 16) * 10**9
 DAY_S = 86400.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 from importlib import resources
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from gnss_hil.tools.command_line.main import main
+from tests.support.outside import can_utils
 from tests.support.waiting import HANG_S
 
 pytestmark = pytest.mark.verifies(
@@ -46,8 +46,7 @@ def test_cantools_decodes_every_frame_from_the_command_line(log):
 
 
 def test_can_utils_read_every_line(log):
-    if shutil.which("log2long") is None:
-        pytest.skip("CAN-UTILS MISSING: install can-utils to hold bus.log against log2long")
+    can_utils("log2long")
     lines = fed(["log2long"], log).splitlines()
     assert len(lines) == len(log)
     for ours, theirs in zip(log, lines, strict=True):
@@ -59,8 +58,7 @@ def test_can_utils_read_every_line(log):
 
 
 def test_the_log_survives_a_round_through_vectors_format(log, tmp_path):
-    if shutil.which("log2asc") is None or shutil.which("asc2log") is None:
-        pytest.skip("CAN-UTILS MISSING: install can-utils to hold bus.log against asc2log")
+    can_utils("log2asc", "asc2log")
     asc = Path(tmp_path / "bus.asc")
     asc.write_text(fed(["log2asc", "can0"], log))
     back = fed(["asc2log", "-I", str(asc)], []).splitlines()

@@ -15,6 +15,7 @@ import pytest
 
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.orbits.dynamics import build_orbit, state_of_elements
+from tests.support.outside import peer
 
 pytestmark = pytest.mark.verifies(
     "emulator/orbits/dynamics.py",
@@ -26,7 +27,7 @@ pytestmark = pytest.mark.verifies(
     status="validated",
 )
 
-hy = pytest.importorskip("heyoka")
+hy = peer("heyoka")
 
 START_UTC = datetime(2012, 10, 31)
 START_NS = round((START_UTC - datetime(1980, 1, 6)).total_seconds() + 16) * 10**9

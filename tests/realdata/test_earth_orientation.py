@@ -15,7 +15,7 @@ from gnss_hil.emulator.config.named_files import anchor
 from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion
-from tests.support.outside import data_file
+from tests.support.outside import data_file, peer
 
 pytestmark = [
     pytest.mark.realdata,
@@ -46,7 +46,7 @@ def test_the_whole_file_is_read_and_knows_vallados_example(measured):
 def test_brahe_reads_the_same_earth_in_it(measured, tmp_path):
     """brahe takes the file's corrections of the pole of date too, dX and dY: some 0.3 mas, 1 cm in low
     orbit. TEME has none of them. A leap second it spreads over the day before, which is left out."""
-    brahe = pytest.importorskip("brahe")
+    brahe = peer("brahe")
     plain = tmp_path / "finals2000A.all"
     plain.write_bytes(gzip.decompress(data_file(FILE).read_bytes()))
     provider = brahe.FileEOPProvider.from_file(str(plain), True, "Error")

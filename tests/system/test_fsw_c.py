@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import random
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,14 +18,13 @@ import pytest
 from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded, session_of
+from tests.support.outside import c_tools
 
 EXAMPLE = ROOT / "examples" / "fsw_c"
 AGREEMENT_M = 0.001  # of two least squares with the same weights; found: 0.14 mm, the step of the bus
 EPOCHS = 130
-LACKING = [name for name in ("gcc", "make", "sha256sum") if shutil.which(name) is None]
 
 pytestmark = [
-    pytest.mark.skipif(bool(LACKING), reason=f"THE C EXAMPLE WAS NOT TESTED: no {', '.join(LACKING)}"),
     pytest.mark.verifies(
         "examples/fsw_c",
         what="Assignment and commands, a second time",
@@ -41,6 +39,7 @@ pytestmark = [
 
 def build(folder: Path, target: str = "all") -> None:
     """`make` into a folder; nothing of the example's own may be warned about."""
+    c_tools("gcc", "make", "sha256sum")
     bench = [
         f"PYTHON={sys.executable}",
         f"GNSS_HIL={sys.executable} -m gnss_hil.tools.command_line.main",

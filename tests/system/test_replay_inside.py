@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import shutil
 import signal
 import socket
 import subprocess
@@ -20,6 +19,7 @@ from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.recording.formats.candump import format_lines
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.replay.recorded_run import open_run
+from tests.support.outside import can_utils
 from tests.support.programs import FLIGHT
 from tests.support.waiting import HANG_S, exit_status, until
 from tests.system.test_socketcan_inside import Candump
@@ -80,8 +80,7 @@ def flight():
 
 
 def test_canplayer_plays_a_run_and_the_flight_software_finds_its_fixes(log, flight, tmp_path):
-    if shutil.which("canplayer") is None:
-        pytest.fail("canplayer is missing (Debian package can-utils)")
+    can_utils("canplayer")
     recorded = open_run(Recording(log), None, None)
     part = tmp_path / "part.log"
     with part.open("wb") as stream:

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import signal
 import socket
 import subprocess
@@ -26,6 +25,7 @@ from gnss_hil.dbc.contract.messages import BENCH_FIRST
 from gnss_hil.tools.command_line.main import main
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
 from tests.support.lockstep_frames import mark
+from tests.support.outside import can_utils
 from tests.support.waiting import ended, exit_status, pause, until
 from tests.system.test_fsw_c import AGREEMENT_M, build, distances_m
 
@@ -35,8 +35,7 @@ pytestmark = pytest.mark.socketcan
 
 if "vcan0" not in {name for _, name in socket.if_nameindex()}:
     pytest.skip("no vcan0 on this kernel; see test_socketcan.py", allow_module_level=True)
-if shutil.which("candump") is None:
-    pytest.fail("candump is missing (Debian package can-utils)")
+can_utils("candump", "cansend")
 
 
 @pytest.fixture

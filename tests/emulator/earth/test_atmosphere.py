@@ -13,6 +13,7 @@ from gnss_hil.emulator.earth import atmosphere, sun_moon
 from gnss_hil.emulator.earth.constants import MU_M3PS2
 from gnss_hil.emulator.orbits import forces
 from gnss_hil.emulator.orbits.dynamics import OrbitError, build_orbit, state_of_elements
+from tests.support.outside import peer
 
 pytestmark = pytest.mark.verifies(
     "emulator/earth/atmosphere.py",
@@ -64,7 +65,7 @@ def test_half_way_around_the_bulge():
 
 def test_density_is_brahes():
     """Its exponent, 3, is that of cos^2(psi/2), as in Montenbruck & Gill's code (not the text): 6 here."""
-    brahe = pytest.importorskip("brahe")
+    brahe = peer("brahe")
     rng = np.random.default_rng(3)
     directions = rng.normal(size=(200, 3))
     pos_m = (
@@ -117,7 +118,7 @@ def test_drag_is_half_rho_v_squared():
 def test_decay_of_a_circular_orbit_in_a_revolution():
     """King-Hele, Satellite Orbits in an Atmosphere, 4.3: the axis loses 2 pi (Cd A / m) rho a^2 F, with
     F = (1 - r w / v)^2 eastward over the equator; rho is brahe's mean around the circle."""
-    brahe = pytest.importorskip("brahe")
+    brahe = peer("brahe")
     given = orbit(forces=["drag"], bulge_exponent=6.0)
     axis_m = EQUATOR_M + 400e3
     sun, _ = sun_moon.InertialBodies(START_NS).at(np.array([START_NS]))

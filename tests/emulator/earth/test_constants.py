@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
+import erfa
 import numpy as np
 import pytest
 
@@ -17,7 +18,6 @@ pytestmark = pytest.mark.verifies(
     status="validated",
 )
 
-erfa = pytest.importorskip("erfa")
 GPS_EPOCH_JD = 2_444_244.5
 MOMENTS = [datetime(1993, 7, 1), datetime(2012, 10, 31, 0, 15), datetime(2026, 2, 3, 4, 5, 6)]
 

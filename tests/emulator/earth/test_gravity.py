@@ -11,6 +11,7 @@ from scipy.special import assoc_legendre_p_all
 from gnss_hil.emulator.earth import gravity
 from gnss_hil.emulator.earth.constants import MU_M3PS2
 from gnss_hil.emulator.orbits import forces
+from tests.support.outside import peer
 
 pytestmark = pytest.mark.verifies(
     "emulator/earth/gravity.py",
@@ -40,7 +41,7 @@ def test_coefficients_of_low_degree_are_the_published_ones():
 
 
 def test_coefficients_are_heyokas():
-    heyoka = pytest.importorskip("heyoka")
+    heyoka = peer("heyoka")
     c, s = gravity.coefficients(gravity.HIGHEST_DEGREE)
     rows, columns = np.tril_indices(gravity.HIGHEST_DEGREE + 1)
     expected = heyoka.model.get_egm2008_CS()[: len(rows) - 3]
@@ -49,7 +50,7 @@ def test_coefficients_are_heyokas():
 
 @pytest.mark.parametrize("degree", [2, 3, 20, 50])
 def test_acceleration_is_heyokas(degree):
-    heyoka = pytest.importorskip("heyoka")
+    heyoka = peer("heyoka")
     variables = heyoka.make_vars("x", "y", "z")
     expressions = heyoka.model.egm2008_acc(variables, degree, degree, mu=MU_M3PS2)
     expected = heyoka.cfunc(expressions, variables, compact_mode=True)(np.ascontiguousarray(POINTS_M.T)).T

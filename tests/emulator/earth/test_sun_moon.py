@@ -10,6 +10,7 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.earth import frames, sun_moon
+from tests.support.outside import peer
 
 pytestmark = pytest.mark.verifies(
     "emulator/earth/sun_moon.py",
@@ -64,7 +65,7 @@ def test_sun_and_moon_are_heyokas():
 
     moon98 is abridged to some arcseconds, epv00 to some 11 km of the Earth's place (SOFA's own figures).
     """
-    heyoka = pytest.importorskip("heyoka")
+    heyoka = peer("heyoka")
     t_ns = J2000_TT_NS + np.arange(0, 20 * 365, 73) * 86_400_000_000_000
     days = (t_ns - J2000_TT_NS) / 86_400e9
     time = heyoka.make_vars("t")

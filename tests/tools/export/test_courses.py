@@ -10,6 +10,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export import oem as ours
 from gnss_hil.tools.export import sp3, time_series
 from gnss_hil.tools.export.time_series import TimeSeries
+from tests.support.outside import peer
 
 pytestmark = pytest.mark.verifies(
     "tools/export/oem.py",
@@ -28,7 +29,7 @@ def fixes(told) -> TimeSeries:
 
 
 def test_the_package_oem_reads_the_message(fixes, tmp_path):
-    oem = pytest.importorskip("oem", reason="PACKAGE oem MISSING: no other reader of OEM files")
+    oem = peer("oem")
     path = tmp_path / "soyuz.oem"
     path.write_text("".join(ours.text_of(fixes)))
     message = oem.OrbitEphemerisMessage.open(str(path))
@@ -57,7 +58,7 @@ def test_a_craft_without_velocities_has_no_message(fixes):
 
 
 def test_the_package_sp3_reads_the_table(fixes, tmp_path):
-    package = pytest.importorskip("sp3", reason="PACKAGE sp3 MISSING: no other reader of SP3 files")
+    package = peer("sp3")
     path = tmp_path / "one.sp3"
     path.write_text("".join(sp3.text_of(sp3.of_craft([fixes]))))
     (satellite,) = package.Product.from_file(path).satellites

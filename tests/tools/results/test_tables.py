@@ -10,8 +10,9 @@ from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import tables
 from gnss_hil.tools.results.summary import build
+from tests.support.outside import peer
 
-polars = pytest.importorskip("polars")
+polars = peer("polars")
 
 CODEC = codec.codec(4)
 FACTS = {"scenario": "extremes", "pace": "lockstep", "epoch_interval_s": 1.0, "epochs_unanswered": 0}

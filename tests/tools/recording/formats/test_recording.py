@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import random
-import shutil
 import subprocess
 from collections import Counter
 from importlib import resources
@@ -23,6 +22,7 @@ from gnss_hil.tools.recording.formats.candump import LogError, format_lines
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.order import HOLD_US, LATE, in_time_order
 from gnss_hil.tools.recording.formats.recording import FORMATS, Channels, Recording
+from tests.support.outside import can_utils, peer
 from tests.support.waiting import HANG_S
 
 pytestmark = pytest.mark.verifies(
@@ -140,8 +140,7 @@ def test_names_of_buses_become_numbers():
 
 
 def test_can_utils_read_our_asc(run_log, tmp_path):
-    if shutil.which("asc2log") is None:
-        pytest.skip("CAN-UTILS MISSING: install can-utils to hold ASC against asc2log")
+    can_utils("asc2log")
     asc = tmp_path / "bus.asc"
     convert(Recording(run_log), asc)
     told = subprocess.run(["asc2log", "-I", str(asc)], capture_output=True, check=True, timeout=HANG_S).stdout
@@ -154,8 +153,7 @@ def test_can_utils_read_our_asc(run_log, tmp_path):
 
 
 def test_we_read_the_asc_of_can_utils(run_log, tmp_path):
-    if shutil.which("log2asc") is None:
-        pytest.skip("CAN-UTILS MISSING: install can-utils to read the ASC of log2asc")
+    can_utils("log2asc")
     asc, back = tmp_path / "bus.asc", tmp_path / "back.log"
     subprocess.run(["log2asc", "-I", str(run_log), "-O", str(asc), "can0"], check=True, timeout=HANG_S)
     convert(Recording(asc), back)
@@ -172,7 +170,7 @@ def test_python_can_reads_our_asc_and_dates_it_right(tmp_path):
 
 
 def test_asammdf_decodes_our_mf4_with_the_dbc(run_log, tmp_path):
-    asammdf = pytest.importorskip("asammdf")
+    asammdf = peer("asammdf")
     logging.getLogger("asammdf").setLevel(logging.CRITICAL)
     path = tmp_path / "bus.mf4"
     convert(Recording(run_log), path)
