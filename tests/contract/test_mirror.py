@@ -14,6 +14,7 @@ ACROSS = {
     "emulator/constellation/broadcast/test_user_algorithms.py": "gps, glonass and ephemerides",
     "emulator/error_models/test_thermal_noise.py": "noise of codes, rates and phases",
     "emulator/receivers/recorded/test_group_delays.py": "receiver and signals",
+    "emulator/sensors/test_made_up.py": "what a sensor of somebody else's takes",
     "emulator/signal/ionosphere/test_relative.py": "all ionosphere models beside each other",
     "emulator/test_process.py": "the emulator as a process",
     "flightsw/app/test_fuzz.py": "the whole flight software under random frames",
@@ -49,11 +50,14 @@ def test_every_test_file_is_named_after_a_module_or_listed():
     assert {file for file in files if file.split("/")[0] in PACKAGES and across(file)} == set(ACROSS)
 
 
-PAUSES = re.compile(r"time\.sleep|\bmonotonic|perf_counter|timeout=\d|timeout_s=\d\d|\.wait\(\d|\.join\(\d")
+PAUSES = re.compile(
+    r"time\.sleep|\bmonotonic|perf_counter|process_time|timeout=\d|timeout_s=\d\d|\.wait\(\d|\.join\(\d"
+)
 """Waiting for a time, and looking at one."""
 
 ALLOWED = {
     "tests/support/waiting.py": "the one place that waits",
+    "tests/dbc/lockstep/test_master_loop.py": "a clock of the test's own",
     "tests/support/terminals.py": "waits for what is drawn, until HANG_S",
     "tests/conformance/test_links.py": "waits for frames until HANG_S; receive(0.2) lasts 0.2 s at least",
     "tests/conformance/test_embedded.py": "python-can's own limit of a held-back sender",
