@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import ndtri
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
@@ -76,3 +77,13 @@ def test_uniform_never_reaches_its_ends():
     ends = keyed_draws.uniform(np.array([0, 2**64 - 1], np.uint64))
     assert 0 < ends[0] < ends[1] < 1
     assert np.isfinite(keyed_draws.normal(np.array([0, 2**64 - 1], np.uint64))).all()
+
+
+def test_normal_numbers_are_quantiles_of_their_words():
+    """Against SciPy's inverse distribution function, far into both tails, in any shape."""
+    raw = np.linspace(0, 2**64 - 2**12, 100_001).astype(np.uint64)
+    edge = np.uint64(1) << np.arange(12, 64, dtype=np.uint64)
+    raw = np.concatenate((raw, edge, np.uint64(2**64 - 1) - edge))
+    found = keyed_draws.normal(raw[: raw.size // 5 * 5].reshape(-1, 5))
+    expected = ndtri(keyed_draws.uniform(raw[: found.size])).reshape(found.shape)
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-15)
