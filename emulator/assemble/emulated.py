@@ -86,7 +86,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         vehicle=vehicle,
         orbit=orbit,
         attitude=build_turning(craft.name, craft.attitude, time, orbit, shared.measured),
-        clocks=_wandering(craft, context, vehicle) if oscillator is None else oscillator.clocks,
+        clocks=_wandering(craft, context, vehicle) if oscillator is None else oscillator.block,
         mark_domain=mark_domain,
         models=models,
         link=link,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.config import scenario
@@ -14,8 +15,8 @@ from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
 from gnss_hil.emulator.constellation.sky import Misreport, Sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
-from gnss_hil.emulator.environment.models import Models
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, ReportInput, Stage
+from gnss_hil.emulator.environment.models import Models, acting
+from gnss_hil.emulator.error_models.base import BlockModel, Context, ReportInput, ReportTerm, Stage, StageOf
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import finals
@@ -65,15 +66,18 @@ def context_of(given: scenario.Scenario, key: int, index: I64, open_path: Callab
 
 def models_of(rows: Mapping[str, Factor], context: Context) -> Models:
     """Models of rows that are on, by stage."""
-    found: dict[Stage, tuple[ErrorModel, ...]] = {}
+    found: dict[StageOf, tuple[Any, ...]] = {}
     for name, params in rows.items():
         row = FACTORS[name]
-        found[row.stage] = (*found.get(row.stage, ()), row.build(params, context))
+        model = row.build(params, context)
+        if not hasattr(model, row.stage.asks):
+            raise TypeError(f"error model '{name}': stage {row.stage.name} asks for `{row.stage.asks}`")
+        found[row.stage] = (*found.get(row.stage, ()), model)
     return found
 
 
 def merged(own: Models, of_sky: Models) -> Models:
-    return {stage: (*own.get(stage, ()), *of_sky.get(stage, ())) for stage in Stage}
+    return {stage: (*own.get(stage, ()), *of_sky.get(stage, ())) for stage in {**own, **of_sky}}
 
 
 def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], index: I64) -> Models:
@@ -91,11 +95,11 @@ def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], in
 def misreports(models: Models) -> list[Misreport]:
     """What makes satellites report something else than the truth."""
 
-    def misreport(model: ErrorModel) -> Misreport:
+    def misreport(model: BlockModel[ReportInput, ReportTerm]) -> Misreport:
         def errors(middles_ns, nodes_s, pos_m, vel_mps):
-            term = model.report(ReportInput(middles_ns, nodes_s, pos_m, vel_mps))
+            term = model.block(ReportInput(middles_ns, nodes_s, pos_m, vel_mps))
             return term.off_ecef_m, term.off_clock_m
 
         return errors
 
-    return [misreport(model) for model in models.get(Stage.BROADCAST, ())]
+    return [misreport(model) for model in acting(models, Stage.BROADCAST)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,40 +12,48 @@ from gnss_hil.dbc.common.arrays import F64, Bool
 from gnss_hil.emulator.error_models.base import (
     AttitudeTerm,
     Epochs,
-    ErrorModel,
     LinkTerm,
+    PathModel,
     PathTerm,
     Stage,
+    StageOf,
     TrackingTerm,
     VisibilityTerm,
 )
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
 
-Models = Mapping[Stage, tuple[ErrorModel, ...]]
+Models = Mapping[StageOf, tuple[Any, ...]]
 """Of one craft, the sky's among them, in the registry's order."""
+
+Model = TypeVar("Model")
+
+
+def acting(models: Models, stage: StageOf[Model]) -> tuple[Model, ...]:
+    """The models of a stage."""
+    return models.get(stage, ())
 
 
 class Clash(ValueError):
     """Two models of a craft that cannot both be; the message is for people."""
 
 
-def only(models: Models, stage: Stage) -> ErrorModel | None:
+def only(models: Models, stage: StageOf[Model]) -> Model | None:
     """The model of a stage that has room for one."""
-    found = models.get(stage, ())
+    found = acting(models, stage)
     if len(found) > 1:
-        raise Clash(f"two models of stage {stage.value}; there is room for one")
+        raise Clash(f"two models of stage {stage.name}; there is room for one")
     return found[0] if found else None
 
 
 def ahead_s(models: Models, epochs: Epochs) -> F64:
     """(k,) mark minus latch [s] of marks that the on-board computer reads from its own clock."""
-    return sum((model.ahead_s(epochs) for model in models.get(Stage.LATCH, ())), np.zeros(epochs.count))
+    return sum((model.block(epochs) for model in acting(models, Stage.LATCH)), np.zeros(epochs.count))
 
 
 def attitude(models: Models, epochs: Epochs) -> AttitudeTerm | None:
     """What the reported attitude is off; None: nothing."""
-    terms = [model.attitude(epochs) for model in models.get(Stage.ATTITUDE, ())]
+    terms = [model.block(epochs) for model in acting(models, Stage.ATTITUDE)]
     if not terms:
         return None
     first, *others = terms
@@ -56,7 +65,7 @@ def attitude(models: Models, epochs: Epochs) -> AttitudeTerm | None:
 
 def link(models: Models) -> LinkTerm | None:
     """The parts of the link budget that models tell; None: no model tells any."""
-    terms = [model.link() for model in models.get(Stage.LINK, ())]
+    terms = [model.block(None) for model in acting(models, Stage.LINK)]
     if not terms:
         return None
     given = [(f.name, getattr(term, f.name)) for term in terms for f in fields(LinkTerm)]
@@ -68,7 +77,7 @@ def link(models: Models) -> LinkTerm | None:
 
 
 def visibility(models: Models, at: EpochGeometry) -> tuple[VisibilityTerm, ...]:
-    return tuple(model.visibility(at) for model in models.get(Stage.VISIBILITY, ()))
+    return tuple(model.block(at) for model in acting(models, Stage.VISIBILITY))
 
 
 def hidden(terms: Iterable[VisibilityTerm], candidate: Bool) -> Bool:
@@ -98,31 +107,31 @@ NONE = PathTerm()
 class PathModels:
     """Models of the stage PATH: those that lead, and the others."""
 
-    leading: tuple[ErrorModel, ...]
-    following: tuple[ErrorModel, ...]
+    leading: tuple[PathModel, ...]
+    following: tuple[PathModel, ...]
 
     def led(self, at: ChannelGeometry) -> PathTerm:
-        return sum((model.path(at) for model in self.leading), NONE)
+        return sum((model.block(at) for model in self.leading), NONE)
 
     def followed(self, at: ChannelGeometry) -> PathTerm:
-        return sum((model.path(at) for model in self.following), NONE)
+        return sum((model.block(at) for model in self.following), NONE)
 
     def reaching(self, at: ChannelGeometry) -> F64:
         """(p,) level [dB] at which signals arrive whose direct ray is hidden; -inf: not at all."""
         levels = [
-            np.broadcast_to(model.path(at).level_db, len(at)) for model in self.leading if model.reaches
+            np.broadcast_to(model.block(at).level_db, len(at)) for model in self.leading if model.reaches
         ]
         return np.max(levels, axis=0) if levels else np.full(len(at), -np.inf)
 
 
 def path_models(models: Models) -> PathModels:
-    every = models.get(Stage.PATH, ())
+    every = acting(models, Stage.PATH)
     return PathModels(tuple(m for m in every if m.leads), tuple(m for m in every if not m.leads))
 
 
 def tracking(models: Models, at: ChannelGeometry | None) -> TrackingTerm:
     """How channels track: slips of signals, or, without any, what holds for all of a run."""
-    terms = [model.tracking(at) for model in models.get(Stage.TRACKING, ())]
+    terms = [model.block(at) for model in acting(models, Stage.TRACKING)]
     slips = [term.half_cycles for term in terms if term.half_cycles is not None]
     timed = [term for term in terms if term.collection_ns is not None]
     if len(timed) > 1:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.attitude.determination import Sensors, after_a_fix, known, settled
-from gnss_hil.emulator.error_models.base import AttitudeTerm, Context, Epochs, ErrorModel, Row, Stage
+from gnss_hil.emulator.error_models.base import AttitudeTerm, Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.walk import Walk
 
@@ -57,10 +57,10 @@ def sensors(parameters: AttitudeError, interval_ns: int) -> Sensors:
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model:
     walk: Walk
 
-    def attitude(self, epochs: Epochs) -> AttitudeTerm:
+    def block(self, epochs: Epochs) -> AttitudeTerm:
         states = self.walk.over(epochs.first, epochs.count)
         angle_rad, rate_rps = (
             np.stack([getattr(s, name) for s in states]) for name in ("angle_rad", "rate_rps")
@@ -68,7 +68,7 @@ class Model(ErrorModel):
         return AttitudeTerm(angle_rad, rate_rps)
 
 
-def build(params: AttitudeError, context: Context) -> ErrorModel:
+def build(params: AttitudeError, context: Context) -> Model:
     parts = sensors(params, context.interval_ns)
     draws = context.stream(ROW.name)
     return Model(Walk(lambda before, epoch: known(parts, before, draws, epoch)))

@@ -5,33 +5,33 @@ that builds it, and the stage of the run in which it acts. The registry lists th
 line, documents and the emulator's stages read them there. To add one: write the file, name its row in the
 registry, test it (every row is tested to show on the bus). Nothing else knows any model by name.
 
-A model answers to what its stage asks, and to no more:
+A model is a class with one method, `block`, or `step` in the last two stages. What it is asked with and what
+it answers are its stage's; the type checker refuses a row whose model is not of its stage:
 
-    stage       asked for        with                 answers by         terms of a stage join by
-    BROADCAST   report           ReportInput          ReportTerm         sum
-    OSCILLATOR  clocks           epochs               (k, 2, 8)          exactly one; without, a bounded
-                wander
-    LATCH       ahead_s          epochs               (k,) [s]           sum
-    ATTITUDE    attitude         epochs               AttitudeTerm       sum of small angles and rates
-    LINK        link             -, once a run        LinkTerm           merge: a field is of one model
-    VISIBILITY  visibility       EpochGeometry        VisibilityTerm     every model has to let a signal pass
-    PATH        path             ChannelGeometry      PathTerm           sum
-    TRACKING    tracking         ChannelGeometry      TrackingTerm       sum; one alone times the collection
-    OBSERVABLE  observable       state, Measured      state, PathTerm    sum
-    FRAMES      frames           state, FrameBatch    state, FrameBatch  one after another
+    stage       asked with                 answers by         terms of a stage join by
+    BROADCAST   ReportInput                ReportTerm         sum
+    OSCILLATOR  Epochs                     (k, 2, 8)          exactly one; without, a bounded wander
+    LATCH       Epochs                     (k,) [s]           sum
+    ATTITUDE    Epochs                     AttitudeTerm       sum of small angles and rates
+    LINK        None, once a run           LinkTerm           merge: a field is of one model
+    VISIBILITY  EpochGeometry              VisibilityTerm     every model has to let a signal pass
+    PATH        ChannelGeometry            PathTerm           sum
+    TRACKING    ChannelGeometry, None      TrackingTerm       sum; one alone times the collection
+    OBSERVABLE  state, Measured, epoch     state, PathTerm    sum
+    FRAMES      state, FrameBatch, epoch   state, FrameBatch  one after another
 
 Stages down to PATH are of the environment, which no command changes: they are worked out for a block of
-epochs at once, and their answers are pure functions of the epoch. So is what TRACKING asks for. The last
-two are stepped with the receivers; a model that remembers has its state handed on from epoch to epoch.
+epochs at once, and their answers are pure functions of the epoch. So is that of TRACKING. The last two are
+stepped with the receivers; a model that remembers has its state handed on from epoch to epoch, None at first.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 
@@ -47,20 +47,10 @@ from gnss_hil.emulator.signal.jamming import Jammers
 from gnss_hil.emulator.signal.link_budget import Transmit
 from gnss_hil.emulator.signal.loops import Loops
 
-
-class Stage(Enum):
-    """Where in a run a model acts, in the order in which stages follow each other."""
-
-    BROADCAST = "broadcast"
-    OSCILLATOR = "oscillator"
-    LATCH = "latch"
-    ATTITUDE = "attitude"
-    LINK = "link"
-    VISIBILITY = "visibility"
-    PATH = "path"
-    TRACKING = "tracking"
-    OBSERVABLE = "observable"
-    FRAMES = "frames"
+At = TypeVar("At", contravariant=True)
+Term = TypeVar("Term", covariant=True)
+Model = TypeVar("Model", covariant=True)
+Constant = TypeVar("Constant")
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,47 +189,65 @@ class Measured:
     cn0_dbhz: F64
 
 
-class ErrorModel:
-    """A model at work; a row's `build` makes one and answers what its stage asks.
+class BlockModel(Protocol[At, Term]):
+    """A model of the environment."""
 
-    leads          PATH: asked before the others, which meet the C/N0 that it leaves
-    reaches        PATH: asked, too, for signals whose direct ray is hidden, still received at its level
-    needs_sun      whether it looks at the Sun or at the structure
+    def block(self, at: At, /) -> Term:
+        """A pure function."""
+        ...
+
+
+class SteppedModel(Protocol[At, Term]):
+    """A model that is stepped with the receivers, an epoch after the other."""
+
+    def step(self, state: Any, at: At, epoch: int, /) -> tuple[Any, Term]: ...
+
+
+class PathModel(ABC):
+    """A model of the stage PATH.
+
+    leads     asked before the others, which meet the C/N0 that it leaves
+    reaches   asked, too, for signals whose direct ray is hidden, still received at its level
     """
 
     leads: bool = False
     reaches: bool = False
 
-    def report(self, at: ReportInput) -> ReportTerm:
-        raise NotImplementedError
+    @abstractmethod
+    def block(self, at: ChannelGeometry, /) -> PathTerm: ...
 
-    def clocks(self, epochs: Epochs) -> F64:
-        raise NotImplementedError
 
-    def ahead_s(self, epochs: Epochs) -> F64:
-        raise NotImplementedError
+@dataclass(frozen=True, slots=True)
+class Fixed(Generic[Constant]):
+    """A model whose term is the same in all of a run."""
 
-    def attitude(self, epochs: Epochs) -> AttitudeTerm:
-        raise NotImplementedError
+    term: Constant
 
-    def link(self) -> LinkTerm:
-        raise NotImplementedError
+    def block(self, at: object, /) -> Constant:
+        return self.term
 
-    def visibility(self, at: EpochGeometry) -> VisibilityTerm:
-        raise NotImplementedError
 
-    def path(self, at: ChannelGeometry) -> PathTerm:
-        raise NotImplementedError
+@dataclass(frozen=True, slots=True)
+class StageOf(Generic[Model]):
+    """A stage and the models that act in it."""
 
-    def tracking(self, at: ChannelGeometry | None) -> TrackingTerm:
-        """For signals, or (None) for what does not depend on any."""
-        raise NotImplementedError
+    name: str
+    asks: Literal["block", "step"] = "block"
 
-    def observable(self, state: Any, at: Measured, epoch: int) -> tuple[Any, PathTerm]:
-        raise NotImplementedError
 
-    def frames(self, state: Any, block: FrameBatch, epoch: int) -> tuple[Any, FrameBatch]:
-        raise NotImplementedError
+class Stage:
+    """Where in a run a model acts, in the order in which stages follow each other."""
+
+    BROADCAST: ClassVar[StageOf[BlockModel[ReportInput, ReportTerm]]] = StageOf("broadcast")
+    OSCILLATOR: ClassVar[StageOf[BlockModel[Epochs, F64]]] = StageOf("oscillator")
+    LATCH: ClassVar[StageOf[BlockModel[Epochs, F64]]] = StageOf("latch")
+    ATTITUDE: ClassVar[StageOf[BlockModel[Epochs, AttitudeTerm]]] = StageOf("attitude")
+    LINK: ClassVar[StageOf[BlockModel[None, LinkTerm]]] = StageOf("link")
+    VISIBILITY: ClassVar[StageOf[BlockModel[EpochGeometry, VisibilityTerm]]] = StageOf("visibility")
+    PATH: ClassVar[StageOf[PathModel]] = StageOf("path")
+    TRACKING: ClassVar[StageOf[BlockModel[ChannelGeometry | None, TrackingTerm]]] = StageOf("tracking")
+    OBSERVABLE: ClassVar[StageOf[SteppedModel[Measured, PathTerm]]] = StageOf("observable", "step")
+    FRAMES: ClassVar[StageOf[SteppedModel[FrameBatch, FrameBatch]]] = StageOf("frames", "step")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -277,9 +285,10 @@ Need = Literal["structure"]
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class Row(Generic[Model]):
     """An error model.
 
+    stage    where it acts
     params   its parameters, which validate themselves
     source   of its formulas
     build    parameters and context -> the model; ValueError or FileError with one line if it cannot be had
@@ -294,9 +303,9 @@ class Row:
 
     name: str
     params: type[Factor]
-    stage: Stage
+    stage: StageOf[Model]
     source: str
-    build: Callable[[Any, Any], ErrorModel]
+    build: Callable[[Any, Any], Model]
     scope: Literal["sky", "craft"] = "craft"
     default: bool = False
     ready: bool = True

@@ -13,7 +13,7 @@ from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.clocks import oscillator
 from gnss_hil.emulator.clocks.bounded_wander import DOMAINS
-from gnss_hil.emulator.error_models.base import Context, Epochs, ErrorModel, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 from gnss_hil.emulator.numerics.walk import Walk
@@ -59,14 +59,14 @@ def running(
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model:
     walk: Walk
 
-    def clocks(self, epochs: Epochs) -> F64:
+    def block(self, epochs: Epochs) -> F64:
         return np.stack(self.walk.over(epochs.first, epochs.count))
 
 
-def build(params: ClockInstability, context: Context) -> ErrorModel:
+def build(params: ClockInstability, context: Context) -> Model:
     return Model(Walk(running(params, context.seed, context.key, context.interval_ns)))
 
 

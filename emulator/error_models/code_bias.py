@@ -14,7 +14,7 @@ from pydantic import Field
 from gnss_hil.dbc.common import satellites, signals
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
@@ -52,16 +52,16 @@ def satellite_code_m(parameters: CodeBias, seed: int, index: I64) -> F64:
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model(PathModel):
     """code_m  (n,) to be added to pseudoranges [m]."""
 
     code_m: F64
 
-    def path(self, at: ChannelGeometry) -> PathTerm:
+    def block(self, at: ChannelGeometry) -> PathTerm:
         return PathTerm(range_m=self.code_m[at.row])
 
 
-def build(params: CodeBias, context: Context) -> ErrorModel:
+def build(params: CodeBias, context: Context) -> Model:
     return Model(satellite_code_m(params, context.seed, context.satellites))
 
 

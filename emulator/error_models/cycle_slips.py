@@ -14,7 +14,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common.arrays import F64, I64, U64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, Row, Stage, TrackingTerm
+from gnss_hil.emulator.error_models.base import CraftContext, Row, Stage, TrackingTerm
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
@@ -48,20 +48,20 @@ def slips(parameters: CycleSlips, loops: Loops, raw: U64, cn0_dbhz: F64, dt_s: f
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model:
     params: CycleSlips
     loops: Loops
     stream: Stream
     interval_s: float
 
-    def tracking(self, at: ChannelGeometry | None) -> TrackingTerm:
+    def block(self, at: ChannelGeometry | None) -> TrackingTerm:
         if at is None:
             return TrackingTerm()
         raw = self.stream.of_signals(at.epoch, at.receiver, at.sat)
         return TrackingTerm(slips(self.params, self.loops, raw, at.cn0_dbhz, self.interval_s))
 
 
-def build(params: CycleSlips, context: CraftContext) -> ErrorModel:
+def build(params: CycleSlips, context: CraftContext) -> Model:
     return Model(params, context.loops, context.stream(ROW.name), context.interval_ns / NS_PER_S)
 
 

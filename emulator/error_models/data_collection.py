@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, Row, Stage, TrackingTerm
+from gnss_hil.emulator.error_models.base import Context, Fixed, Row, Stage, TrackingTerm
 from gnss_hil.emulator.error_models.params import Factor
-from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.data_frames import collection_ns
 
 
@@ -19,16 +16,8 @@ class DataCollection(Factor):
     shared: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    shared: bool
-
-    def tracking(self, at: ChannelGeometry | None) -> TrackingTerm:
-        return TrackingTerm(collection_ns=collection_ns, shared=self.shared)
-
-
-def build(params: DataCollection, context: Context) -> ErrorModel:
-    return Model(params.shared)
+def build(params: DataCollection, context: Context) -> Fixed[TrackingTerm]:
+    return Fixed(TrackingTerm(collection_ns=collection_ns, shared=params.shared))
 
 
 ROW = Row(

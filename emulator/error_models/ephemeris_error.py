@@ -13,31 +13,21 @@ errors of orbits: Colombo, J. Geophys. Res. 94 (1989) 9167
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated
-
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, by_number, uploads
 from gnss_hil.emulator.earth.constants import MU_M3PS2
-from gnss_hil.emulator.error_models.base import (
-    Context,
-    ErrorModel,
-    ReportInput,
-    ReportTerm,
-    Row,
-    Stage,
-)
+from gnss_hil.emulator.error_models import broadcast
+from gnss_hil.emulator.error_models.base import ReportInput, ReportTerm
+from gnss_hil.emulator.error_models.broadcast import Period, Sigma
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
 from gnss_hil.emulator.signal.geometry import spin
 
-Sigma = Annotated[float, Field(ge=0, le=1000)]
 Triple = tuple[Sigma, Sigma, Sigma]
-Period = Annotated[float, Field(ge=60, le=14 * 86400, multiple_of=60)]
 
 
 class EphemerisError(Factor):
@@ -86,7 +76,7 @@ def errors(
     """
     sigma_m, mean_motion = _by_satellite(parameters, index)
     minute = middles_ns // MINUTE_NS
-    plan = uploads(seed, index, _periods_s(parameters))
+    plan = uploads(seed, index, broadcast.by_system(parameters, "upload_s"))
     number = plan.number(minute)
     drawn = by_number(Stream(seed, SKY_KEY, "ephemeris_error"), number, index, 5)[:, None]
     age_s = 60.0 * (minute[:, None] - plan.begun(number)) + 30.0
@@ -95,20 +85,15 @@ def errors(
     return radial[..., None] * up + along[..., None] * ahead + cross[..., None] * aside
 
 
-def _periods_s(parameters: EphemerisError) -> dict[int, float]:
-    given = ((row.value, getattr(parameters, f"{row.name}_upload_s", None)) for row in systems.tracked())
-    return {value: seconds for value, seconds in given if seconds is not None}
-
-
 def _by_satellite(parameters: EphemerisError, index: I64) -> tuple[F64, F64]:
     """1 sigma (n, 3) [m] and mean motion (n,) [rad/s]."""
     system = satellites.system_of(index)
+    radius_m = {row.value: row.orbit_radius_m for row in systems.tracked()}
     sigma_m, mean_motion = np.zeros((len(index), 3)), np.zeros(len(index))
-    for row in systems.tracked():
-        triple, its = getattr(parameters, f"{row.name}_sigma_m", None), system == row.value
-        if triple is not None:
-            sigma_m[its] = triple
-            mean_motion[its] = np.sqrt(MU_M3PS2 / row.orbit_radius_m**3)
+    for value, triple in broadcast.by_system(parameters, "sigma_m").items():
+        its = system == value
+        sigma_m[its] = triple
+        mean_motion[its] = np.sqrt(MU_M3PS2 / radius_m[value] ** 3)
     return sigma_m, mean_motion
 
 
@@ -135,30 +120,16 @@ def orbital_axes(pos_ecef_m: F64, vel_ecef_mps: F64) -> tuple[F64, F64, F64]:
     return up, np.cross(normal, up), normal
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    params: EphemerisError
-    seed: int
-    index: I64
-
-    def report(self, at: ReportInput) -> ReportTerm:
-        off_m = errors(
-            self.params, self.seed, self.index, at.middles_ns, at.nodes_s, at.pos_ecef_m, at.vel_ecef_mps
-        )
-        return ReportTerm(off_ecef_m=off_m)
+def _reported(params: EphemerisError, seed: int, index: I64, at: ReportInput) -> ReportTerm:
+    return ReportTerm(
+        off_ecef_m=errors(params, seed, index, at.middles_ns, at.nodes_s, at.pos_ecef_m, at.vel_ecef_mps)
+    )
 
 
-def build(params: EphemerisError, context: Context) -> ErrorModel:
-    return Model(params, context.seed, context.satellites)
-
-
-ROW = Row(
+ROW = broadcast.row(
     "ephemeris_error",
     EphemerisError,
-    Stage.BROADCAST,
+    _reported,
     "Montenbruck, Steigenberger & Hauschild, GPS Solutions 19 (2015) 321; Hill's equations",
-    build,
-    "sky",
-    acts_on="report",
     shows="SV_X",
 )

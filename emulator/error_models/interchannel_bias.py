@@ -14,7 +14,7 @@ from pydantic import Field
 from gnss_hil.dbc.common import signals
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
-from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
@@ -61,19 +61,19 @@ def receiver_code_m(
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model(PathModel):
     """common_m (m,) of all signals of a receiver;  glonass_m (m, 21) by frequency number [m]."""
 
     common_m: F64
     glonass_m: F64
 
-    def path(self, at: ChannelGeometry) -> PathTerm:
+    def block(self, at: ChannelGeometry) -> PathTerm:
         number = at.epochs.sky.frequency[at.at, at.row] - FREQUENCIES[0]
         own_m = np.where(_NUMBERED[at.system], self.glonass_m[at.receiver, number], 0.0)
         return PathTerm(range_m=self.common_m[at.receiver] + own_m)
 
 
-def build(params: InterchannelBias, context: CraftContext) -> ErrorModel:
+def build(params: InterchannelBias, context: CraftContext) -> Model:
     return Model(*receiver_code_m(params, context.seed, context.key, context.vehicle.antennas))
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.files import ionex, ionosphere_header
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
@@ -103,10 +103,10 @@ def _coefficients(params: Ionosphere, files: Sequence[Path]) -> Coefficients:
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model(PathModel):
     electrons: field.Field
 
-    def path(self, at: ChannelGeometry) -> PathTerm:
+    def block(self, at: ChannelGeometry) -> PathTerm:
         epochs, place = at.epochs, (at.at, at.receiver)
         pos_m = epochs.antennas.pos_m[place]
         vel_mps = epochs.antennas.vel_mps[place] - spin(pos_m)
@@ -121,7 +121,7 @@ class Model(ErrorModel):
         return PathTerm(delay, -delay, -delay_m(rate, carrier_hz))
 
 
-def build(params: Ionosphere, context: Context) -> ErrorModel:
+def build(params: Ionosphere, context: Context) -> Model:
     return Model(build_field(params, [context.open_path(name) for name in params.files], context.span_ns))
 
 

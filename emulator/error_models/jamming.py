@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common.vehicle import Strict, Vector
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import jamming
 from gnss_hil.emulator.signal.jamming import Jammers
@@ -93,16 +92,8 @@ def jammers_of(params: Jamming) -> Jammers:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    term: LinkTerm
-
-    def link(self) -> LinkTerm:
-        return self.term
-
-
-def build(params: Jamming, context: Context) -> ErrorModel:
-    return Model(LinkTerm(jammers=jammers_of(params)))
+def build(params: Jamming, context: Context) -> Fixed[LinkTerm]:
+    return Fixed(LinkTerm(jammers=jammers_of(params)))
 
 
 ROW = Row(

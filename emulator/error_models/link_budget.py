@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import frontend
 
@@ -37,17 +36,9 @@ def front_end_of(params: LinkBudget) -> tuple[float, float]:
     return float(frontend.density_wphz(system_k)), params.implementation_loss_db
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    term: LinkTerm
-
-    def link(self) -> LinkTerm:
-        return self.term
-
-
-def build(params: LinkBudget, context: Context) -> ErrorModel:
+def build(params: LinkBudget, context: Context) -> Fixed[LinkTerm]:
     noise_wphz, loss_db = front_end_of(params)
-    return Model(LinkTerm(noise_wphz=noise_wphz, loss_db=loss_db))
+    return Fixed(LinkTerm(noise_wphz=noise_wphz, loss_db=loss_db))
 
 
 ROW = Row(

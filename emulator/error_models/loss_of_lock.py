@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from gnss_hil.dbc.common.arrays import F64, Bool
-from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, Row, Stage, VisibilityTerm
+from gnss_hil.emulator.error_models.base import CraftContext, Row, Stage, VisibilityTerm
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
 from gnss_hil.emulator.signal.loops import Loops, code_sigma_chips, jitter_rad
@@ -42,11 +42,11 @@ def holds(parameters: LossOfLock, loops: Loops, cn0_dbhz: F64) -> Bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model:
     params: LossOfLock
     loops: Loops
 
-    def visibility(self, at: EpochGeometry) -> VisibilityTerm:
+    def block(self, at: EpochGeometry) -> VisibilityTerm:
         return VisibilityTerm(holds=self._holds)
 
     def _holds(self, cn0_dbhz: F64) -> Bool:
@@ -54,7 +54,7 @@ class Model(ErrorModel):
         return holds(self.params, self.loops, np.maximum(cn0_dbhz, 0.0))
 
 
-def build(params: LossOfLock, context: CraftContext) -> ErrorModel:
+def build(params: LossOfLock, context: CraftContext) -> Model:
     return Model(params, context.loops)
 
 

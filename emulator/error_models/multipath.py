@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 
@@ -36,13 +36,13 @@ class Multipath(Factor):
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model(PathModel):
     params: Multipath
     spacing_chips: float
     reaches: bool
     leads: bool = True
 
-    def path(self, at: ChannelGeometry) -> PathTerm:
+    def block(self, at: ChannelGeometry) -> PathTerm:
         signals = at.receiver, at.row, np.where(at.hidden, 0.0, 1.0), at.wave_m, at.chip_m
         structure = at.epochs.structure
         assert structure is not None, "the row needs one"
@@ -50,7 +50,7 @@ class Model(ErrorModel):
         return PathTerm(found.range_m, found.phase_m, found.rate_mps, level_db=found.level_db)
 
 
-def build(params: Multipath, context: CraftContext) -> ErrorModel:
+def build(params: Multipath, context: CraftContext) -> Model:
     return Model(params, context.loops.correlator_spacing_chips, params.hold_reflections)
 
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.clocks.onboard_clock import Walk
-from gnss_hil.emulator.error_models.base import Context, Epochs, ErrorModel, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 
 
@@ -47,16 +47,16 @@ def showing(parameters: OnboardClock, seed: int, craft_key: int, interval_ns: in
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model:
     """shown_s  epoch -> clock minus GPS time [s]."""
 
     shown_s: Callable[[int], float]
 
-    def ahead_s(self, epochs: Epochs) -> F64:
+    def block(self, epochs: Epochs) -> F64:
         return np.array([self.shown_s(epoch) for epoch in epochs.number.tolist()])
 
 
-def build(params: OnboardClock, context: Context) -> ErrorModel:
+def build(params: OnboardClock, context: Context) -> Model:
     return Model(showing(params, context.seed, context.key, context.interval_ns))
 
 

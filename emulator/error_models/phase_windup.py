@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gnss_hil.dbc.common.arrays import F64
-from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import phase_windup
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
@@ -16,12 +16,12 @@ class PhaseWindup(Factor):
 
 
 @dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
+class Model(PathModel):
     """axes_body  x and y (m, 3) of the craft's antennas."""
 
     axes_body: tuple[F64, F64]
 
-    def path(self, at: ChannelGeometry) -> PathTerm:
+    def block(self, at: ChannelGeometry) -> PathTerm:
         epochs, receiver = at.epochs, (at.at, at.receiver)
         x, y = ((axis @ epochs.dcm_body_from_ecef)[receiver] for axis in self.axes_body)
         rate = (epochs.rate_body_rps[:, None] @ epochs.dcm_body_from_ecef)[:, 0]
@@ -37,7 +37,7 @@ class Model(ErrorModel):
         return PathTerm(rate_mps=per_s * at.wave_m, turns_cyc=cycles)
 
 
-def build(params: PhaseWindup, context: CraftContext) -> ErrorModel:
+def build(params: PhaseWindup, context: CraftContext) -> Model:
     return Model(phase_windup.antenna_axes(context.vehicle.boresight_body))
 
 

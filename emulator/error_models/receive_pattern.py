@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import Field
 
-from gnss_hil.emulator.error_models.base import CraftContext, ErrorModel, LinkTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import CraftContext, Fixed, LinkTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import antenna_patterns, link_budget
 
@@ -44,16 +43,8 @@ def antennas_of(params: ReceivePattern, names: tuple[str, ...]) -> antenna_patte
     return antenna_patterns.receive(tuple(found[name] for name in wanted), params.floor_dbi)
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    term: LinkTerm
-
-    def link(self) -> LinkTerm:
-        return self.term
-
-
-def build(params: ReceivePattern, context: CraftContext) -> ErrorModel:
-    return Model(LinkTerm(antennas=antennas_of(params, context.vehicle.names)))
+def build(params: ReceivePattern, context: CraftContext) -> Fixed[LinkTerm]:
+    return Fixed(LinkTerm(antennas=antennas_of(params, context.vehicle.names)))
 
 
 ROW = Row(

@@ -11,30 +11,21 @@ oscillators", IEEE Trans. UFFC 34 (1987) 647, tables of prediction errors (optim
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
-from gnss_hil.dbc.common import satellites, systems
+from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.constellation.uploads import MINUTE_NS, Uploads, by_number, uploads
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
-from gnss_hil.emulator.error_models.base import (
-    Context,
-    ErrorModel,
-    ReportInput,
-    ReportTerm,
-    Row,
-    Stage,
-)
+from gnss_hil.emulator.error_models import broadcast
+from gnss_hil.emulator.error_models.base import ReportInput, ReportTerm
+from gnss_hil.emulator.error_models.broadcast import Period, Sigma
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
-
-Sigma = Annotated[float, Field(ge=0, le=1000)]
-Period = Annotated[float, Field(ge=60, le=14 * 86400, multiple_of=60)]
 
 
 class SatelliteClockError(Factor):
@@ -101,14 +92,11 @@ def _by_satellite(parameters: SatelliteClockError, seed: int, index: I64) -> tup
     """Allan deviation over a day (n,), 1 sigma at an upload (n,) [m], uploads."""
     system = satellites.system_of(index)
     day, upload_m = np.zeros(len(index)), np.zeros(len(index))
-    periods_s = {}
-    for row in systems.tracked():
-        if (clock := getattr(parameters, f"{row.name}_clock", None)) is None:
-            continue
-        periods_s[row.value] = getattr(parameters, f"{row.name}_upload_s")
-        day[system == row.value] = CLOCKS[clock].day
-        upload_m[system == row.value] = getattr(parameters, f"{row.name}_upload_m")
-    return day, upload_m, uploads(seed, index, periods_s)
+    for value, clock in broadcast.by_system(parameters, "clock").items():
+        day[system == value] = CLOCKS[clock].day
+    for value, sigma_m in broadcast.by_system(parameters, "upload_m").items():
+        upload_m[system == value] = sigma_m
+    return day, upload_m, uploads(seed, index, broadcast.by_system(parameters, "upload_s"))
 
 
 def _walked(seed: int, index: I64, begun: I64, ends: I64) -> F64:
@@ -132,28 +120,14 @@ def _sums(seed: int, index: I64, first: int, last: int) -> F64:
     return np.concatenate((np.zeros((1, len(index))), np.cumsum(steps, axis=0)))
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    params: SatelliteClockError
-    seed: int
-    index: I64
-
-    def report(self, at: ReportInput) -> ReportTerm:
-        off_m = errors(self.params, self.seed, self.index, at.middles_ns, at.nodes_s)
-        return ReportTerm(off_clock_m=off_m)
+def _reported(params: SatelliteClockError, seed: int, index: I64, at: ReportInput) -> ReportTerm:
+    return ReportTerm(off_clock_m=errors(params, seed, index, at.middles_ns, at.nodes_s))
 
 
-def build(params: SatelliteClockError, context: Context) -> ErrorModel:
-    return Model(params, context.seed, context.satellites)
-
-
-ROW = Row(
+ROW = broadcast.row(
     "satellite_clock_error",
     SatelliteClockError,
-    Stage.BROADCAST,
+    _reported,
     "the same; Allan deviations by kind of clock",
-    build,
-    "sky",
-    acts_on="report",
     shows="SV_CLOCK",
 )

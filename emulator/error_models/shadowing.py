@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, Row, Stage, VisibilityTerm
+from gnss_hil.emulator.error_models.base import Context, Row, Stage, VisibilityTerm
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
 
@@ -11,13 +11,13 @@ class Shadowing(Factor):
     """Boxes and panels of the craft's structure hide satellites."""
 
 
-class Model(ErrorModel):
-    def visibility(self, at: EpochGeometry) -> VisibilityTerm:
+class Model:
+    def block(self, at: EpochGeometry) -> VisibilityTerm:
         assert at.structure is not None, "the row needs one"
         return VisibilityTerm(hides=at.structure.hidden)
 
 
-def build(params: Shadowing, context: Context) -> ErrorModel:
+def build(params: Shadowing, context: Context) -> Model:
     return Model()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import date
 from typing import Annotated, Literal
 
@@ -10,7 +9,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.constellation import blocks
-from gnss_hil.emulator.error_models.base import Context, ErrorModel, LinkTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import link_budget
 
@@ -36,17 +35,9 @@ def transmitters_of(params: TransmitPattern, day: date) -> link_budget.Transmit:
     return link_budget.transmit(blocks.block_rows(day, params.gps, params.blocks), params.level)
 
 
-@dataclass(frozen=True, slots=True)
-class Model(ErrorModel):
-    term: LinkTerm
-
-    def link(self) -> LinkTerm:
-        return self.term
-
-
-def build(params: TransmitPattern, context: Context) -> ErrorModel:
+def build(params: TransmitPattern, context: Context) -> Fixed[LinkTerm]:
     day = gpstime.to_calendar(context.start_ns).date()
-    return Model(LinkTerm(transmitters=transmitters_of(params, day)))
+    return Fixed(LinkTerm(transmitters=transmitters_of(params, day)))
 
 
 ROW = Row(

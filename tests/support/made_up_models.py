@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.emulator.error_models import registry
-from gnss_hil.emulator.error_models.base import ErrorModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 
 
@@ -23,37 +23,37 @@ class Metres(Factor):
 
 
 @dataclass(frozen=True)
-class Longer(ErrorModel):
+class Longer(PathModel):
     """Pseudoranges of the first receiver are longer."""
 
     params: Metres
 
-    def path(self, at):
+    def block(self, at):
         return PathTerm(range_m=np.where(at.receiver == 0, self.params.metres, 0.0))
 
 
-class Fast(ErrorModel):
+class Fast:
     """All receiver clocks are a microsecond fast."""
 
-    def clocks(self, epochs):
+    def block(self, epochs):
         clocks = np.zeros((epochs.count, 2, 8))
         clocks[:, 0] = 1e-6
         return clocks
 
 
-class Creeping(ErrorModel):
+class Creeping:
     """Pseudoranges that grow by a metre with every epoch in which anything is measured: a model that
     remembers."""
 
-    def observable(self, state, at, epoch):
+    def step(self, state, at, epoch):
         count = (state or 0) + (len(at.sat) > 0)
         return count, PathTerm(range_m=float(count))
 
 
-class Silent(ErrorModel):
+class Silent:
     """Heartbeats are never sent."""
 
-    def frames(self, state, block, epoch):
+    def step(self, state, block, epoch):
         return state, block[block.can_id < 0x700]
 
 

@@ -18,6 +18,7 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch
 from gnss_hil.emulator.environment.block import Environment, build_block
+from gnss_hil.emulator.environment.models import acting
 from gnss_hil.emulator.error_models.base import Measured, Stage
 from gnss_hil.emulator.numerics.chebyshev import Chunks
 from gnss_hil.emulator.receivers import frames
@@ -40,7 +41,7 @@ class EmulatedCraft:
     blocks: Chunks[Prepared] = field(init=False)
 
     def __post_init__(self):
-        keeps = bool(self.environment.models.get(Stage.OBSERVABLE))
+        keeps = bool(acting(self.environment.models, Stage.OBSERVABLE))
         object.__setattr__(
             self,
             "blocks",
@@ -66,7 +67,7 @@ class EmulatedCraft:
 
     def fresh(self) -> Unit:
         models = self.environment.models
-        stepped = sum(len(models.get(stage, ())) for stage in (Stage.OBSERVABLE, Stage.FRAMES))
+        stepped = len(acting(models, Stage.OBSERVABLE)) + len(acting(models, Stage.FRAMES))
         return cold(self.receivers, self.environment, stepped)
 
     def prepare(self, unit: Unit, epoch: int) -> None:
@@ -132,7 +133,7 @@ class EmulatedCraft:
         columns, rows = prepared.columns(), layout.base + k
         slips = channels.slips[layout.receiver, layout.channel]
         templates = self.receivers.templates
-        models = self.environment.models.get(Stage.OBSERVABLE, ())
+        models = acting(self.environment.models, Stage.OBSERVABLE)
         words = columns.words[rows]
         states = list(unit.models)
         if models:
@@ -146,7 +147,7 @@ class EmulatedCraft:
                 columns.cn0_dbhz[rows],
             )
             for number, model in enumerate(models):
-                states[number], term = model.observable(states[number], seen, epoch)
+                states[number], term = model.step(states[number], seen, epoch)
                 values["pseudorange_m"] = values["pseudorange_m"] + term.range_m
                 values["range_rate_mps"] = values["range_rate_mps"] + term.rate_mps
                 wave = self._wave_m(prepared, k, layout)
@@ -206,12 +207,12 @@ class EmulatedCraft:
 
     def _disturbed(self, block: FrameBatch, states: tuple, epoch: int) -> tuple[FrameBatch, tuple]:
         """The frames as models of the bus leave them."""
-        models = self.environment.models.get(Stage.FRAMES, ())
+        models = acting(self.environment.models, Stage.FRAMES)
         if not models:
             return block, states
         kept = list(states)
         for number, model in enumerate(models, len(kept) - len(models)):
-            kept[number], block = model.frames(kept[number], block, epoch)
+            kept[number], block = model.step(kept[number], block, epoch)
         return block, tuple(kept)
 
     def _obey(

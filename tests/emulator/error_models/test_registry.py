@@ -10,13 +10,17 @@ import pytest
 
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.emulator import assemble
+from gnss_hil.emulator.assemble.shared import models_of
 from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.error_models.base import Fixed, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS, of_scope
 from tests.support import emulated
 
 pytestmark = pytest.mark.verifies(
     "emulator/signal/channel_geometry.py",
     "emulator/signal/epoch_geometry.py",
+    "emulator/error_models/base.py",
     "emulator/error_models/code_bias.py",
     "emulator/error_models/interchannel_bias.py",
     "emulator/error_models/multipath.py",
@@ -100,3 +104,10 @@ def test_without_a_factor_nothing_changes(craft):
 
 def test_every_case_is_of_a_factor():
     assert CASES.keys() <= FACTORS.keys()
+
+
+def test_a_model_that_is_not_of_its_stage_is_refused(monkeypatch):
+    stepped = Row("stepped", Factor, Stage.FRAMES, "made up", lambda params, context: Fixed(PathTerm()))
+    monkeypatch.setitem(FACTORS, "stepped", stepped)
+    with pytest.raises(TypeError, match="error model 'stepped': stage frames asks for `step`"):
+        models_of({"stepped": Factor()}, None)

@@ -86,7 +86,7 @@ def disturbed(name):
         wave_m=np.full(n, 0.1903),
     )  # fmt: skip
     row = ROWS[name].ROW
-    return row.build(row.params(), CONTEXT).path(signals)
+    return row.build(row.params(), CONTEXT).block(signals)
 
 
 @pytest.mark.parametrize(

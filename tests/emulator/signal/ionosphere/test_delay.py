@@ -52,7 +52,7 @@ def at(t_s, field):
         row=np.array([0, 1, 2]),
         wave_m=wave_m,
     )
-    return ionosphere.Model(field).path(signals), signals
+    return ionosphere.Model(field).block(signals), signals
 
 
 @pytest.mark.verifies(
