@@ -6,11 +6,10 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
 from gnss_hil.tools.icd import messages, prose, protection, sequence, timing
 from gnss_hil.tools.icd.subject import Subject
-from gnss_hil.tools.report.markup import Child, Markup, figure, tag, text
+from gnss_hil.tools.report.markup import Child, Markup, figure, own, tag, text
 
 _CHAPTER = re.compile(r"^## (.+) \{#(.+)\}\n", re.MULTILINE)
 _PLACE = re.compile(r"^\{\{(\w+)(?:: (.+))?\}\}$", re.MULTILINE)
@@ -30,7 +29,7 @@ class Chapter:
 
 @cache
 def chapters() -> tuple[Chapter, ...]:
-    page = resources.files("gnss_hil.tools.icd").joinpath("document.md").read_text("utf-8")
+    page = own(__package__, "document.md")
     _, *parts = _CHAPTER.split(page)
     return tuple(map(Chapter, parts[0::3], parts[1::3], parts[2::3]))
 

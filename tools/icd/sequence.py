@@ -6,9 +6,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
-from gnss_hil.tools.report.markup import Markup, figure, svg, tag
+from gnss_hil.tools.report.markup import Markup, figure, own, svg, tag
 
 EMULATOR, FLIGHT = "emulator", "flight software"
 
@@ -65,7 +64,7 @@ class Chart:
 @cache
 def charts() -> dict[str, Chart]:
     """Title -> chart, in the order of the file."""
-    page = resources.files("gnss_hil.tools.icd").joinpath("sequences.md").read_text("utf-8")
+    page = own(__package__, "sequences.md")
     return {
         title: Chart(title, " ".join(caption.split()), tuple(map(_step, _STEPS.finditer(steps))))
         for title, caption, steps in _CHART.findall(page)

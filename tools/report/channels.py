@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.tools.report.decimate import BUCKETS
 from gnss_hil.tools.report.sky_plot import Places
@@ -23,10 +24,10 @@ _NUMBERS = ("t_gps_s", "receiver", "cn0_dbhz", *_AXES)
 class Strength:
     """C/N0 of one receiver, (b,) rows: least, mean and greatest of its channels [dBHz], by time."""
 
-    t_ns: NDArray[np.int64]
-    least: NDArray[np.float64]
-    mean: NDArray[np.float64]
-    greatest: NDArray[np.float64]
+    t_ns: I64
+    least: F64
+    mean: F64
+    greatest: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,15 +40,15 @@ class Channels:
     seen       places of the satellites measured at the instants that are looked at, and by which receivers
     """
 
-    marks_ns: NDArray[np.int64]
+    marks_ns: I64
     mark: NDArray[np.int32]
     receiver: NDArray[np.uint8]
     satellite: NDArray[np.int16]
     cn0_dbhz: NDArray[np.float32]
     seen: Places
-    seen_by: NDArray[np.int64]
+    seen_by: I64
 
-    def tracked(self, receiver: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    def tracked(self, receiver: int) -> tuple[I64, I64, I64]:
         """t_ns, receiver, satellite of every measurement of one receiver."""
         mine = self.receiver == receiver
         satellite = self.satellite[mine].astype(np.int64)
@@ -61,7 +62,7 @@ class Channels:
         bucket = np.floor(since_s / max(since_s[-1] / (BUCKETS - 1), 1e-6)).astype(np.int64)
         return {r: self._strength(self.receiver == r, bucket) for r in range(1, receivers + 1)}
 
-    def _strength(self, mine: NDArray[np.bool_], bucket: NDArray[np.int64]) -> Strength:
+    def _strength(self, mine: Bool, bucket: I64) -> Strength:
         mark, value = self.mark[mine], self.cn0_dbhz[mine].astype(np.float64)
         at, size = bucket[mark], int(bucket[-1]) + 1
         first = np.full(size, len(self.marks_ns))
@@ -69,17 +70,15 @@ class Channels:
         least, greatest = np.full((2, size), np.nan)
         np.fmin.at(least, at, value)
         np.fmax.at(greatest, at, value)
-        known = ~np.isnan(value)
-        count = np.bincount(at[known], minlength=size)
-        total = np.bincount(at[known], value[known], size)
+        measured = ~np.isnan(value)
+        count = np.bincount(at[measured], minlength=size)
+        total = np.bincount(at[measured], value[measured], size)
         there = np.flatnonzero(first < len(self.marks_ns))
         mean = np.divide(total, count, out=np.full(size, np.nan), where=count > 0)
         return Strength(self.marks_ns[first[there]], least[there], mean[there], greatest[there])
 
 
-def read_channels(
-    path: Path, craft: str, marks_ns: NDArray[np.int64], instants: NDArray[np.int64]
-) -> Channels:
+def read_channels(path: Path, craft: str, marks_ns: I64, instants: I64) -> Channels:
     """instants: rows of the time marks at which places of satellites are wanted. The table's times are
     seconds of the marks, and find their nanoseconds again."""
     marks_s = marks_ns / NS_PER_S

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.report.channels import Channels, Strength, read_channels
 from gnss_hil.tools.report.frames import covariance, radial_along_cross, sigmas_along
-from gnss_hil.tools.report.sky_plot import Places, Sightings, instants, look, places
+from gnss_hil.tools.report.sky_plot import Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
+
+Columns = Mapping[str, NDArray]
 
 _MOST_HOLDS = 5000
 """Stretches that a browser draws with ease."""
@@ -23,12 +27,11 @@ _MOST_HOLDS = 5000
 class Craft:
     """One craft's run on its time marks, (e,) rows; nan where there is nothing.
 
-    position_m, velocity_mps   (e, 3) of valid fixes, ECEF
-    truth_m, truth_mps         (e, 3); None where no truth was kept
-    visible                    (e,) satellites in view as truth says
+    position_m                 (e, 3) of valid fixes, ECEF
+    here_m                     (e, 3) the same, by truth where there is no fix
+    visible                    (e,) satellites in view as truth has it; this and errors None without truth
     error_m, sigma_m           (e, 3) radial, along, cross; sigma by the flight software's covariance
-    counts                     satellites_used, measurements, pdop, pdop_distinct, bits, faults: (e,) each
-    quaternion                 (e, 4) body from ECEF, as on the bus
+    counts                     satellites_used, pdop, pdop_distinct, bits, faults: (e,) each
     holds, strength, sightings None where no channels were kept
     bridge_ns                  breaks up to this long are not drawn in `holds`
     handed                     handovers: (t_ns, satellite, receiver before, after)
@@ -37,28 +40,18 @@ class Craft:
     name: str
     vehicle: Vehicle
     interval_ns: int
-    t_ns: NDArray[np.int64]
-    position_m: NDArray[np.float64]
-    velocity_mps: NDArray[np.float64]
-    truth_m: NDArray[np.float64] | None
-    truth_mps: NDArray[np.float64] | None
-    visible: NDArray[np.float64] | None
-    error_m: NDArray[np.float64] | None
-    sigma_m: NDArray[np.float64] | None
-    counts: dict[str, NDArray[np.float64]]
-    quaternion: NDArray[np.float64]
+    t_ns: I64
+    position_m: F64
+    here_m: F64
+    visible: F64 | None
+    error_m: F64 | None
+    sigma_m: F64 | None
+    counts: dict[str, F64]
     holds: Holds | None
     bridge_ns: int
     strength: dict[int, Strength] | None
     sightings: Sightings | None
     handed: list[tuple[int, int, int, int]]
-
-    @property
-    def here_m(self) -> NDArray[np.float64]:
-        """(e, 3) the fix, or the truth where there is none."""
-        if self.truth_m is None:
-            return self.position_m
-        return np.where(np.isnan(self.position_m), self.truth_m, self.position_m)
 
 
 def gather(
@@ -68,65 +61,46 @@ def gather(
     timeline = digest.timeline
     t_ns, first = np.unique(timeline.get("t_ns", np.zeros(0, np.int64)), return_index=True)
     interval_ns = round(interval_s * 1e9)
-    quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
     fixes = _on(t_ns, digest.fixes)
-    position = _vectors(fixes, "{}_m", fixes["valid"] == 1)
-    velocity = _vectors(fixes, "v{}_mps", fixes["valid"] == 1)
-    counts = {k: np.where(fixes["valid"] == 1, fixes[k], np.nan) for k in
-              ("satellites_used", "measurements", "pdop", "pdop_distinct")}  # fmt: skip
+    position = np.where(fixes["valid"][:, None] == 1, _vectors(fixes, "{}_m"), np.nan)
+    counts = {k: np.where(fixes["valid"] == 1, fixes[k], np.nan) for k in _COUNTS}
     counts |= {k: _column(timeline, k)[first].astype(float) for k in ("bits", "faults")}
-    truth_m = truth_mps = visible = error = sigma = None
+    here, visible, error, sigma = position, None, None, None
     if len(rows):
         truth_m, truth_mps, visible = _truth_on(t_ns, rows)
+        here = np.where(np.isnan(position), truth_m, position)
         axes = radial_along_cross(truth_m, truth_mps)
         error = np.einsum("nij,nj->ni", axes, position - truth_m)
-        said = covariance(_vectors(fixes, "sigma_{}_m"), np.column_stack([fixes[f"rho_{p}"] for p in
-                                                                          ("xy", "xz", "yz")]))  # fmt: skip
-        sigma = np.where(np.isnan(error), np.nan, sigmas_along(axes, said))
-    here = position if truth_m is None else np.where(np.isnan(position), truth_m, position)
-    usable = ~np.logical_or.reduce(np.isnan(np.column_stack([here, quaternion])), axis=1)
-    looks = instants(usable)
-    table = read_channels(channels, name, t_ns, looks) if channels is not None else None
-    held, bridge = _bridged(table, vehicle.antennas, interval_ns) if table else (None, 0)
+        rho = np.column_stack([fixes[f"rho_{pair}"] for pair in ("xy", "xz", "yz")])
+        reported = sigmas_along(axes, covariance(_vectors(fixes, "sigma_{}_m"), rho))
+        sigma = np.where(np.isnan(error), np.nan, reported)
+    quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
+    looks = instants(~np.isnan(np.column_stack([here, quaternion])).any(axis=1))
+    held, bridge, strength, sightings = None, 0, None, None
+    if channels is not None:
+        table = read_channels(channels, name, t_ns, looks)
+        held, bridge = _bridged(table, vehicle.antennas, interval_ns)
+        strength = table.strength(vehicle.antennas)
+        own = table.seen_by <= vehicle.antennas
+        pose = t_ns[looks], here[looks], quaternion[looks], vehicle.boresight_body
+        sightings = look(*pose, table.seen[own], table.seen_by[own], places(digest.almanac.rows))
     return Craft(
-        name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns,
-        position_m=position, velocity_mps=velocity, truth_m=truth_m, truth_mps=truth_mps, visible=visible,
-        error_m=error, sigma_m=sigma, counts=counts, quaternion=quaternion,
-        holds=held, bridge_ns=bridge,
-        strength=table.strength(vehicle.antennas) if table else None,
-        sightings=_sightings(
-            table, t_ns, here, quaternion, looks, vehicle, places(digest.almanac.rows)
-        ) if table else None,
-        handed=digest.commands.handed,
+        name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns, position_m=position, here_m=here,
+        visible=visible, error_m=error, sigma_m=sigma, counts=counts, holds=held, bridge_ns=bridge,
+        strength=strength, sightings=sightings, handed=digest.commands.handed,
     )  # fmt: skip
 
 
-def _sightings(
-    table: Channels, t_ns, here_m, quaternion, rows, vehicle: Vehicle, almanac: Places
-) -> Sightings:
-    keep = table.seen_by <= vehicle.antennas
-    measured = Places(*(getattr(table.seen, f)[keep] for f in Places.__slots__))
-    return look(
-        t_ns[rows],
-        here_m[rows],
-        quaternion[rows],
-        vehicle.boresight_body,
-        measured,
-        table.seen_by[keep],
-        almanac,
-    )
-
-
-def _column(table, name: str) -> NDArray:
+def _column(table: Columns, name: str) -> NDArray:
     return table.get(name, np.zeros(0))
 
 
-_FIX_COLUMNS = ("valid", "satellites_used", "measurements", "pdop", "pdop_distinct", "x_m", "y_m", "z_m",
-                "vx_mps", "vy_mps", "vz_mps", "sigma_x_m", "sigma_y_m", "sigma_z_m",
+_COUNTS = ("satellites_used", "pdop", "pdop_distinct")
+_FIX_COLUMNS = ("valid", *_COUNTS, "x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m",
                 "rho_xy", "rho_xz", "rho_yz")  # fmt: skip
 
 
-def _on(t_ns: NDArray[np.int64], fixes) -> dict[str, NDArray[np.float64]]:
+def _on(t_ns: I64, fixes: Columns) -> dict[str, F64]:
     """Columns of fixes (e,) on time marks; nan where none was reported."""
     out = {name: np.full(len(t_ns), np.nan) for name in _FIX_COLUMNS}
     if fixes:
@@ -136,20 +110,19 @@ def _on(t_ns: NDArray[np.int64], fixes) -> dict[str, NDArray[np.float64]]:
     return out
 
 
-def _vectors(columns, pattern: str, where=True) -> NDArray[np.float64]:
-    vectors = np.column_stack([columns[pattern.format(a)] for a in "xyz"])
-    return np.where(np.reshape(where, (-1, 1)), vectors, np.nan)
+def _vectors(columns: Columns, pattern: str) -> F64:
+    return np.column_stack([columns[pattern.format(axis)] for axis in "xyz"])
 
 
-def _truth_on(t_ns: NDArray[np.int64], rows: np.ndarray):
-    at = np.minimum(np.searchsorted(rows["t_gps_ns"], t_ns), len(rows) - 1)
-    known = rows["t_gps_ns"][at] == t_ns
-    one = known[:, None]
-    return (
-        np.where(one, rows["position_ecef_m"][at], np.nan),
-        np.where(one, rows["velocity_ecef_mps"][at], np.nan),
-        np.where(known, rows["satellites_visible"][at].astype(float), np.nan),
-    )
+def _truth_on(t_ns: I64, rows: np.ndarray) -> list[F64]:
+    """Position, velocity and satellites in view on time marks; nan where truth has no row."""
+    _, at, there = np.intersect1d(t_ns, rows["t_gps_ns"], return_indices=True)
+    columns = []
+    for name in ("position_ecef_m", "velocity_ecef_mps", "satellites_visible"):
+        column = np.full((len(t_ns), *rows[name].shape[1:]), np.nan)
+        column[at] = rows[name][there]
+        columns.append(column)
+    return columns
 
 
 def _bridged(table: Channels, receivers: int, interval_ns: int) -> tuple[Holds, int]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import gzip
 import json
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
 from gnss_hil.tools.report.figure import Json, Plot
-from gnss_hil.tools.report.markup import Child, Markup, tag, text
+from gnss_hil.tools.report.markup import Child, Markup, filled, own, tag, text
 
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
@@ -22,7 +21,6 @@ _AXIS = {
     "gridcolor": "--grid", "linecolor": "--rule", "zerolinecolor": "--rule", "tickcolor": "--rule",
     "automargin": True, "title": {"standoff": 8, "font": {"size": 12}}, "tickfont": {"size": 11},
 }  # fmt: skip
-_SLOT = re.compile(r"\{\{(\w+)\}\}")
 TEMPLATE: Json = {
     "layout": {
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "hovermode": "closest",
@@ -86,18 +84,18 @@ class Page:
         self.add(tag.div(slots, class_="grid"))
 
     def html(self) -> str:
-        own = resources.files("gnss_hil.tools.report")
         document = {"template": TEMPLATE, "plots": self._plots}
-        parts = {
-            "policy": _POLICY,
-            "title": text(self.title),
-            "style": (own / "page.css").read_text("utf-8"),
-            "body": "\n".join(self._body),
-            "plotly": _base64((own / "plotly.min.js.gz").read_bytes()),
-            "plots": _base64(_packed(json.dumps(document, separators=(",", ":"), allow_nan=False))),
-            "script": (own / "page.js").read_text("utf-8"),
-        }
-        return _SLOT.sub(lambda found: parts[found[1]], (own / "page.html").read_text("utf-8"))
+        plotly = resources.files(__package__).joinpath("plotly.min.js.gz").read_bytes()
+        return filled(
+            own(__package__, "page.html"),
+            policy=_POLICY,
+            title=text(self.title),
+            style=own(__package__, "palette.css") + own(__package__, "page.css"),
+            body="\n".join(self._body),
+            plotly=_base64(plotly),
+            plots=_base64(_packed(json.dumps(document, separators=(",", ":"), allow_nan=False))),
+            script=own(__package__, "page.js"),
+        )
 
     def write(self, path: Path) -> None:
         """The page, there whole or not at all."""

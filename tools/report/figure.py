@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S, UNIX_OF_GPS_EPOCH_S
 from gnss_hil.tools.report.decimate import extremes
 
@@ -51,12 +51,12 @@ def numbers(values: NDArray) -> Json:
     return _typed(values, "f4")
 
 
-def moments(t_ns: NDArray[np.int64]) -> Json:
+def moments(t_ns: I64) -> Json:
     """GPS time as milliseconds of a calendar that runs with it, for an axis of dates."""
     return _typed(np.asarray(t_ns) / 1e6 + UNIX_OF_GPS_EPOCH_S * 1e3, "f8")
 
 
-def milliseconds(t_ns: NDArray[np.int64]) -> list[int]:
+def milliseconds(t_ns: I64) -> list[int]:
     """The same for attributes that take no typed arrays."""
     return (np.asarray(t_ns) // (NS_PER_S // 1000) + UNIX_OF_GPS_EPOCH_S * 1000).tolist()
 
@@ -93,7 +93,7 @@ def axis(title: str, **more) -> Json:
     return {"title": {"text": title}} | more
 
 
-def time_axis(t_ns: NDArray[np.int64], **more) -> Json:
+def time_axis(t_ns: I64, **more) -> Json:
     """GPS time of time marks (e,), all of it; plots of one craft move together along it (see page.js)."""
     limits = {"range": milliseconds(t_ns[[0, -1]])} if len(t_ns) > 1 else {}
     return axis("GPS time", type="date", **limits, **more)

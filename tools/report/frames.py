@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import erfa
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
 
 _WGS84 = 1
 """ERFA's number of the ellipsoid."""
 
-Vectors = NDArray[np.float64]
+Vectors = F64
 
 
 def radial_along_cross(position_m: Vectors, velocity_mps: Vectors) -> Vectors:
@@ -27,7 +27,7 @@ def radial_along_cross(position_m: Vectors, velocity_mps: Vectors) -> Vectors:
     return np.stack([radial, np.cross(cross, radial), cross], axis=1)
 
 
-def covariance(sigma_m: Vectors, rho: Vectors) -> NDArray[np.float64]:
+def covariance(sigma_m: Vectors, rho: Vectors) -> F64:
     """(n, 3, 3) [m^2] of standard deviations (n, 3) of x, y, z and correlations (n, 3) xy, xz, yz."""
     xy, xz, yz = rho.T
     one = np.ones_like(xy)
@@ -35,13 +35,13 @@ def covariance(sigma_m: Vectors, rho: Vectors) -> NDArray[np.float64]:
     return correlation * sigma_m[:, :, None] * sigma_m[:, None, :]
 
 
-def sigmas_along(axes: Vectors, covariance_m2: NDArray[np.float64]) -> Vectors:
+def sigmas_along(axes: Vectors, covariance_m2: F64) -> Vectors:
     """(n, 3) standard deviations [m] along the rows of axes (n, 3, 3); nan where it is no covariance."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(np.einsum("nij,njk,nik->ni", axes, covariance_m2, axes))
 
 
-def inertial(position_ecef_m: Vectors, t_ns: NDArray[np.int64]) -> Vectors:
+def inertial(position_ecef_m: Vectors, t_ns: I64) -> Vectors:
     """(n, 3) in axes that stand still and coincide with ECEF at the first instant."""
     angle = (t_ns - t_ns[:1]) * (ROTATION_RPS / 1e9)
     cos, sin = np.cos(angle), np.sin(angle)

@@ -9,6 +9,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.decimate import evenly
@@ -17,7 +18,7 @@ from gnss_hil.tools.report.frames import geodetic, inertial
 
 _POINTS = 4000
 
-NO_PLACE = "Too few places of the craft are known, by fixes or by truth, to draw them."
+NO_PLACE = "Too few places of the craft, by fixes or by truth, to draw them."
 
 
 @cache
@@ -32,16 +33,16 @@ def land_deg() -> tuple[list[float | None], list[float | None]]:
     return lon[:-1], lat[:-1]
 
 
-def _thinned(craft: Craft) -> NDArray[np.int64]:
-    known = np.flatnonzero(~np.isnan(craft.here_m).any(axis=1))
-    return known[evenly(len(known), _POINTS)]
+def _thinned(craft: Craft) -> I64:
+    there = np.flatnonzero(~np.isnan(craft.here_m).any(axis=1))
+    return there[evenly(len(there), _POINTS)]
 
 
 _PATHS = (("fix", True, "--accent", 2.2), ("no fix", False, "--bad", 3.5))
 _ENDS = (("begin", 0, "circle-open"), ("end", -1, "circle"))
 
 
-def _path(x: NDArray, y: NDArray, fixed: NDArray[np.bool_], **more) -> list[Json]:
+def _path(x: NDArray, y: NDArray, fixed: Bool, **more) -> list[Json]:
     """A craft's way: where it had a fix and where it had none; an epoch by itself is a point."""
     parts = []
     for name, wanted, colour, width in _PATHS:

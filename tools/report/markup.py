@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from html import escape
+from importlib import resources
 
+_SLOT = re.compile(r"\{\{(\w+)\}\}")
 _VOID = frozenset({"br", "col", "hr", "meta", "rect", "line", "path", "circle", "polygon"})
 
 
@@ -88,3 +91,13 @@ def figure(drawing: Markup, caption: Child, **more) -> Markup:
 def joined(items: Iterable[Child], between: str = ", ") -> Markup:
     """Items with something between them."""
     return text([between if k else None, item] for k, item in enumerate(items))
+
+
+def own(package: str, name: str) -> str:
+    """A template, a style sheet or words that ship with a package."""
+    return resources.files(package).joinpath(name).read_text("utf-8")
+
+
+def filled(template: str, **parts: str) -> str:
+    """A page from its template: every `{{name}}` is a part."""
+    return _SLOT.sub(lambda slot: parts[slot[1]], template)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.flightsw.assignment.boresight_angles import clear_of_earth
 from gnss_hil.tools.report.decimate import evenly
@@ -29,10 +30,13 @@ class Places:
     velocity_mps  (n, 3) relative to the Earth
     """
 
-    t_ns: NDArray[np.int64]
-    satellite: NDArray[np.int64]
-    position_m: NDArray[np.float64]
-    velocity_mps: NDArray[np.float64]
+    t_ns: I64
+    satellite: I64
+    position_m: F64
+    velocity_mps: F64
+
+    def __getitem__(self, rows) -> Places:
+        return Places(self.t_ns[rows], self.satellite[rows], self.position_m[rows], self.velocity_mps[rows])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,15 +49,15 @@ class Sightings:
     round_deg  (n, m) angle round the boresight, as `antenna_axes` counts it
     """
 
-    t_ns: NDArray[np.int64]
-    instant: NDArray[np.int64]
-    satellite: NDArray[np.int64]
-    tracked: NDArray[np.bool_]
-    off_deg: NDArray[np.float64]
-    round_deg: NDArray[np.float64]
+    t_ns: I64
+    instant: I64
+    satellite: I64
+    tracked: Bool
+    off_deg: F64
+    round_deg: F64
 
 
-def antenna_axes(boresight_body: NDArray[np.float64]) -> NDArray[np.float64]:
+def antenna_axes(boresight_body: F64) -> F64:
     """(3, 3) rows: up and right in the picture, and the boresight, in body axes.
 
     Up is where the body's x axis (fore) points as seen along the boresight; where the boresight is that axis,
@@ -66,32 +70,30 @@ def antenna_axes(boresight_body: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([up, np.cross(up, boresight_body), boresight_body])
 
 
-def side_names(boresight_body: NDArray[np.float64]) -> tuple[str, str, str, str]:
+def side_names(boresight_body: F64) -> tuple[str, str, str, str]:
     """Body axes nearest to up, right, down and left in an antenna's picture."""
     up, right, _ = antenna_axes(boresight_body)
     return _axis_name(up), _axis_name(right), _axis_name(-up), _axis_name(-right)
 
 
-def _axis_name(direction: NDArray[np.float64]) -> str:
+def _axis_name(direction: F64) -> str:
     axis = int(np.abs(direction).round(9).argmax())
     return _AXES[axis][int(direction[axis] < 0)]
 
 
-def angles_deg(
-    boresight_body: NDArray[np.float64], los_body: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def angles_deg(boresight_body: F64, los_body: F64) -> tuple[F64, F64]:
     """Angles (n,) off a boresight (3,), and round it clockwise from up, of directions (n, 3) [deg]."""
     up, right, along = (los_body @ axis for axis in antenna_axes(boresight_body))
     return np.degrees(np.arctan2(np.hypot(up, right), along)), np.degrees(np.arctan2(right, up)) % 360
 
 
 def look(
-    t_ns: NDArray[np.int64],
-    craft_m: NDArray[np.float64],
-    quaternion: NDArray[np.float64],
-    boresight_body: NDArray[np.float64],
+    t_ns: I64,
+    craft_m: F64,
+    quaternion: F64,
+    boresight_body: F64,
     measured: Places,
-    receiver: NDArray[np.int64],
+    receiver: I64,
     almanac: Places,
 ) -> Sightings:
     """Sightings at instants t_ns (k,).
@@ -128,7 +130,7 @@ def look(
     return Sightings(t_ns[instant], instant, satellite, tracked, off, around)
 
 
-def _predicted(almanac: Places, now_ns: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _predicted(almanac: Places, now_ns: int) -> tuple[I64, F64]:
     """Satellites and their places (n, 3) now, each from the almanac row nearest in time."""
     near = np.flatnonzero(np.abs(almanac.t_ns - now_ns) <= _FRESH_NS)
     near = near[np.argsort(np.abs(almanac.t_ns[near] - now_ns), kind="stable")]
@@ -138,7 +140,7 @@ def _predicted(almanac: Places, now_ns: int) -> tuple[NDArray[np.int64], NDArray
     return satellite, almanac.position_m[rows] + dt_s[:, None] * almanac.velocity_mps[rows]
 
 
-def instants(usable: NDArray[np.bool_], count: int = INSTANTS) -> NDArray[np.int64]:
+def instants(usable: Bool, count: int = INSTANTS) -> I64:
     """Rows at which to look: evenly spread over those that are usable (n,)."""
     rows = np.flatnonzero(usable)
     return rows[evenly(len(rows), count)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.decimate import extremes
@@ -28,7 +29,7 @@ NO_CHANNELS = "This run kept no table of channels (it was played without a log).
 NO_FIX = "There is not one valid fix in this run."
 
 
-def trace(name: str, t_ns: NDArray[np.int64], values: NDArray, colour: str, **more) -> Json:
+def trace(name: str, t_ns: I64, values: NDArray, colour: str, **more) -> Json:
     """A line of a time series, thinned so that peaks and gaps stay."""
     rows = extremes(np.asarray(values, float))
     return line(name, moments(t_ns[rows]), numbers(values[rows]), colour, **more)
@@ -40,7 +41,7 @@ def satellites(craft: Craft) -> Plot:
     note = "Distinct satellites in the fix"
     if craft.visible is not None:
         traces.insert(0, trace("in view", craft.t_ns, craft.visible, "--muted", line={"shape": "hv"}))
-        note += "; in view: healthy, clear of the Earth and strong enough at some antenna, as truth says"
+        note += "; in view: healthy, clear of the Earth and strong enough at some antenna, as truth has it"
     y = axis("satellites", rangemode="tozero")
     return Plot("Satellites", f"{note}. A gap is an epoch without a fix.",
                 {"data": traces, "layout": layout(time_axis(craft.t_ns), y)})  # fmt: skip
@@ -52,7 +53,7 @@ def dilution(craft: Craft) -> Plot:
     traces = [
         trace("each satellite once", craft.t_ns, craft.counts["pdop_distinct"], "--muted",
               line={"dash": "dot"}),
-        trace("as the flight software says", craft.t_ns, craft.counts["pdop"], "--accent"),
+        trace("as published", craft.t_ns, craft.counts["pdop"], "--accent"),
     ]  # fmt: skip
     return Plot(
         "Dilution of precision",
@@ -103,7 +104,7 @@ def _view(error_m: NDArray, sigma_m: NDArray) -> float:
     return float(max(wanted))
 
 
-def _bounds(t_ns: NDArray[np.int64], bound: NDArray, name: str, colour: str, on: Json, **more) -> list[Json]:
+def _bounds(t_ns: I64, bound: NDArray, name: str, colour: str, on: Json, **more) -> list[Json]:
     """A band of +- bound; at the ends of a gap it closes."""
     rows = extremes(bound)
     rows = rows[~np.isnan(bound[rows])]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import I64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,10 +18,10 @@ class Holds:
     begin_ns, end_ns   GPS time; the end is an epoch interval behind the last measurement
     """
 
-    receiver: NDArray[np.int64]
-    satellite: NDArray[np.int64]
-    begin_ns: NDArray[np.int64]
-    end_ns: NDArray[np.int64]
+    receiver: I64
+    satellite: I64
+    begin_ns: I64
+    end_ns: I64
 
     def __len__(self) -> int:
         return len(self.begin_ns)
@@ -29,9 +30,7 @@ class Holds:
         return Holds(self.receiver[rows], self.satellite[rows], self.begin_ns[rows], self.end_ns[rows])
 
 
-def holds(
-    t_ns: NDArray[np.int64], receiver: NDArray[np.int64], satellite: NDArray[np.int64], interval_ns: int
-) -> Holds:
+def holds(t_ns: I64, receiver: I64, satellite: I64, interval_ns: int) -> Holds:
     """Stretches from single measurements (n,) in any order; by receiver, satellite and time."""
     order = np.lexsort((t_ns, satellite, receiver))
     t_ns, receiver, satellite = t_ns[order], receiver[order], satellite[order]
@@ -68,8 +67,8 @@ class Lanes:
     """
 
     holds: Holds
-    share: NDArray[np.int64]
-    lane: NDArray[np.int64]
+    share: I64
+    lane: I64
 
 
 def lanes(whole: Holds) -> Lanes:

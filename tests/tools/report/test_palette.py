@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 pytestmark = pytest.mark.verifies(
-    "tools/report/page.css",
+    "tools/report/palette.css",
     what="Report: colours of antennas",
     by="colour blindness by Machado et al. (2009), differences in CIE L\\*a\\*b\\*; contrast of WCAG 2.2",
     status="validated",
 )
 
-CSS = (resources.files("gnss_hil.tools.report") / "page.css").read_text("utf-8")
+CSS = (resources.files("gnss_hil.tools.report") / "palette.css").read_text("utf-8")
 LIGHT, DARK = (
     dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", part)) for part in CSS.split("@media screen")[:2]
 )
