@@ -47,7 +47,7 @@ def screen(
     heading = " ".join(_cell(name, name) for name in columns) + (" bytes" if raw else " values")
     room = max(height - 3, 0)
     shown = rows if len(rows) <= room else rows[: max(room - 1, 0)]
-    texts = _bytes(stats, shown) if raw else _values(stats, formatter, shown)
+    texts = _contents(stats, formatter, shown, raw)
     lines = [
         _row(stats, formatter, row, columns, rates[row], text, now_s)
         for row, text in zip(shown, texts, strict=True)
@@ -96,22 +96,13 @@ def name(formatter: Formatter, can_id: int) -> str:
     return "error frames" if can_id & ERR_FLAG else formatter.name(can_id)
 
 
-def _last(stats: BusStats, rows: np.ndarray) -> FrameBatch:
-    return FrameBatch(
-        np.zeros(len(rows), np.int64),
-        stats.can_id[rows],
-        stats.last_length[rows],
-        stats.last_data[rows],
-    )
-
-
-def _values(stats: BusStats, formatter: Formatter, rows: np.ndarray) -> list[str]:
-    return formatter.values(_last(stats, rows), stats.last_verdict[rows])
-
-
-def _bytes(stats: BusStats, rows: np.ndarray) -> list[str]:
-    last = _last(stats, rows)
-    return [payload(int(i), int(n), d) for i, n, d in zip(last.can_id, last.length, last.data, strict=True)]
+def _contents(stats: BusStats, formatter: Formatter, rows: np.ndarray, raw: bool) -> list[str]:
+    """Bytes or values of the last frames."""
+    can_id, length, data = stats.can_id[rows], stats.last_length[rows], stats.last_data[rows]
+    if raw:
+        return [payload(int(i), int(n), d) for i, n, d in zip(can_id, length, data, strict=True)]
+    last = FrameBatch(np.zeros(len(rows), np.int64), can_id, length, data)
+    return formatter.values(last, stats.last_verdict[rows])
 
 
 def totals(

@@ -13,30 +13,6 @@ from pathlib import Path
 from gnss_hil.tools.report.figure import Json, Plot
 from gnss_hil.tools.report.markup import Child, Markup, filled, own, tag, text
 
-_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
-    "img-src data: blob:"
-)
-_AXIS = {
-    "gridcolor": "--grid", "linecolor": "--rule", "zerolinecolor": "--rule", "tickcolor": "--rule",
-    "automargin": True, "title": {"standoff": 8, "font": {"size": 12}}, "tickfont": {"size": 11},
-}  # fmt: skip
-TEMPLATE: Json = {
-    "layout": {
-        "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "hovermode": "closest",
-        "font": {"family": "system-ui, -apple-system, Segoe UI, Helvetica Neue, Arial, sans-serif",
-                 "size": 12, "color": "--soft"},
-        "margin": {"l": 56, "r": 12, "t": 34, "b": 44}, "xaxis": _AXIS, "yaxis": _AXIS, "dragmode": "zoom",
-        "legend": {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "itemsizing": "constant",
-                   "font": {"size": 12}, "tracegroupgap": 0},
-        "hoverlabel": {"bgcolor": "--paper", "bordercolor": "--rule", "font": {"color": "--ink"}},
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "--muted", "activecolor": "--ink"},
-        "polar": {"bgcolor": "rgba(0,0,0,0)",
-                  "radialaxis": {"gridcolor": "--grid", "linecolor": "--rule", "tickfont": {"size": 10}},
-                  "angularaxis": {"gridcolor": "--grid", "linecolor": "--rule", "tickfont": {"size": 11}}},
-    }
-}  # fmt: skip
-
 
 def slot(plot: Plot, name: str) -> Markup:
     """The place of one plot in a page."""
@@ -84,16 +60,14 @@ class Page:
         self.add(tag.div(slots, class_="grid"))
 
     def html(self) -> str:
-        document = {"template": TEMPLATE, "plots": self._plots}
         plotly = resources.files(__package__).joinpath("plotly.min.js.gz").read_bytes()
         return filled(
             own(__package__, "page.html"),
-            policy=_POLICY,
             title=text(self.title),
             style=own(__package__, "palette.css") + own(__package__, "page.css"),
             body="\n".join(self._body),
             plotly=_base64(plotly),
-            plots=_base64(_packed(json.dumps(document, separators=(",", ":"), allow_nan=False))),
+            plots=_base64(_packed(json.dumps(self._plots, separators=(",", ":"), allow_nan=False))),
             script=own(__package__, "page.js"),
         )
 

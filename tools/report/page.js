@@ -13,7 +13,28 @@
   const library = document.createElement("script");
   library.textContent = await unpacked("plotly");
   document.head.append(library);
-  const { template, plots } = JSON.parse(await unpacked("plots"));
+  const plots = JSON.parse(await unpacked("plots"));
+
+  // What all plots have in common.
+  const axis = {
+    gridcolor: "--grid", linecolor: "--rule", zerolinecolor: "--rule", tickcolor: "--rule", automargin: true,
+    title: { standoff: 8, font: { size: 12 } }, tickfont: { size: 11 },
+  };
+  const template = { layout: {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest", dragmode: "zoom",
+    font: { family: "system-ui, -apple-system, Segoe UI, Helvetica Neue, Arial, sans-serif", size: 12, color: "--soft" },
+    margin: { l: 56, r: 12, t: 34, b: 44 }, xaxis: axis, yaxis: axis,
+    legend: {
+      orientation: "h", x: 0, y: 1, yanchor: "bottom", itemsizing: "constant", font: { size: 12 }, tracegroupgap: 0,
+    },
+    hoverlabel: { bgcolor: "--paper", bordercolor: "--rule", font: { color: "--ink" } },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: "--muted", activecolor: "--ink" },
+    polar: {
+      bgcolor: "rgba(0,0,0,0)",
+      radialaxis: { gridcolor: "--grid", linecolor: "--rule", tickfont: { size: 10 } },
+      angularaxis: { gridcolor: "--grid", linecolor: "--rule", tickfont: { size: 11 } },
+    },
+  } };
 
   // A colour is the name of a custom property; nothing else in a figure begins with two dashes.
   const coloured = (value) => {
