@@ -29,7 +29,7 @@ class Chapter:
 
 @cache
 def chapters() -> tuple[Chapter, ...]:
-    page = own(__package__, "document.md")
+    page = own("icd", "document.md")
     _, *parts = _CHAPTER.split(page)
     return tuple(map(Chapter, parts[0::3], parts[1::3], parts[2::3]))
 

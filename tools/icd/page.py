@@ -21,9 +21,9 @@ def document(subject: Subject) -> str:
     """The page; well-formed XML that a browser reads as HTML."""
     bodies = [render(chapter, number, subject) for number, chapter in enumerate(chapters(), 1)]
     return filled(
-        own(__package__, "page.html"),
+        own("icd", "page.html"),
         hash=subject.contract.hash,
-        style=own("gnss_hil.tools.report", "palette.css") + own(__package__, "style.css"),
+        style=own("report", "palette.css") + own("icd", "style.css"),
         facts=_facts(subject),
         signatures=table(
             ("agreed for", "name", "date", "signature"),

@@ -156,7 +156,7 @@ def advances(codec: Codec) -> Markup:
         steps = list(same)
         span = joined(dict.fromkeys((steps[0], steps[-1])), " to ")
         used = "yes" if verdict <= Verdict.LOST else "no"
-        rows.append((span, spoken(verdict.name), used, e2e.CONSEQUENCE.get(verdict, "frame used")))
+        rows.append((span, in_words(verdict.name), used, e2e.CONSEQUENCE.get(verdict, "frame used")))
     return table(("counter advance", "state", "used", "consequence"), rows, class_="advances")
 
 
@@ -170,9 +170,9 @@ _ORDER_OF_CHECKS = (
 
 def reasons() -> Markup:
     """Why the flight software refuses a frame, and what then."""
-    rows = ((spoken(reason.name), CONSEQUENCE[reason]) for reason in _ORDER_OF_CHECKS)
+    rows = ((in_words(reason.name), CONSEQUENCE[reason]) for reason in _ORDER_OF_CHECKS)
     return table(("reason", "consequence"), rows, class_="reasons")
 
 
-def spoken(name: str) -> str:
+def in_words(name: str) -> str:
     return name.replace("_", " ").lower()

@@ -64,7 +64,7 @@ class Chart:
 @cache
 def charts() -> dict[str, Chart]:
     """Title -> chart, in the order of the file."""
-    page = own(__package__, "sequences.md")
+    page = own("icd", "sequences.md")
     return {
         title: Chart(title, " ".join(caption.split()), tuple(map(_step, _STEPS.finditer(steps))))
         for title, caption, steps in _CHART.findall(page)

@@ -17,7 +17,7 @@ _KERNEL_LIST = Path("/proc/net/unix")
 def sockets(parent: Path) -> list[Path]:
     """Sockets of benches below a temporary folder that have a listener; joins none of them.
 
-    A bench that was killed leaves its socket behind; where the kernel lists its sockets, that is known.
+    A bench that was killed leaves its socket behind; where the kernel lists its sockets, those are left out.
     """
     found = [path for path in sorted(parent.glob(_PATTERN)) if path.is_socket()]
     if not _KERNEL_LIST.exists():

@@ -27,12 +27,12 @@ class FrameFilter:
         self._all = not patterns
         self._base = np.full(IDENTIFIERS, self._all)
         self._ranges: list[tuple[int, int]] = []
-        known = _labels(codec, formatter)
+        labels = _labels(codec, formatter)
         for pattern in (part for text in patterns for part in text.split(",")):
             if match := _IDENTIFIER.fullmatch(pattern):
                 self._add_range(pattern, int(match[1], 16), int(match[2] or match[1], 16))
             else:
-                self._add_names(pattern, known)
+                self._add_names(pattern, labels)
 
     def _add_range(self, pattern: str, first: int, last: int) -> None:
         if not first <= last <= EFF_MASK:
@@ -40,10 +40,10 @@ class FrameFilter:
         self._base[first : last + 1] = True
         self._ranges.append((first, last))
 
-    def _add_names(self, pattern: str, known: dict[str, list[int]]) -> None:
-        ids = [i for label, found in known.items() if fnmatchcase(label, pattern.upper()) for i in found]
+    def _add_names(self, pattern: str, labels: dict[str, list[int]]) -> None:
+        ids = [i for label, found in labels.items() if fnmatchcase(label, pattern.upper()) for i in found]
         if not ids:
-            near = get_close_matches(pattern.upper(), known, 1)
+            near = get_close_matches(pattern.upper(), labels, 1)
             hint = f"did you mean '{near[0]}'?" if near else _EXAMPLES
             raise Mistake(f"--only {pattern}: no message, kind or sender of that name; {hint}")
         self._base[ids] = True
@@ -63,10 +63,10 @@ class FrameFilter:
 
 def _labels(codec: Codec, formatter: Formatter) -> dict[str, list[int]]:
     """What a pattern may name -> identifiers."""
-    known: dict[str, list[int]] = {}
+    labels: dict[str, list[int]] = {}
     kinds = tuple(codec.kinds)
     for can_id, name in enumerate(formatter.name_of):
         if name != UNKNOWN:
             for label in {name, kinds[codec.kind_of[can_id]], codec.sender_of[can_id]}:
-                known.setdefault(label, []).append(can_id)
-    return known
+                labels.setdefault(label, []).append(can_id)
+    return labels

@@ -84,7 +84,8 @@ def read_channels(path: Path, craft: str, marks_ns: I64, instants: I64) -> Chann
     marks_s = marks_ns / NS_PER_S
     wanted = np.zeros(len(marks_ns) + 1, bool)
     wanted[instants] = True
-    rows, seen = [], []
+    none = np.zeros(0, np.int32), np.zeros(0, np.uint8), np.zeros(0, np.int16)
+    rows, seen = [(*none, np.zeros(0, np.float32))], [(*none, np.zeros((0, 6)))]
     for batch in parquet.batches_of_craft(path, craft, (*_NUMBERS, "satellite")):
         t_s, by, strength, *axes = (parquet.numbers(batch, name) for name in _NUMBERS)
         mark = np.searchsorted(marks_s, t_s).astype(np.int32)
@@ -93,10 +94,6 @@ def read_channels(path: Path, craft: str, marks_ns: I64, instants: I64) -> Chann
         at = np.flatnonzero(wanted[mark])
         vectors = np.column_stack([axis[at] for axis in axes])
         seen.append((mark[at], receiver[at], satellite[at], vectors))
-    if not rows:
-        rows.append((np.zeros(0, np.int32), np.zeros(0, np.uint8), np.zeros(0, np.int16),
-                     np.zeros(0, np.float32)))  # fmt: skip
-        seen.append((*rows[0][:3], np.zeros((0, 6))))
     mark, by, satellite, vectors = (np.concatenate(parts) for parts in zip(*seen, strict=True))
     places = Places(marks_ns[mark], satellite.astype(np.int64), vectors[:, :3], vectors[:, 3:])
     mark, receiver, satellite, cn0_dbhz = (np.concatenate(parts) for parts in zip(*rows, strict=True))

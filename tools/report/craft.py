@@ -75,7 +75,7 @@ def gather(
         reported = sigmas_along(axes, covariance(_vectors(fixes, "sigma_{}_m"), rho))
         sigma = np.where(np.isnan(error), np.nan, reported)
     quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
-    looks = instants(~np.isnan(np.column_stack([here, quaternion])).any(axis=1))
+    looks = instants(np.isfinite(np.column_stack([here, quaternion]).sum(axis=1)))
     held, bridge, strength, sightings = None, 0, None, None
     if channels is not None:
         table = read_channels(channels, name, t_ns, looks)

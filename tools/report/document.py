@@ -60,15 +60,15 @@ class Page:
         self.add(tag.div(slots, class_="grid"))
 
     def html(self) -> str:
-        plotly = resources.files(__package__).joinpath("plotly.min.js.gz").read_bytes()
+        plotly = resources.files("gnss_hil.tools.report").joinpath("plotly.min.js.gz").read_bytes()
         return filled(
-            own(__package__, "page.html"),
+            own("report", "page.html"),
             title=text(self.title),
-            style=own(__package__, "palette.css") + own(__package__, "page.css"),
+            style=own("report", "palette.css") + own("report", "page.css"),
             body="\n".join(self._body),
             plotly=_base64(plotly),
             plots=_base64(_packed(json.dumps(self._plots, separators=(",", ":"), allow_nan=False))),
-            script=own(__package__, "page.js"),
+            script=own("report", "page.js"),
         )
 
     def write(self, path: Path) -> None:

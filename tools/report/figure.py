@@ -74,6 +74,14 @@ def line(name: str, x: Json, y: Json, colour: str, **more) -> Json:
     return {"type": "scatter", "mode": "lines", "name": name, "x": x, "y": y, "line": style} | more
 
 
+def band(name: str, t_ns: I64, low: F64, high: F64, colour: str, **more) -> Json:
+    """The area between two lines over time."""
+    x, y = np.r_[t_ns, t_ns[::-1]], np.r_[high, low[::-1]]
+    return {"type": "scatter", "mode": "lines", "name": name, "x": moments(x), "y": numbers(y),
+            "fill": "toself", "fillcolor": colour, "hoverinfo": "skip",
+            "line": {"width": 0, "color": colour}} | more  # fmt: skip
+
+
 def overlaid(title: str, note: str, x: Json, y: Json, curves: Iterable[tuple[str, F64, F64]]) -> Plot:
     """Curves (name, x, y) over one pair of axes, in the antennas' colours by their order, thinned."""
     traces = []

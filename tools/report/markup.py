@@ -93,9 +93,9 @@ def joined(items: Iterable[Child], between: str = ", ") -> Markup:
     return text([between if k else None, item] for k, item in enumerate(items))
 
 
-def own(package: str, name: str) -> str:
-    """A template, a style sheet or words that ship with a package."""
-    return resources.files(package).joinpath(name).read_text("utf-8")
+def own(room: str, name: str) -> str:
+    """A template, a style sheet or words that ship with a room of the tools."""
+    return resources.files(f"gnss_hil.tools.{room}").joinpath(name).read_text("utf-8")
 
 
 def filled(template: str, **parts: str) -> str:

@@ -103,7 +103,8 @@ def look(
     measured        channels at these instants, (c,), with receiver (c,) 1-based
     almanac         predictions; those at hand within two minutes say where the others are
     """
-    rows = []
+    none, blank = np.zeros(0, np.int64), np.zeros((0, len(boresight_body)))
+    rows = [(none, none, blank.astype(bool), blank, blank)]
     for k, (now_ns, here_m, dcm) in enumerate(
         zip(t_ns, craft_m, dcm_of_quaternions(quaternion), strict=True)
     ):
@@ -122,10 +123,6 @@ def look(
         clear = clear_of_earth(los, distance, here_m, 0.0) | tracked.any(axis=1)
         angles = [angles_deg(boresight, los[clear] @ dcm.T) for boresight in boresight_body]
         rows.append((np.full(clear.sum(), k), satellite[clear], tracked[clear], *np.stack(angles, axis=-1)))
-    if not rows:
-        none = np.zeros((0, len(boresight_body)))
-        empty = np.zeros(0, np.int64)
-        return Sightings(empty, empty, empty, none.astype(bool), none, none)
     instant, satellite, tracked, off, around = (np.concatenate(column) for column in zip(*rows, strict=True))
     return Sightings(t_ns[instant], instant, satellite, tracked, off, around)
 

@@ -14,6 +14,7 @@ from gnss_hil.tools.report.figure import (
     Plot,
     antenna_colour,
     axis,
+    band,
     layout,
     line,
     moments,
@@ -77,14 +78,16 @@ def position_error(craft: Craft) -> Plot:
     data, axes = [], {}
     for i, (direction, domain) in enumerate(zip(_DIRECTIONS, stacked(3), strict=True)):
         on = {"yaxis": numbered("y", i)}
+        sigma = craft.sigma_m[:, i]
+        rows = extremes(sigma)
+        rows = rows[~np.isnan(sigma[rows])]  # the band closes at the ends of a gap
         for factor, colour in _BANDS:
-            data += _bounds(
-                craft.t_ns, factor * craft.sigma_m[:, i], f"{factor} sigma", colour, on, showlegend=i == 0
-            )
+            high, name = factor * sigma[rows], f"{factor} sigma"
+            data.append(band(name, craft.t_ns[rows], -high, high, colour, showlegend=i == 0, **on))
         error = craft.error_m[:, i]
         data.append(trace("fix - truth", craft.t_ns, error, "--accent", showlegend=i == 0,
                           line={"width": 1}, **on))  # fmt: skip
-        limit = _view(error, craft.sigma_m[:, i])
+        limit = _view(error, sigma)
         axes[numbered("yaxis", i)] = axis(f"{direction} [m]", domain=domain, range=[-limit, limit])
     return Plot(
         title,
@@ -104,17 +107,6 @@ def _view(error_m: NDArray, sigma_m: NDArray) -> float:
     return float(max(wanted))
 
 
-def _bounds(t_ns: I64, bound: NDArray, name: str, colour: str, on: Json, **more) -> list[Json]:
-    """A band of +- bound; at the ends of a gap it closes."""
-    rows = extremes(bound)
-    rows = rows[~np.isnan(bound[rows])]
-    x = np.r_[t_ns[rows], t_ns[rows][::-1]]
-    y = np.r_[bound[rows], -bound[rows][::-1]]
-    style = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
-    return [{"type": "scatter", "name": name, "x": moments(x), "y": numbers(y), "fill": "toself",
-             "fillcolor": colour, **more, **style, **on}]  # fmt: skip
-
-
 def strength(craft: Craft) -> Plot:
     title = "Carrier to noise density"
     if craft.strength is None:
@@ -122,10 +114,7 @@ def strength(craft: Craft) -> Plot:
     data, axes, names = [], {}, craft.vehicle.names
     for i, (receiver, domain) in enumerate(zip(craft.strength, stacked(len(names)), strict=True)):
         s, on, colour = craft.strength[receiver], {"yaxis": numbered("y", i)}, antenna_colour(receiver)
-        x = np.r_[s.t_ns, s.t_ns[::-1]]
-        data.append({"type": "scatter", "mode": "lines", "x": moments(x), "fill": "toself", "opacity": 0.25,
-                     "y": numbers(np.r_[s.least, s.greatest[::-1]]), "fillcolor": colour, "hoverinfo": "skip",
-                     "line": {"width": 0, "color": colour}, "showlegend": False, **on})  # fmt: skip
+        data.append(band("", s.t_ns, s.least, s.greatest, colour, opacity=0.25, showlegend=False, **on))
         data.append(line(names[receiver - 1], moments(s.t_ns), numbers(s.mean), colour, **on))
         axes[numbered("yaxis", i)] = axis(names[receiver - 1], domain=domain, nticks=4, matches="y")
     del axes["yaxis"]["matches"]

@@ -70,8 +70,10 @@ def test_every_reason_has_its_consequence():
     from gnss_hil.flightsw.io.frame_statistics import Reason
 
     (table,) = [e for e in tree().iter("table") if e.get("class") == "reasons"]
-    told = [words(tr[0]) for tr in table.iter("tr")][1:]
-    assert sorted(told) == sorted(protection.spoken(r.name) for r in (*Verdict, *Reason) if r != Verdict.OK)
+    listed = [words(tr[0]) for tr in table.iter("tr")][1:]
+    assert sorted(listed) == sorted(
+        protection.in_words(r.name) for r in (*Verdict, *Reason) if r != Verdict.OK
+    )
 
 
 def test_later_frames_keep_counting():
