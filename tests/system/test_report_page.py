@@ -188,8 +188,8 @@ def test_a_page_that_cannot_be_written_costs_nothing_else(copied, capsys):
     before = json.loads((copied / "summary.json").read_text())
     (copied / "summary.json").unlink()
     assert main(["report", str(copied)]) == 1
-    said = capsys.readouterr()
-    (line,) = said.err.splitlines()
+    written = capsys.readouterr()
+    (line,) = written.err.splitlines()
     assert f"{copied}/report.html" in line and "summary.json" in line
     assert json.loads((copied / "summary.json").read_text()) == before
     assert not list(copied.glob(".*"))

@@ -9,12 +9,16 @@ from cantools.database.can import Message, Signal
 from gnss_hil.dbc.contract.messages import HEARTBEAT_BASE, node_names
 from gnss_hil.tools.icd import bits, idmap
 from gnss_hil.tools.icd.contract import GROUPS, Contract, Group, Layout
-from gnss_hil.tools.report.markup import Markup, decimal, figure, joined, table, tag, text
+from gnss_hil.tools.report.markup import Markup, figure, joined, table, tag, text
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float | None) -> str:
-    """All digits of a decimal; powers of ten where it is small; none of what is not given."""
-    return "" if value is None else decimal(f"{value:.15g}")
+    """All digits of a decimal; powers of ten where it is small (1.25·10⁻⁷); none of what is not given."""
+    digits = "" if value is None else f"{value:.15g}"
+    mantissa, e, power = digits.replace("-", "−", digits.startswith("-")).partition("e")
+    return f"{mantissa}·10{str(int(power)).translate(_SUPERSCRIPT)}" if e else mantissa
 
 
 def code_id(can_id: int) -> Markup:

@@ -54,15 +54,6 @@ class _Tag:
 tag = _Tag()
 
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def decimal(digits: str) -> str:
-    """A number as Python writes it, as people do: 1.25e-07 is 1.25·10⁻⁷."""
-    mantissa, e, power = digits.replace("-", "−", digits.startswith("-")).partition("e")
-    return f"{mantissa}·10{str(int(power)).translate(_SUPERSCRIPT)}" if e else mantissa
-
-
 def table(
     head: Iterable[Child], rows: Iterable[Iterable[Child]], numbers: Iterable[int] = (), **more
 ) -> Markup:

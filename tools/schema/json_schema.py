@@ -114,23 +114,19 @@ def split_docstring(docstring: str) -> tuple[str, list[tuple[str, str]]]:
     return " ".join(" ".join(lead).split()), meanings
 
 
-def tables(made: Schema) -> Iterator[tuple[str, Schema]]:
-    """Every table of a schema with its TOML header (`[sky]`, `[[craft]]`, `[expect.NAME]`), outer ones first.
+def tables(made: Schema, table: Schema | None = None, header: str = "") -> Iterator[tuple[str, Schema]]:
+    """Every table of a schema, or within one of its tables, with its TOML header (`[sky]`, `[[craft]]`,
+    `[expect.NAME]`), outer ones first.
 
     The root has no header. A table that occurs in two places comes twice.
     """
-    yield "", made
-    yield from _inner_tables(made, made, "")
-
-
-def _inner_tables(made: Schema, table: Schema, path: str) -> Iterator[tuple[str, Schema]]:
+    table = made if table is None else table
+    yield header, table
+    path = header.strip("[]")
     for name, value in table.get("properties", {}).items():
-        found = table_in(made, value)
-        if found:
+        if found := table_in(made, value):
             inner, form = found
-            header = form.format(f"{path}{name}")
-            yield header, inner
-            yield from _inner_tables(made, inner, header.strip("[]") + ".")
+            yield from tables(made, inner, form.format(f"{path}.{name}" if path else name))
 
 
 def table_in(made: Schema, value: Schema) -> tuple[Schema, str] | None:

@@ -32,10 +32,10 @@ def test_on_a_terminal_the_page_goes_to_a_file(tmp_path):
         [PROGRAM, "icd", "--html"], cwd=tmp_path, stdout=theirs, stderr=theirs, timeout=HANG_S
     )
     os.close(theirs)
-    said = os.read(ours, 4096).decode()
+    written = os.read(ours, 4096).decode()
     os.close(ours)
     assert done.returncode == 0
-    assert said.strip() == "interface control document: gnss-hil-icd.html"
+    assert written.strip() == "interface control document: gnss-hil-icd.html"
     assert (tmp_path / "gnss-hil-icd.html").read_text("utf-8") == page()
 
 

@@ -83,7 +83,7 @@ def played_answers(chart: Chart) -> tuple[list[tuple[str, int, int]], list[Task]
                 frames = slave.answer(lockstep_frames.navigation(1))
             spoken = [messages.decode(frames, row) for row in messages.rows(frames)]
             answers += [
-                ("DONE", said.session, said.epoch) for said in spoken if said.can_id == messages.DONE_ID
+                ("DONE", frame.session, frame.epoch) for frame in spoken if frame.can_id == messages.DONE_ID
             ]
     return answers, tasks
 

@@ -52,13 +52,13 @@ class Window:
     def __init__(self, columns: int, lines: int, ready: bool = True):
         self.size, self.ready = (columns, lines), ready
         self.drawn: list[list[str]] = []
-        self.said: list[str] = []
+        self.written: list[str] = []
 
     def draw(self, lines):
         self.drawn.append([plain(spans) for spans in lines])
 
     def say(self, text):
-        self.said.append(text)
+        self.written.append(text)
 
     def leave(self):
         pass
@@ -230,9 +230,9 @@ def test_a_track_is_as_old_as_its_unbroken_row_of_epochs():
         now = {}
         rows = np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["SV_CLOCK"].number)
         for row in rows:
-            said = CODEC.decode("SV_CLOCK", block.data[row : row + 1])
-            place = CODEC.number_of[block.can_id[row]] - 1, said["channel"][0]
-            sat = int(satellites.index(said["sat_system"], said["sat_number"])[0])
+            decoded = CODEC.decode("SV_CLOCK", block.data[row : row + 1])
+            place = CODEC.number_of[block.can_id[row]] - 1, decoded["channel"][0]
+            sat = int(satellites.index(decoded["sat_system"], decoded["sat_number"])[0])
             same = place in since and since[place][0] == sat
             now[place] = since[place] if same else (sat, epoch)
         since = now
@@ -249,9 +249,9 @@ def test_what_channels_are_asked_is_what_the_last_commands_say():
     asked = {}
     for block in epochs()[0]:
         for row in np.flatnonzero(CODEC.kind_of[block.can_id] == CODEC.kinds["COMMAND"].number):
-            said = {k: int(v[0]) for k, v in CODEC.decode("COMMAND", block.data[row : row + 1]).items()}
-            sat = 64 * said["sat_system"] + said["sat_number"] if said["action"] == 1 else -1
-            asked[CODEC.number_of[block.can_id[row]] - 1, said["channel"]] = sat
+            decoded = {k: int(v[0]) for k, v in CODEC.decode("COMMAND", block.data[row : row + 1]).items()}
+            sat = 64 * decoded["sat_system"] + decoded["sat_number"] if decoded["action"] == 1 else -1
+            asked[CODEC.number_of[block.can_id[row]] - 1, decoded["channel"]] = sat
     assert sum(sat >= 0 for sat in asked.values()) > 10
     for place, sat in asked.items():
         assert latest.tracks.asked[place] == sat
@@ -346,7 +346,7 @@ def test_notes_are_shown_whole_and_said_again_at_the_end(tmp_path):
     shown = "".join(text.strip() for text in window.drawn[-1][-2:])
     assert shown == note
     view.close()
-    assert window.said == [note]
+    assert window.written == [note]
 
 
 def test_before_the_first_epoch_notes_stay_on_the_ordinary_screen(tmp_path):
@@ -354,7 +354,7 @@ def test_before_the_first_epoch_notes_stay_on_the_ordinary_screen(tmp_path):
     view = LiveView(PLAN, tmp_path / "truth", window)
     view.note("waiting for the flight software")
     view.refresh()
-    assert window.said == ["waiting for the flight software"] and not window.drawn
+    assert window.written == ["waiting for the flight software"] and not window.drawn
 
 
 def test_a_terminal_that_is_held_is_passed_over_and_nothing_piles_up(tmp_path):

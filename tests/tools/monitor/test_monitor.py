@@ -186,10 +186,12 @@ def test_the_bus_of_a_run_is_found_and_the_run_does_not_mind(tmp_path):
     until(lambda: connections(spec) == 2, run, listener)
     subprocess.run([*FLIGHT, "--bus", spec, "--vehicle", "soyuz-ms", "--once", "--quiet"], check=True)
     out, _ = ended(run)
-    said, err = ended(listener)
+    written, err = ended(listener)
     assert run.returncode == 0 and " 0 lost, " in out
     assert listener.returncode == 0, err
-    assert len(said.splitlines()) == 60 and all(" NAV_STATUS mode=" in text for text in said.splitlines())
+    assert len(written.splitlines()) == 60 and all(
+        " NAV_STATUS mode=" in text for text in written.splitlines()
+    )
     assert "no faults" in err and "the bench has ended its run" in err
 
 

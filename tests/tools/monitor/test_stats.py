@@ -66,13 +66,13 @@ def test_values_are_what_cantools_says():
     texts = FORMATTER.values(block, np.zeros(len(block), np.uint8))
     for can_id, data, text in zip(block.can_id.tolist(), block.data, texts, strict=True):
         message = DATABASE.get_message_by_frame_id(can_id)
-        said = message.decode(data.tobytes(), allow_truncated=False)
+        decoded = message.decode(data.tobytes(), allow_truncated=False)
         shown = dict(part.split("=") for part in text.split())
         assert FORMATTER.name(can_id) == message.name
         assert list(shown) == [s for s in [s.name for s in message.signals] if s not in HEADER_NAMES]
         for signal in message.signals:
             if signal.name not in HEADER_NAMES:
-                value = said[signal.name]
+                value = decoded[signal.name]
                 if isinstance(value, (int, float)):
                     assert float(shown[signal.name]) == pytest.approx(value, abs=float(signal.scale) * 0.01)
                 else:
@@ -229,6 +229,6 @@ def test_choices_add_up_and_all_is_the_default():
     ],
 )
 def test_a_choice_of_nothing_is_a_mistake(pattern, says):
-    with pytest.raises(Mistake, match=says.replace("(", r"\(")) as told:
+    with pytest.raises(Mistake, match=says.replace("(", r"\(")) as raised:
         FrameFilter(CODEC, FORMATTER, [pattern])
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(raised.value)

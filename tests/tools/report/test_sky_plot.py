@@ -59,12 +59,12 @@ def at(*rows) -> Places:
 
 
 def test_who_tracks_what_and_what_nobody_tracks():
-    """A craft on the x axis whose zenith is x: one satellite measured, one foretold, one behind the Earth."""
+    """A craft on the x axis whose zenith is x: one measured, one predicted, one behind the Earth."""
     craft = np.array([[7e6, 0, 0]])
     half = np.sqrt(0.5)
     upright = np.array([[half, 0, -half, 0]])  # body z, nadir, is ECEF -x
     measured = at((0, 7, RADIUS_M, 0, 0), (0, 7, RADIUS_M, 0, 0))
-    foretold = at((5, 7, RADIUS_M, 1, 0), (5, 9, RADIUS_M, 0.5 * RADIUS_M, 0), (5, 11, -RADIUS_M, 0, 0))
+    predicted = at((5, 7, RADIUS_M, 1, 0), (5, 9, RADIUS_M, 0.5 * RADIUS_M, 0), (5, 11, -RADIUS_M, 0, 0))
     seen = look(
         np.array([0]),
         craft,
@@ -72,7 +72,7 @@ def test_who_tracks_what_and_what_nobody_tracks():
         np.stack([ZENITH, -ZENITH, TILTED]),
         measured,
         np.array([1, 3]),
-        foretold,
+        predicted,
     )
     assert seen.satellite.tolist() == [7, 9]
     assert seen.tracked.tolist() == [[True, False, True], [False, False, False]]
@@ -83,10 +83,10 @@ def test_who_tracks_what_and_what_nobody_tracks():
 
 def test_a_prediction_is_carried_on_with_its_velocity_and_not_for_ever():
     craft, upright = np.array([[7e6, 0, 0]] * 2), np.array([[1.0, 0, 0, 0]] * 2)
-    foretold = Places(np.array([0]), np.array([9]), np.array([[RADIUS_M, 0, 0]]), np.array([[0, 3000.0, 0]]))
+    predicted = Places(np.array([0]), np.array([9]), np.array([[RADIUS_M, 0, 0]]), np.array([[0, 3000.0, 0]]))
     nobody = at()
     times = np.array([60, 121]) * 1_000_000_000
-    seen = look(times, craft, upright, np.array([[1.0, 0, 0]]), nobody, np.zeros(0, int), foretold)
+    seen = look(times, craft, upright, np.array([[1.0, 0, 0]]), nobody, np.zeros(0, int), predicted)
     assert seen.instant.tolist() == [0]
     assert seen.off_deg[0, 0] == pytest.approx(np.degrees(np.arctan2(180e3, RADIUS_M - 7e6)))
 

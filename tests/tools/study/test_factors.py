@@ -1,4 +1,4 @@
-"""The study in small: what cancels, what does not, and who is told of a mistake."""
+"""The study in small: what cancels, what does not, and what a mistake gives."""
 
 import json
 
