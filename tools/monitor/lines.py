@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections import deque
 from dataclasses import dataclass
-from queue import SimpleQueue
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,35 +69,52 @@ class Printer:
     left_out  frames for which there was no room, all in all
     """
 
-    def __init__(self, descriptor: int, text: Callable[[Piece], bytes]):
+    def __init__(self, descriptor: int, text):
         self._descriptor, self._text = descriptor, text
-        self._pieces: SimpleQueue[Piece | None] = SimpleQueue()
-        self._heard = self._taken = self._gap = self.left_out = 0  # only the thread writes `_taken`
+        self._pieces: deque[Piece] = deque()
+        self._change = threading.Condition()
+        self._waiting = self._left_out = self.left_out = 0
+        self._over = False
         self.failure: OSError | None = None
         self._thread = threading.Thread(target=self._write, name="printer", daemon=True)
         self._thread.start()
 
     def put(self, unix_us: int, frames: FrameBatch, verdict: NDArray[np.uint8]) -> None:
         """Never waits."""
-        if self._heard - self._taken + len(frames) > ROOM_FRAMES:
-            self._gap += len(frames)
-            self.left_out += len(frames)
-            return
-        self._heard += len(frames)
-        self._pieces.put(Piece(unix_us, frames, verdict, self._gap))
-        self._gap = 0
+        with self._change:
+            if self._waiting + len(frames) > ROOM_FRAMES:
+                self._left_out += len(frames)
+                self.left_out += len(frames)
+                return
+            self._pieces.append(Piece(unix_us, frames, verdict, self._left_out))
+            self._left_out = 0
+            self._waiting += len(frames)
+            self._change.notify()
 
     def close(self, patience_s: float) -> None:
         """Writes what waits, but no longer than `patience_s`: the reader may have stopped."""
-        self._pieces.put(None)
+        with self._change:
+            self._over = True
+            self._change.notify()
         self._thread.join(patience_s)
+
+    def _next(self) -> tuple[Piece | None, int]:
+        """What to write next, and how many frames to say were left out before it; (None, 0) at the end."""
+        with self._change:
+            while not (self._pieces or self._left_out or self._over):
+                self._change.wait()
+            if self._pieces:
+                piece = self._pieces.popleft()
+                self._waiting -= len(piece.frames)
+                return piece, piece.left_out
+            left_out, self._left_out = self._left_out, 0
+            return None, left_out
 
     def _write(self) -> None:
         try:
-            while (piece := self._pieces.get()) is not None:
-                self._taken += len(piece.frames)
-                self._all(_gap(piece.left_out) + self._text(piece))
-            self._all(_gap(self._gap))
+            while any(following := self._next()):
+                piece, left_out = following
+                self._all(_gap(left_out) + (self._text(piece) if piece else b""))
         except OSError as error:
             self.failure = error
 
