@@ -2,8 +2,8 @@
 
 The codec works on the frames of one kind. An epoch brings two dozen kinds of a few frames each, and
 doing it kind by kind costs hundreds of array operations. A `Form` joins the layouts of its kinds into one
-table, one signal after another, and writes them in one pass; a `Reader` spreads layouts over the
-identifiers and reads a whole block in one. Both equal the codec bit for bit.
+table, one signal after another, and writes them in one pass; a `Reader` has the layouts of signals that
+are read together, however many frames and kinds they come from. Both equal the codec bit for bit.
 
 Protection headers are written blank (`dbc.contract.e2e.protect` fills them in) and not read.
 """
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, Layout
+from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.messages import HEADER_NAMES
 
 
@@ -102,14 +102,16 @@ def form(codec: Codec, kinds: Sequence[str]) -> Form:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reader:
-    """Payload signals by identifier, w the most that one of its kinds has.
+    """s signals of records that consist of several frames.
 
-    signals  names by kind, in the order of the columns read
+    names    (s,) of the signals
+    frame    (s,) which frame of a record has each
     shifted  whether any signal has an offset
-    shift, mask, sign_bit, factor, offset   (2048, w) as in the codec's layouts
+    shift, mask, sign_bit, factor, offset   (s, 1) as in the codec's layouts; (s,) in a joined reader
     """
 
-    signals: Mapping[str, tuple[str, ...]]
+    names: tuple[str, ...]
+    frame: NDArray[np.intp]
     shifted: bool
     shift: NDArray[np.uint64]
     mask: NDArray[np.uint64]
@@ -117,44 +119,56 @@ class Reader:
     factor: NDArray[np.float64]
     offset: NDArray[np.float64]
 
-    def read(self, can_id: NDArray[np.uint32], words: NDArray[np.uint64]) -> NDArray[np.float64]:
-        """Physical values (n, w) of frames (n,), each payload as one little-endian word.
-
-        Columns that a kind does not have are zero, and so is all of an identifier of none of the kinds.
-        Unscaled signals are exact up to 53 bits.
-        """
-        row = can_id.astype(np.intp)
-        raw = words[:, None] >> self.shift.take(row, axis=0)
-        raw &= self.mask.take(row, axis=0)
-        raw = raw.view(np.int64)
-        sign_bit = self.sign_bit.take(row, axis=0)
-        raw ^= sign_bit
-        raw -= sign_bit
-        values = raw * self.factor.take(row, axis=0)
-        return values + self.offset.take(row, axis=0) if self.shifted else values
+    def read(self, words: NDArray[np.uint64]) -> NDArray[np.float64]:
+        """Physical values (s, n) from the payloads (s, n) that carry them, each one little-endian word; in a
+        joined reader (s,) from (s,). Unscaled signals are exact up to 53 bits."""
+        bits = words >> self.shift
+        bits &= self.mask
+        raw = bits.view(np.int64)
+        raw ^= self.sign_bit
+        raw -= self.sign_bit
+        values = raw * self.factor
+        return values + self.offset if self.shifted else values
 
 
-def reader(codec: Codec, kinds: Sequence[str]) -> Reader:
-    """For the frames of these kinds, whichever receiver or node they come from."""
-    rows = {kind: _payload(codec.kinds[kind]) for kind in kinds}
-    numbers = [(kind, can_id) for (kind, _), can_id in codec.can_id_of.items() if kind in rows]
-    width = max(map(len, rows.values()))
+def reader(codec: Codec, kinds: Sequence[str], names: Sequence[str]) -> Reader:
+    """Of the named signals of records that consist of one frame of each kind; a signal that several frames
+    have is read from the last of them."""
+    layouts = [codec.kinds[kind] for kind in kinds]
+    frame = [max(k for k, layout in enumerate(layouts) if name in layout.signals) for name in names]
+    place = [(layouts[k], layouts[k].signals.index(name)) for k, name in zip(frame, names, strict=True)]
 
-    def table(name: str) -> NDArray:
-        filled = np.zeros((IDENTIFIERS, width), getattr(codec.layouts[0], name).dtype)
-        for kind, can_id in numbers:
-            filled[can_id, : len(rows[kind])] = getattr(codec.kinds[kind], name)[rows[kind]]
-        return filled
+    def column(of: str) -> NDArray:
+        return np.array([getattr(layout, of)[i] for layout, i in place])[:, None]
 
-    offset = table("offset")
+    offset = column("offset")
     return Reader(
-        signals={kind: tuple(codec.kinds[kind].signals[i] for i in r) for kind, r in rows.items()},
+        names=tuple(names),
+        frame=np.array(frame, np.intp),
         shifted=bool(offset.any()),
-        shift=table("shift"),
-        mask=table("mask"),
-        sign_bit=table("sign_bit"),
-        factor=table("factor"),
+        shift=column("shift"),
+        mask=column("mask"),
+        sign_bit=column("sign_bit"),
+        factor=column("factor"),
         offset=offset,
+    )
+
+
+def joined(parts: Sequence[tuple[Reader, int]]) -> Reader:
+    """One reader for n records of each: signal after signal, of each signal record after record."""
+
+    def column(of: str) -> NDArray:
+        return np.concatenate([np.repeat(getattr(part, of), n) for part, n in parts])
+
+    return Reader(
+        names=tuple(name for part, n in parts for name in part.names for _ in range(n)),
+        frame=column("frame"),
+        shifted=any(part.shifted for part, _ in parts),
+        shift=column("shift"),
+        mask=column("mask"),
+        sign_bit=column("sign_bit"),
+        factor=column("factor"),
+        offset=column("offset"),
     )
 
 

@@ -12,12 +12,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, STREAMS, Codec
-from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, SFF_MASK, FrameBatch
+from gnss_hil.dbc.contract.frames import (
+    EFF_FLAG,
+    EFF_MASK,
+    ERR_FLAG,
+    RTR_FLAG,
+    SFF_MASK,
+    WIDTH,
+    FrameBatch,
+)
+from gnss_hil.dbc.contract.messages import CHANNELS
 
 COUNTERS = 15
 MAX_DELTA = 3
@@ -100,8 +110,13 @@ _IDENTIFIER = _identifier_crc()
 
 def crc(can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(n,) Profile 11A CRC of payloads (n, 8) under data ids (n,)."""
+    return _payload_crc(data) ^ _IDENTIFIER[can_id]
+
+
+def _payload_crc(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(n,) what payloads (n, 8) contribute to the CRC."""
     a, b, c, d = _PAIR.take((np.ascontiguousarray(data).view("<u2") + _PAIR_BASE).T)
-    return a ^ b ^ c ^ d ^ _IDENTIFIER[can_id]
+    return a ^ b ^ c ^ d
 
 
 def fresh_counters() -> NDArray[np.int8]:
@@ -110,11 +125,14 @@ def fresh_counters() -> NDArray[np.int8]:
 
 
 def _distinct(stream: NDArray[np.int64]) -> bool:
-    """Whether every stream occurs once: the ordinary case, checked without sorting."""
-    here = np.arange(len(stream))
-    last_seen = np.empty(STREAMS, np.int64)
-    last_seen[stream] = here
-    return bool((last_seen[stream] == here).all())
+    """Whether every stream occurs once: the ordinary case. The same streams come epoch after epoch."""
+    return _all_distinct(stream.tobytes())
+
+
+@lru_cache(maxsize=16)
+def _all_distinct(streams: bytes) -> bool:
+    stream = np.frombuffer(streams, np.int64)
+    return len(set(stream.tolist())) == len(stream)
 
 
 def _runs(stream: NDArray[np.int64]) -> tuple[NDArray, NDArray]:
@@ -185,6 +203,45 @@ def protect_words(
     return data, counters
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Identifiers:
+    """What the identifiers (n,) of protected data frames decide about their protection, whatever they carry.
+
+    can_id            themselves
+    crc               contribution to the CRC
+    first_stream      stream of key 0
+    shift, key_mask   where a payload, as a little-endian word, has its key
+    """
+
+    can_id: NDArray[np.uint32]
+    crc: NDArray[np.uint8]
+    first_stream: NDArray[np.int64]
+    shift: NDArray[np.uint64]
+    key_mask: NDArray[np.uint64]
+
+    def __getitem__(self, rows: NDArray) -> Identifiers:
+        return Identifiers(*(getattr(self, name)[rows] for name in self.__slots__))
+
+    def streams(self, words: NDArray[np.uint64]) -> NDArray[np.int64]:
+        """(n,) protected stream of each frame, as `Codec.key_of`."""
+        key = words >> self.shift
+        key &= self.key_mask
+        return key.view(np.int64) + self.first_stream
+
+
+def identifiers(codec: Codec, can_id: NDArray[np.uint32]) -> Identifiers | None:
+    """Of the identifiers of received frames (n,), n > 0; None if not all are of protected kinds."""
+    if can_id.max() > SFF_MASK or not codec.protected_of[can_id].all():
+        return None
+    return Identifiers(
+        can_id,
+        _IDENTIFIER[can_id],
+        can_id.astype(np.int64) * CHANNELS,
+        codec.key_shift_of[can_id],
+        codec.key_mask_of[can_id],
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Screened:
     """A batch after the checks.
@@ -211,6 +268,17 @@ _BY_ADVANCE = np.array(
 )
 
 
+def _advance_table() -> NDArray[np.intp]:
+    """(256,) how far a counter has advanced, by 16 times the one before plus itself; after -1, which stands
+    for none and indexes the last 16, every counter is the next."""
+    before, counter = np.divmod(np.arange(256), 16)
+    return np.where(before == COUNTERS, 1, (counter - before) % COUNTERS)
+
+
+_ADVANCE = _advance_table()
+_VERDICT = _BY_ADVANCE[_ADVANCE]
+
+
 def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
     """Checks that need no payload; later rows of the table win."""
     can_id = frames.can_id
@@ -226,42 +294,43 @@ def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
     return verdict
 
 
-def _well_formed(codec: Codec, frames: FrameBatch) -> bool:
-    """Whether every frame is a protected data frame of the contract: the ordinary case."""
-    return bool(
-        frames.can_id.max() <= SFF_MASK
-        and frames.length.min() == 8
-        and frames.length.max() == 8
-        and codec.protected_of[frames.can_id].all()
-    )
+def screen(
+    codec: Codec, frames: FrameBatch, counters: NDArray[np.int8], known: Identifiers | None = None
+) -> Screened:
+    """Check form, CRC and counters of received frames. Never raises on what a bus may carry.
 
-
-def screen(codec: Codec, frames: FrameBatch, counters: NDArray[np.int8]) -> Screened:
-    """Check form, CRC and counters of received frames. Never raises on what a bus may carry."""
+    known   `identifiers` of the frames, where the caller has it
+    """
     if not len(frames):
         return Screened(frames, np.zeros(0, np.uint8), counters, 0)
-    if _well_formed(codec, frames):
-        verdict, counters, lost = _sequence_verdict(codec, frames, counters)
+    known = identifiers(codec, frames.can_id) if known is None else known
+    if known is not None and (frames.length == WIDTH).all():
+        verdict, counters, lost = _sequence_verdict(known, frames.data, counters)
     else:
-        verdict = _form_verdict(codec, frames)
+        verdict, lost = _form_verdict(codec, frames), 0
         # An unprotected kind (bench frames) has passed with its form.
         rows = np.flatnonzero((verdict == _PASS) & codec.protected_of[frames.can_id & SFF_MASK])
-        verdict[rows], counters, lost = _sequence_verdict(codec, frames[rows], counters)
+        known = identifiers(codec, frames.can_id[rows]) if len(rows) else None
+        if known is not None:
+            verdict[rows], counters, lost = _sequence_verdict(known, frames.data[rows], counters)
     accepted = verdict <= _LOST
     return Screened(frames if accepted.all() else frames[accepted], verdict, counters, lost)
 
 
-def _sequence_verdict(codec, frames, counters) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
+def _sequence_verdict(
+    known: Identifiers, data: NDArray[np.uint8], counters: NDArray[np.int8]
+) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
     """Verdict of well-formed frames by CRC and counter, next counters, and frames missing between."""
-    counter = frames.data[:, 1] & 0x0F
-    intact = (frames.data[:, 0] == crc(frames.can_id, frames.data)) & (counter < COUNTERS)
+    counter = data[:, 1] & 0x0F
+    intact = (data[:, 0] == _payload_crc(data) ^ known.crc) & (counter < COUNTERS)
     if not intact.all():
-        verdict = np.full(len(frames), int(Verdict.CORRUPTED), np.uint8)
-        verdict[intact], counters, lost = _sequence_verdict(codec, frames[intact], counters)
-        return verdict, counters, lost
-    stream = codec.key_of(frames.can_id, frames.data)
-    counter = counter.astype(np.int16)
-    last = counters[stream].astype(np.int16)
+        verdict = np.full(len(data), int(Verdict.CORRUPTED), np.uint8)
+        if intact.any():
+            verdict[intact], counters, lost = _sequence_verdict(known[intact], data[intact], counters)
+            return verdict, counters, lost
+        return verdict, counters, 0
+    stream = known.streams(np.ascontiguousarray(data).view("<u8")[:, 0])
+    last = counters.take(stream).astype(np.intp)
     if not _distinct(stream):
         order, rank = _runs(stream)
         before = np.empty_like(last)
@@ -269,9 +338,11 @@ def _sequence_verdict(codec, frames, counters) -> tuple[NDArray[np.uint8], NDArr
         again = np.empty(len(stream), bool)
         again[order] = rank > 0
         last = np.where(again, before, last)
-    advance = np.where(last < 0, 1, (counter - last) % COUNTERS)
-    verdict = _BY_ADVANCE[advance]
+    steps = last * 16 + counter
+    verdict = _VERDICT.take(steps)
     counters = counters.copy()
     counters[stream] = counter
-    lost = advance[verdict == _LOST] - 1
-    return verdict, counters, int(lost.sum())
+    lost = 0
+    if verdict.any():
+        lost = int((_ADVANCE[steps[verdict == _LOST]] - 1).sum())
+    return verdict, counters, lost

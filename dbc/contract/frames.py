@@ -42,6 +42,11 @@ class FrameBatch:
     def __len__(self) -> int:
         return len(self.can_id)
 
+    @property
+    def words(self) -> NDArray[np.uint64]:
+        """(n,) payloads, each as one little-endian word."""
+        return np.ascontiguousarray(self.data).view("<u8")[:, 0]
+
     def __getitem__(self, rows) -> FrameBatch:
         """Rows by slice, mask or index array; always a batch."""
         if isinstance(rows, (int, np.integer)):

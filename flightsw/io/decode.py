@@ -21,15 +21,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.common.arrays import F64, I8, I32, I64, U8, U64, Index
+from gnss_hil.dbc.common.arrays import F64, I8, I32, I64, U8, U32, U64, Bool, Index
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS
+from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.io import node_monitor
-from gnss_hil.flightsw.io.frame_groups import Complete, complete, group_table, rows_by_slot, slots
+from gnss_hil.flightsw.io.block_layout import block_layout
+from gnss_hil.flightsw.io.frame_groups import Records, almanac_records, block_plan, group_table
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 from gnss_hil.flightsw.records.epoch import (
     NO_ACKS,
@@ -52,19 +53,21 @@ UNIT_NORM = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Block:
-    """Screened frames of known groups, (n,) each.
+    """Screened frames, (n,) each.
 
-    can_id, slot   identifier and slot
-    words          payloads as little-endian words
-    nibble         epoch modulo 16
-    values         (n, columns) physical values
+    can_id   identifiers
+    stream   protected streams
+    words    payloads as little-endian words
+    nibble   epoch modulo 16
     """
 
-    can_id: I64
-    slot: I64
+    can_id: U32
+    stream: I64
     words: U64
     nibble: U8
-    values: F64
+
+    def __getitem__(self, rows: Index) -> _Block:
+        return _Block(self.can_id[rows], self.stream[rows], self.words[rows], self.nibble[rows])
 
 
 def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tuple[Epoch, I8, I64]:
@@ -74,31 +77,37 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
     rejected   (REASONS, IDENTIFIERS) counts so far
     returns    the epoch, the next counters, the next counts; arguments are not modified
     """
-    screened = e2e.screen(codec, frames, counters)
+    screened = e2e.screen(codec, frames, counters, block_layout(codec, frames.can_id).protection)
     counts = Rejections(rejected)
-    counts.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
-    node_monitor.count_silent(codec, screened.frames, counters, counts)
-    block = _block(codec, node_monitor.of_our_contract(codec, screened.frames, counts))
-    mark_nibble = _nibble_of_mark(codec, block)
-    rows = np.flatnonzero(block.nibble == mark_nibble)
-    table = group_table(codec)
-    filled = rows_by_slot(table, block.slot, rows)
-    found = {name: complete(filled, group) for name, group in table.groups.items()}
-    mark = _mark(found["mark"], block.values, mark_nibble)
+    if screened.verdict.any():
+        counts.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
+    layout = block_layout(codec, screened.frames.can_id)
+    node_monitor.count_silent(codec, layout, counters, counts)
+    ours = node_monitor.of_our_contract(codec, screened.frames, layout, counts)
+    block, mark_nibble = _block(codec, ours)
+    of_mark = block.nibble == mark_nibble
+    rows = None if of_mark.all() else np.flatnonzero(of_mark)
+    epoch_block = block if rows is None else block[rows]
+    plan = block_plan(codec, epoch_block.stream)
+    values = plan.values(epoch_block.words)
+    mark = _mark(values["mark"], mark_nibble)
     if mark is None:
-        _count_timeless(counts, block, found["mark"])
+        opens = plan.records["mark"].rows
+        _count_timeless(codec, counts, block, opens if rows is None else rows[opens])
         return empty_epoch(screened.lost), screened.counters, counts.counts
-    if len(rows) < len(block.slot):
-        counts.add(Verdict.MIXED_EPOCH, block.can_id, block.nibble != mark_nibble)
-    if sum(records.rows.size for records in found.values()) < len(rows):
-        _count_unused(counts, block, rows, filled[block.slot], found)
-    boots, domains = _receivers(found["receiver"], block.values)
+    if rows is not None:
+        counts.add(Verdict.MIXED_EPOCH, block.can_id, ~of_mark & _grouped(codec, block))
+    almanac, almanac_values, almanac_unused = almanac_records(codec, plan, epoch_block.words)
+    for unused in (plan.unused, almanac_unused):
+        counts.add_rows(Reason.SURPLUS, epoch_block.can_id, unused.surplus)
+        counts.add_rows(Reason.INCOMPLETE, epoch_block.can_id, unused.incomplete)
+    boots, domains = _receivers(plan.records["receiver"], values["receiver"])
     epoch = Epoch(
         mark=mark,
-        attitude=_attitude(found["attitude"], block.values),
-        measurements=_measurements(found["measurement"], block.values),
-        almanac=_almanac(found["almanac"], block.values),
-        acks=_acks(found["ack"], block.values),
+        attitude=_attitude(values["attitude"]),
+        measurements=_measurements(plan.records["measurement"], values["measurement"]),
+        almanac=_almanac(almanac, almanac_values),
+        acks=_acks(plan.records["ack"], values["ack"]),
         boots=boots,
         domains=domains,
         lost=screened.lost,
@@ -113,7 +122,7 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
     It has if the block, read without memory, carries a complete time mark of it and none of this session.
     A stray mark is kept away from the counters too, or it would cost the epochs after it.
     """
-    found = node_monitor.other_sessions(codec, frames, session)
+    found = node_monitor.other_sessions(codec, frames, block_layout(codec, frames.can_id), session)
     if found is None:
         return frames, rejected, False
     if found.alone:
@@ -125,124 +134,105 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
     return frames[~found.marks], counts.counts, False
 
 
-def _block(codec: Codec, frames: FrameBatch) -> _Block:
-    """Frames of known groups, decoded; the others carry nothing for a flight software."""
-    table = group_table(codec)
-    known = table.slot_of[frames.can_id] >= 0
-    if not known.all():
-        frames = frames[known]
-    words = np.ascontiguousarray(frames.data).view("<u8")[:, 0]
-    can_id = frames.can_id.astype(np.int64)
-    values = table.reader.read(frames.can_id, words)
-    return _Block(can_id, slots(table, can_id, words), words, frames.data[:, 1] >> np.uint8(4), values)
+def _block(codec: Codec, frames: FrameBatch) -> tuple[_Block, int]:
+    """Frames as a block, and the epoch modulo 16 of its last TIME_MARK; -1, which none has, without one."""
+    layout, words = block_layout(codec, frames.can_id), frames.words
+    known = layout.protection
+    stream = codec.key_of(frames.can_id, frames.data) if known is None else known.streams(words)
+    nibble = frames.data[:, 1] >> np.uint8(4)
+    return _Block(frames.can_id, stream, words, nibble), int(nibble[layout.marks[-1]]) if layout.marks else -1
 
 
-def _nibble_of_mark(codec: Codec, block: _Block) -> int:
-    """Epoch modulo 16 of the last TIME_MARK; -1, which no frame has, without one."""
-    opens = np.flatnonzero(block.can_id == codec.can_id_of["TIME_MARK", 0])
-    return int(block.nibble[opens[-1]]) if len(opens) else -1
+def _grouped(codec: Codec, block: _Block) -> Bool:
+    """(n,) frames of known groups; the others carry nothing for a flight software."""
+    return group_table(codec).slot_of[block.can_id] >= 0
 
 
-def _count_timeless(counts: Rejections, block: _Block, mark: Complete) -> None:
-    """Count all frames of a block without a time: those of the mark itself as bad."""
-    bad = np.zeros(len(block.slot), bool)
-    bad[mark.rows] = True
+def _count_timeless(codec: Codec, counts: Rejections, block: _Block, opens: I32 | Index) -> None:
+    """Count all frames of a block without a time: those of the mark itself, in rows `opens`, as bad."""
+    bad = np.zeros(len(block.can_id), bool)
+    bad[opens] = True
     counts.add(Reason.BAD_TIME_MARK, block.can_id, bad)
-    counts.add(Reason.NO_TIME_MARK, block.can_id, ~bad)
+    counts.add(Reason.NO_TIME_MARK, block.can_id, ~bad & _grouped(codec, block))
 
 
-def _count_unused(
-    counts: Rejections, block: _Block, rows: Index, standing: I32, found: dict[str, Complete]
-) -> None:
-    """Count frames of this epoch that no complete record holds; standing (n,) row that has
-    each one's slot."""
-    left = np.zeros(len(block.slot), bool)
-    left[rows] = True
-    for records in found.values():
-        left[records.rows] = False
-    first = standing == np.arange(len(block.slot))
-    counts.add(Reason.SURPLUS, block.can_id, left & ~first)
-    counts.add(Reason.INCOMPLETE, block.can_id, left & first)
+# Signals of the groups in the order of `flightsw.io.frame_groups`.
 
 
-def _mark(found: Complete, values: F64, nibble: int) -> Mark | None:
+def _mark(values: F64, nibble: int) -> Mark | None:
     """The time mark, if its three frames are there, of the epoch they name and of a time that exists."""
-    if not len(found):
+    if not values.size:
         return None
-    v = {name: int(value[0]) for name, value in found.signals(values).items()}
-    if v["epoch"] % 16 != nibble:
+    session, epoch, week, second, nanosecond, leap, clock = map(int, values[:, 0].tolist())
+    if epoch % 16 != nibble:
         return None
-    week, second, nanosecond = v["week"], v["second"], v["nanosecond"]
     if week > LAST_WEEK or second >= gpstime.S_PER_WEEK or nanosecond >= gpstime.NS_PER_S:
         return None
-    t_ns = gpstime.from_week(week, second, nanosecond)
-    return Mark(session=v["session"], epoch=v["epoch"], t_ns=t_ns, leap=v["leap"], clock=v["mark_clock"])
+    return Mark(session, epoch, gpstime.from_week(week, second, nanosecond), leap, clock)
 
 
-def _attitude(found: Complete, values: F64) -> AttitudeReport | None:
-    if not len(found):
+def _attitude(values: F64) -> AttitudeReport | None:
+    if not values.size:
         return None
-    v = found.signals(values)
-    q = np.array([v[f"q{i}"][0] for i in range(4)])
+    q, rate = values[:4, 0], values[4:, 0]
     norm = np.sqrt(q @ q)
     if abs(norm - 1) > UNIT_NORM:
         return None
-    return AttitudeReport(q / norm, np.array([v[f"w{axis}_rps"][0] for axis in "xyz"]))
+    return AttitudeReport(q / norm, rate)
 
 
-def _sat(v: dict[str, F64]) -> I64:
-    return (v["sat_system"] * NUMBERS + v["sat_number"]).astype(np.int64)
+def _sat(system: F64, number: F64) -> I64:
+    return (system * NUMBERS + number).astype(np.int64)
 
 
-def _measurements(found: Complete, values: F64) -> Measurements:
-    v = found.signals(values)
+def _measurements(found: Records, values: F64) -> Measurements:
+    pseudorange, rate, clock, drift, cn0, lock, health, ura, frequency, signal, system, number = values[6:]
     return Measurements(
-        receiver=found.key // CHANNELS,
-        channel=found.key % CHANNELS,
-        sat=_sat(v),
-        pseudorange_m=v["pseudorange_m"],
-        range_rate_mps=v["range_rate_mps"],
-        cn0_dbhz=v["cn0_dbhz"],
-        lock=v["lock"],
-        health=v["health"],
-        ura=v["ura"],
-        pos_sv_m=np.array((v["x_m"], v["y_m"], v["z_m"])),
-        vel_sv_mps=np.array((v["vx_mps"], v["vy_mps"], v["vz_mps"])),
-        clock_m=v["clock_m"],
-        clock_drift_mps=v["clock_drift_mps"],
-        signal=v["signal"].astype(np.int64),
-        frequency=v["frequency"],
+        receiver=found.sender,
+        channel=found.key,
+        sat=_sat(system, number),
+        pseudorange_m=pseudorange,
+        range_rate_mps=rate,
+        cn0_dbhz=cn0,
+        lock=lock,
+        health=health,
+        ura=ura,
+        pos_sv_m=values[:3],
+        vel_sv_mps=values[3:6],
+        clock_m=clock,
+        clock_drift_mps=drift,
+        signal=signal.astype(np.int64),
+        frequency=frequency,
     )
 
 
-def _almanac(found: Complete, values: F64) -> AlmanacRows:
+def _almanac(found: Records, values: F64) -> AlmanacRows:
     if not len(found):
         return NO_ALMANAC
-    v = found.signals(values)
+    health, system, number = values[6:]
     return AlmanacRows(
-        sat=_sat(v),
-        pos_ecef_m=np.array((v["x_m"], v["y_m"], v["z_m"])).T,
-        vel_ecef_mps=np.array((v["vx_mps"], v["vy_mps"], v["vz_mps"])).T,
-        healthy=v["health"] == 0,
+        sat=_sat(system, number),
+        pos_ecef_m=values[:3].T,
+        vel_ecef_mps=values[3:6].T,
+        healthy=health == 0,
     )
 
 
-def _acks(found: Complete, values: F64) -> Acks:
+def _acks(found: Records, values: F64) -> Acks:
     if not len(found):
         return NO_ACKS
-    v = found.signals(values)
+    result, system, number, transaction = values
     return Acks(
-        receiver=found.key // CHANNELS,
-        channel=found.key % CHANNELS,
-        result=v["result"].astype(np.int64),
-        sat=_sat(v),
-        transaction=v["transaction"].astype(np.int64),
+        receiver=found.sender,
+        channel=found.key,
+        result=result.astype(np.int64),
+        sat=_sat(system, number),
+        transaction=transaction.astype(np.int64),
     )
 
 
-def _receivers(found: Complete, values: F64) -> tuple[I64, I64]:
+def _receivers(found: Records, values: F64) -> tuple[I64, I64]:
     """Boot counts and clock domains, (MAX_RECEIVERS,) each."""
-    v = found.signals(values)
     both = np.full((2, MAX_RECEIVERS), -1, np.int64)
-    both[:, found.key] = v["boot_count"], v["clock_domain"]
+    both[:, found.sender] = values
     return both[0], both[1]

@@ -3,31 +3,58 @@
 A record (a channel's measurement, a satellite's almanac, the time mark) is spread over several frames. All
 records of a block are gathered through one table of slots: the rows of a block are written into it by
 identifier and key, and a record is complete when all of its slots are filled.
+
+Of most groups the key is the one that names the protected stream, and receivers send the same streams epoch
+after epoch: where their frames go, and the signals of all of them, are one plan that is kept. Almanac frames
+have the satellite for a key, which goes on from epoch to epoch; they are gathered anew in every block.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I32, I64, U64, Bool, Index
 from gnss_hil.dbc.common.satellites import SATELLITES
-from gnss_hil.dbc.contract.batch_codec import Reader, reader
+from gnss_hil.dbc.contract.batch_codec import Reader, joined, reader
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
 
-_KINDS: dict[str, tuple[Sequence[str], int]] = {
-    # group: (kinds of its frames, keys of one sender)
-    "mark": (("TIME_MARK", "TIME_GPS", "TIME_FINE"), 1),
-    "attitude": (("ATT_Q01", "ATT_Q23", "ATT_RATE"), 1),
-    "measurement": (MEASUREMENT_KINDS, CHANNELS),
-    "almanac": (("ALM_XY", "ALM_Z", "ALM_V"), SATELLITES),
-    "ack": (("ACK",), CHANNELS),
-    "receiver": (("TAG", "STATUS", "HEARTBEAT"), 1),
+XYZ, VXYZ = ("x_m", "y_m", "z_m"), ("vx_mps", "vy_mps", "vz_mps")
+
+_KINDS: dict[str, tuple[Sequence[str], int, Sequence[str]]] = {
+    # group: (kinds of its frames, keys of one sender, signals that are read)
+    "mark": (
+        ("TIME_MARK", "TIME_GPS", "TIME_FINE"),
+        1,
+        ("session", "epoch", "week", "second", "nanosecond", "leap", "mark_clock"),
+    ),
+    "attitude": (
+        ("ATT_Q01", "ATT_Q23", "ATT_RATE"),
+        1,
+        ("q0", "q1", "q2", "q3", "wx_rps", "wy_rps", "wz_rps"),
+    ),
+    "measurement": (
+        MEASUREMENT_KINDS,
+        CHANNELS,
+        (
+            *(*XYZ, *VXYZ, "pseudorange_m", "range_rate_mps", "clock_m", "clock_drift_mps", "cn0_dbhz"),
+            *("lock", "health", "ura", "frequency", "signal", "sat_system", "sat_number"),
+        ),
+    ),
+    "ack": (("ACK",), CHANNELS, ("result", "sat_system", "sat_number", "transaction")),
+    "receiver": (("TAG", "STATUS", "HEARTBEAT"), 1, ("boot_count", "clock_domain")),
+    "almanac": (
+        ("ALM_XY", "ALM_Z", "ALM_V"),
+        SATELLITES,
+        (*XYZ, *VXYZ, "health", "sat_system", "sat_number"),
+    ),
 }
+
+ALMANAC = "almanac"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,17 +63,21 @@ class Group:
     `frames` of them.
 
     keys     senders times keys of one sender: receiver and channel, or receiver and satellite
-    column   signal name -> (frame of the record, column of the reader)
     """
 
     first: int
-    keys: int
+    senders: int
+    keys_of_sender: int
     frames: int
-    column: dict[str, tuple[int, int]]
+    reader: Reader
 
     @property
-    def slots(self) -> slice:
-        return slice(self.first, self.first + self.keys * self.frames)
+    def keys(self) -> int:
+        return self.senders * self.keys_of_sender
+
+    @property
+    def end(self) -> int:
+        return self.first + self.keys * self.frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,81 +86,154 @@ class GroupTable:
     channel, or the 9 bits of satellite system and number; every kind that has a key begins with it.
 
     slot_of, key_mask   (IDENTIFIERS,); slot_of is -1 where an identifier belongs to no group
+    slots               of all groups; those of the almanac are the last
     """
 
-    reader: Reader
-    groups: dict[str, Group]
+    groups: Mapping[str, Group]
     slots: int
     slot_of: I64
     key_mask: I64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Complete:
-    """Complete records of one group in a block.
+class Records:
+    """Complete records of one group in a block, (n,), ascending by sender and key.
 
-    group   whose records these are
-    key     (n,) key of each record, ascending
-    rows    (frames, n) rows of the block that carry it
+    sender   0-based: receiver
+    key      channel or satellite
+    rows     (frames, n) rows of the block that carry it
     """
 
-    group: Group
-    key: Index
+    sender: I64
+    key: I64
     rows: I32
 
     def __len__(self) -> int:
         return len(self.key)
 
-    def signals(self, values: F64) -> dict[str, F64]:
-        """Every signal of the group, (n,), out of the values (rows of the block, columns)."""
-        found = values.take(self.rows, axis=0)
-        return {name: found[frame, :, column] for name, (frame, column) in self.group.column.items()}
-
 
 @cache
 def group_table(codec: Codec) -> GroupTable:
     slot_of, key_mask = np.full(IDENTIFIERS, -1, np.int64), np.zeros(IDENTIFIERS, np.int64)
-    everything = reader(codec, [kind for kinds, _ in _KINDS.values() for kind in kinds])
     groups: dict[str, Group] = {}
     first = 0
-    for name, (kinds, keys) in _KINDS.items():
+    for name, (kinds, keys, signals) in _KINDS.items():
         senders = [n for kind, n in codec.can_id_of if kind == kinds[0] and n <= MAX_RECEIVERS]
-        count = keys * max(1, *senders)
-        column: dict[str, tuple[int, int]] = {}
+        group = Group(first, max(1, *senders), keys, len(kinds), reader(codec, kinds, signals))
         for frame, kind in enumerate(kinds):
-            column |= {signal: (frame, k) for k, signal in enumerate(everything.signals[kind])}
             for sender in senders:
                 can_id = codec.can_id_of[kind, sender]
-                slot_of[can_id] = first + frame * count + max(sender - 1, 0) * keys
+                slot_of[can_id] = first + frame * group.keys + max(sender - 1, 0) * keys
                 key_mask[can_id] = keys - 1
-        groups[name] = Group(first, count, len(kinds), column)
-        first += count * len(kinds)
-    return GroupTable(everything, groups, first, slot_of, key_mask)
+        groups[name] = group
+        first = group.end
+    return GroupTable(groups, first, slot_of, key_mask)
 
 
-def slots(table: GroupTable, can_id: I64, words: U64) -> I64:
-    """(n,) slot of each frame; its identifier must belong to a group."""
-    return table.slot_of[can_id] + ((words >> np.uint64(16)).view(np.int64) & table.key_mask[can_id])
-
-
-def rows_by_slot(table: GroupTable, slot: I64, rows: Index) -> I32:
-    """(slots,) row of the block in each slot, -1 where it is empty; of two rows the first stands.
-
-    slot   (n,) of all rows of the block
-    rows   those that count
-    """
-    filled = np.full(table.slots, -1, np.int32)
-    backwards = rows[::-1]
-    filled[slot[backwards]] = backwards
-    return filled
-
-
-def complete(filled: I32, group: Group) -> Complete:
-    """Records of a group all of whose frames are there."""
-    rows = filled[group.slots].reshape(group.frames, group.keys)
+def complete(filled: I32, group: Group) -> Records:
+    """Records of a group all of whose frames are there; filled (slots of the group,) row of the block in each
+    slot, -1 where it is empty."""
+    rows = filled.reshape(group.frames, group.keys)
     (key,) = (rows[-1] >= 0).nonzero()
     rows = rows.take(key, axis=1)
     if len(key) and rows.min() < 0:
         whole: Bool = rows.min(axis=0) >= 0
         key, rows = key[whole], rows[:, whole]
-    return Complete(group, key, rows)
+    sender, key = np.divmod(key, group.keys_of_sender)
+    return Records(sender, key, rows)
+
+
+def rows_by_slot(slots: int, slot: I64, rows: Index) -> I32:
+    """(slots,) row of the block in each slot, -1 where it is empty; of two rows for a slot the first stands.
+
+    slot, rows   (n,) slots of the frames of some rows, ascending
+    """
+    filled = np.full(slots, -1, np.int32)
+    backwards = slice(None, None, -1)
+    filled[slot[backwards]] = rows[backwards]
+    return filled
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unused:
+    """Rows of frames that no complete record holds: another one has their slot, or others are missing."""
+
+    surplus: Index
+    incomplete: Index
+
+
+def unused(filled: I32, slot: I64, rows: Index, found: Iterable[Records]) -> Unused:
+    """Of frames (n,) in some rows, their slots, the row that has each slot, and the records found."""
+    standing = filled[slot] == rows
+    held = np.isin(rows, np.concatenate([records.rows.ravel() for records in found]))
+    return Unused(rows[~standing], rows[standing & ~held])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockPlan:
+    """Where the frames of a block go whose streams are these.
+
+    records   complete ones, of all groups but the almanac
+    almanac   (a,) rows of almanac frames, and their first slots
+    unused    rows of the other groups' frames
+    """
+
+    records: Mapping[str, Records]
+    almanac: Index
+    almanac_slot: I64
+    unused: Unused
+    _reader: Reader
+    _row: Index
+    _spans: Mapping[str, tuple[slice, int]]
+
+    def values(self, words: U64) -> dict[str, F64]:
+        """By group (s, n): the signals that are read, of all records; words (n,) are the block's payloads."""
+        values = self._reader.read(words.take(self._row))
+        return {name: values[span].reshape(s, -1) for name, (span, s) in self._spans.items()}
+
+
+def block_plan(codec: Codec, stream: I64) -> BlockPlan:
+    """Of frames of the protected streams (n,), in this order."""
+    return _plan(codec, stream.tobytes())
+
+
+@lru_cache(maxsize=32)
+def _plan(codec: Codec, streams: bytes) -> BlockPlan:
+    table = group_table(codec)
+    can_id, key = np.divmod(np.frombuffer(streams, np.int64), CHANNELS)
+    slot = table.slot_of[can_id] + key
+    of_almanac = slot >= table.groups[ALMANAC].first
+    rows = np.flatnonzero((table.slot_of[can_id] >= 0) & ~of_almanac)
+    filled = rows_by_slot(table.slots, slot[rows], rows)
+    groups = {name: group for name, group in table.groups.items() if name != ALMANAC}
+    records = {name: complete(filled[group.first : group.end], group) for name, group in groups.items()}
+    parts = [(group.reader, len(records[name])) for name, group in groups.items()]
+    row = [records[name].rows[group.reader.frame].ravel() for name, group in groups.items()]
+    ends = np.cumsum([0, *map(len, row)]).tolist()
+    spans = {
+        name: (slice(begin, end), len(group.reader.names))
+        for (name, group), begin, end in zip(groups.items(), ends[:-1], ends[1:], strict=True)
+    }
+    almanac = np.flatnonzero(of_almanac)
+    return BlockPlan(
+        records=records,
+        almanac=almanac,
+        almanac_slot=slot[almanac] - table.groups[ALMANAC].first,
+        unused=unused(filled, slot[rows], rows, records.values()),
+        _reader=joined(parts),
+        _row=np.concatenate(row).astype(np.intp),
+        _spans=spans,
+    )
+
+
+def almanac_records(codec: Codec, plan: BlockPlan, words: U64) -> tuple[Records, F64, Unused]:
+    """Records of the almanac in a block (n records), their signals (s, n), and what none of them holds."""
+    group, rows = group_table(codec).groups[ALMANAC], plan.almanac
+    slot = plan.almanac_slot + (words.take(rows).view(np.int64) >> 16 & SATELLITES - 1)
+    filled = rows_by_slot(group.keys * group.frames, slot, rows)
+    found = complete(filled, group)
+    left = NONE_UNUSED if found.rows.size == len(rows) else unused(filled, slot, rows, [found])
+    return found, group.reader.read(words.take(found.rows.take(group.reader.frame, axis=0))), left
+
+
+NONE_UNUSED = Unused(np.zeros(0, np.intp), np.zeros(0, np.intp))

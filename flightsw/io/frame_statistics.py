@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64, U8, U32, Bool, Ints
+from gnss_hil.dbc.common.arrays import I64, U8, U32, Bool, Index, Ints
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.e2e import Verdict
@@ -52,6 +52,14 @@ class Rejections:
             self.counts, self._own = self.counts.copy(), True
         reasons = np.broadcast_to(np.asarray(reason, np.int64), which.shape)
         np.add.at(self.counts, (reasons[which], can_id[which]), 1)
+
+    def add_rows(self, reason: int, can_id: U32, rows: Index) -> None:
+        """One for each of some rows of identifiers (n,)."""
+        if not len(rows):
+            return
+        if not self._own:
+            self.counts, self._own = self.counts.copy(), True
+        np.add.at(self.counts[reason], can_id[rows], 1)
 
 
 def no_rejections() -> I64:

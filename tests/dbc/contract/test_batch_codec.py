@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gnss_hil.dbc.contract.batch_codec import form, reader
+from gnss_hil.dbc.contract.batch_codec import form, joined, reader
 from gnss_hil.dbc.contract.codec import codec, of_messages
 from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS, Kind, Message, Signal
 
@@ -75,18 +75,22 @@ def assert_written_as_encoded(tables, kinds, n, random):
         assert payloads[:, i].tobytes() == tables.encode(kind, values, n).tobytes(), kind
 
 
-def assert_read_as_decoded(tables, kinds, can_id, data):
-    """All signals of `kinds`, and zeros for everything else."""
-    paper = reader(tables, kinds)
-    values = paper.read(can_id, data.view("<u8")[:, 0])
-    for row, number in enumerate(tables.kind_of[can_id].tolist()):
-        kind = tables.layouts[number].name if number >= 0 else ""
-        signals = paper.signals.get(kind, ())
-        decoded = tables.decode(kind, data[row : row + 1]) if signals else {}
-        assert values[row].tolist() == [
-            *(decoded[name][0] for name in signals),
-            *[0.0] * (values.shape[1] - len(signals)),
-        ]
+def names_of(tables, kinds):
+    return list(dict.fromkeys(name for kind in kinds for name in payload_of(tables, kind)))
+
+
+def assert_read_as_decoded(tables, kinds, n, random):
+    """n records of one frame of each kind: all signals, each from the last frame that has it."""
+    data = random.integers(0, 256, (len(kinds), n, 8), np.uint8)
+    paper = reader(tables, kinds, names_of(tables, kinds))
+    values = paper.read(data.view("<u8")[..., 0].take(paper.frame, axis=0))
+    decoded = {}
+    for kind, frames in zip(kinds, data, strict=True):
+        decoded |= tables.decode(kind, frames)
+    assert values.shape == (len(paper.names), n)
+    for name, row in zip(paper.names, values, strict=True):
+        assert row.tolist() == decoded[name].tolist(), name
+    return paper, data.view("<u8")[..., 0], values
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -159,21 +163,33 @@ def test_every_signal_saturates_alone(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @settings(max_examples=10, deadline=None)
-@given(seed=seeds)
-def test_reads_every_kind_as_the_codec_decodes_it(kind, seed):
-    """From every receiver or node that sends it."""
-    can_id = np.array([i for (name, _), i in CODEC.can_id_of.items() if name == kind], np.uint32)
-    data = generator(seed).integers(0, 256, (len(can_id), 8), np.uint8)
-    assert_read_as_decoded(CODEC, [kind], can_id, data)
+@given(seed=seeds, n=st.integers(0, 5))
+def test_reads_every_kind_as_the_codec_decodes_it(kind, seed, n):
+    assert_read_as_decoded(CODEC, [kind], n, generator(seed))
 
 
 @settings(max_examples=60, deadline=None)
 @given(kinds=some_kinds, seed=seeds, n=st.integers(0, 20))
-def test_reads_a_mixed_block_as_the_codec_decodes_it(kinds, seed, n):
-    """Identifiers of other kinds and of no kind among them."""
+def test_reads_records_of_several_frames_as_the_codec_decodes_them(kinds, seed, n):
+    assert_read_as_decoded(CODEC, kinds, n, generator(seed))
+
+
+@settings(max_examples=60, deadline=None)
+@given(parts=st.lists(st.tuples(some_kinds, st.integers(0, 5)), min_size=1, max_size=5), seed=seeds)
+def test_a_joined_reader_reads_what_its_parts_read(parts, seed):
     random = generator(seed)
-    can_id = random.choice([*CODEC.can_id_of.values(), 0, 0x3FF, 0x7FF], n).astype(np.uint32)
-    assert_read_as_decoded(CODEC, kinds, can_id, random.integers(0, 256, (n, 8), np.uint8))
+    tables = [OFFSETS if i % 2 else CODEC for i in range(len(parts))]
+    kinds = [["ROOM", "DOOR"] if i % 2 else kinds for i, (kinds, _) in enumerate(parts)]
+    read = [
+        assert_read_as_decoded(table, own, n, random)
+        for table, own, (_, n) in zip(tables, kinds, parts, strict=True)
+    ]
+    whole = joined([(paper, values.shape[1]) for paper, _, values in read])
+    words = np.concatenate([words.take(paper.frame, axis=0).ravel() for paper, words, _ in read])
+    assert whole.read(words).tolist() == [v for _, _, values in read for v in values.ravel().tolist()]
+    assert whole.names == tuple(
+        name for paper, _, values in read for name in paper.names for _ in range(values.shape[1])
+    )
 
 
 @settings(max_examples=30, deadline=None)
@@ -182,5 +198,4 @@ def test_offsets_are_respected(seed, n):
     """No signal of the contract has one today; the codec knows them, so forms and readers do."""
     random = generator(seed)
     assert_written_as_encoded(OFFSETS, ["ROOM", "DOOR"], n, random)
-    can_id = random.integers(1, 4, n).astype(np.uint32)
-    assert_read_as_decoded(OFFSETS, ["ROOM", "DOOR"], can_id, random.integers(0, 256, (n, 8), np.uint8))
+    assert_read_as_decoded(OFFSETS, ["ROOM", "DOOR"], n, random)

@@ -19,6 +19,7 @@ from tests.support.flown import CODEC, FakeBus, frames
 pytestmark = [
     pytest.mark.verifies(
         "flightsw/io/decode.py",
+        "flightsw/io/block_layout.py",
         "flightsw/io/frame_groups.py",
         "flightsw/records/epoch.py",
         "flightsw/io/frame_statistics.py",
