@@ -54,7 +54,7 @@ def run(arguments: Namespace) -> int:
     out.mkdir(parents=True, exist_ok=True)
     for file in files:
         _write(out / file.name, file.text)
-        print(f"{out / file.name}{': ' if file.said else ''}{file.said}")
+        print(f"{out / file.name}{': ' if file.remark else ''}{file.remark}")
     for line in remarks:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 0

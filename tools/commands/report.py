@@ -62,7 +62,8 @@ def _again(folder: Path, out: Path | None) -> int:
     scenario, codecs = assemble.read_scenario(folder)
     craft = [c.name for c in scenario.craft]
     digests = run_digest.from_log(folder / LOG, craft, codecs)
-    facts = assemble.read_facts(folder) or assemble.guessed_facts(scenario, digests)
+    epochs = max(digest.epochs for digest in digests.values())
+    facts = assemble.read_facts(folder) or assemble.facts_of(scenario, epochs)
     summary = assemble.write(folder, facts, digests)
     print(render(summary))
     print()

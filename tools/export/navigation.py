@@ -36,14 +36,12 @@ they are, without a transformation, gets the coordinates of the bus."""
 IN_PZ90 = "GLONASS states are PZ-90 as of their date."
 
 
-def messages(
-    known: Mapping[str, Constellation], data: Sequence[CraftData], wgs84: bool
-) -> dict[str, Records]:
+def messages(sky: Mapping[str, Constellation], data: Sequence[CraftData], wgs84: bool) -> dict[str, Records]:
     """Records by RINEX letter for all epochs of the run; Mistake for satellites without messages."""
     first, last = span_ns(data)
     stretch = Stretch(first - _LONGEST_FLIGHT_NS, last + _LONGEST_FLIGHT_NS)
     try:
-        return {letter: records(constellation, stretch, wgs84) for letter, constellation in known.items()}
+        return {letter: records(constellation, stretch, wgs84) for letter, constellation in sky.items()}
     except TypeError as error:
         raise Mistake(str(error)) from None
 
@@ -96,9 +94,8 @@ def disagreement_m(found: Mapping[str, Records], data: CraftData) -> float | Non
     two: for seconds the two may use different ones, metres apart. The transmission instant is what
     receiver and satellite themselves tell: tag - (P + clock) / c.
     """
-    every = data.rows
-    said = np.flatnonzero(~np.isnan(data.tag_offset_ns[every.epoch, every.receiver]))
-    rows = every[said[:: max(1, len(said) // _COMPARED)]]
+    tagged = np.flatnonzero(data.tagged)
+    rows = data.rows[tagged[:: max(1, len(tagged) // _COMPARED)]]
     tag_ns = data.tag_ns(rows.epoch, rows.receiver)
     sent_ns = tag_ns - np.rint((rows.pseudorange_m + rows.clock_m) / LIGHT_MPS * 1e9).astype(np.int64)
     apart_m = [
@@ -119,18 +116,18 @@ def _nearest(found: Records, reference_ns: NDArray[np.int64], rows: Rows, t_ns: 
 
 
 def _gps_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-    known = gps.from_records(found)
-    found = Records(known.number, (), known.fields)
-    pick, age_s = _nearest(found, known.toe_ns, rows, t_ns)
-    elements = {name: column[pick] for name, column in known.fields.items()}
+    broadcast = gps.from_records(found)
+    found = Records(broadcast.number, (), broadcast.fields)
+    pick, age_s = _nearest(found, broadcast.toe_ns, rows, t_ns)
+    elements = {name: column[pick] for name, column in broadcast.fields.items()}
     return gps.orbit(elements, elements["toe"], age_s)[0]
 
 
 def _glonass_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-    known = glonass.from_records(found, np.zeros(len(found)))
-    found = Records(known.number, (), found.fields)
-    pick, age_s = _nearest(found, known.tb_ns, rows, t_ns)
-    return glonass.propagate(known.state[pick], known.luni_solar[pick], age_s)[:, :3]
+    broadcast = glonass.from_records(found, np.zeros(len(found)))
+    found = Records(broadcast.number, (), found.fields)
+    pick, age_s = _nearest(found, broadcast.tb_ns, rows, t_ns)
+    return glonass.propagate(broadcast.state[pick], broadcast.luni_solar[pick], age_s)[:, :3]
 
 
 _PLACES = {"gps": _gps_places, "glonass": _glonass_places}

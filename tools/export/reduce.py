@@ -1,7 +1,7 @@
 """All antennas' measurements as those of one antenna in the centre of mass.
 
 The reduction is that of RU 2654321 (the prototype of RU 2706636), with the flight software's own geometry:
-what differs is the way from the antenna and the way from the centre of mass, both known from the fix and the
+what differs is the way from the antenna and the way from the centre of mass, both by the fix and the
 attitude on the bus. A fix 100 m off turns the line of sight by 5e-6 rad, 13 um over a lever of 2.6 m.
 """
 
@@ -34,15 +34,14 @@ class Reduced:
 
 def one_clock(data: CraftData) -> bool:
     """Whether all receivers that measure run on one oscillator and tell the same time."""
-    at = data.rows.epoch, data.rows.receiver
-    domains, offset_ns = data.domain[at], data.tag_offset_ns[at]
-    tagged = ~np.isnan(offset_ns)
-    epoch, offset_ns = data.rows.epoch[tagged], offset_ns[tagged]
+    rows = data.rows[data.tagged]
+    epoch = rows.epoch
+    domains, offset_ns = data.domain[epoch, rows.receiver], data.tag_offset_ns[epoch, rows.receiver]
     begins = np.flatnonzero(np.r_[True, epoch[1:] != epoch[:-1]]) if len(epoch) else np.zeros(0, int)
     if not len(begins):
         return True
     apart = np.maximum.reduceat(offset_ns, begins) - np.minimum.reduceat(offset_ns, begins)
-    return len(np.unique(domains[tagged])) == 1 and not apart.any()
+    return len(np.unique(domains)) == 1 and not apart.any()
 
 
 def reduced(data: CraftData, shapiro: bool) -> Reduced:
@@ -51,10 +50,8 @@ def reduced(data: CraftData, shapiro: bool) -> Reduced:
     shapiro   leave the relativistic delay of the path in (True), as a receiver measures it, or take it out
     """
     every = data.rows
-    known = np.hstack((data.position_m, data.quaternion))
-    located: Bool = np.isfinite(known.sum(axis=1))
-    tagged = ~np.isnan(data.tag_offset_ns[every.epoch, every.receiver])
-    placed = every[located[every.epoch] & tagged]
+    located: Bool = np.isfinite(np.hstack((data.position_m, data.quaternion)).sum(axis=1))
+    placed = every[located[every.epoch] & data.tagged]
     rows = distinct(placed)
     lever_m, lever_mps = _levers(data, rows)
     centre_m, centre_mps = data.position_m[rows.epoch], data.velocity_mps[rows.epoch]

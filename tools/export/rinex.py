@@ -40,11 +40,11 @@ class Choices:
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """A file to be written, and what is to be said of it on one line."""
+    """A file to be written, and a remark on it of one line."""
 
     name: str
     text: Iterator[str]
-    said: str = ""
+    remark: str = ""
 
 
 def files_of(scenario: Scenario, data: Sequence[CraftData], choices: Choices) -> tuple[list[File], list[str]]:
@@ -64,9 +64,9 @@ def files_of(scenario: Scenario, data: Sequence[CraftData], choices: Choices) ->
 def _antennas(craft: CraftData) -> list[File]:
     files = []
     rows = craft.rows
-    said = ~np.isnan(craft.tag_offset_ns[rows.epoch, rows.receiver])
+    tagged = craft.tagged
     for a, antenna in enumerate(craft.vehicle.names):
-        mine = distinct(rows[said & (rows.receiver == a)])
+        mine = distinct(rows[tagged & (rows.receiver == a)])
         if not len(mine):
             continue
         observer = Observer(
@@ -94,9 +94,9 @@ def _add_reduced(craft: CraftData, shapiro: bool, files: list[File], remarks: li
         return
     observer = Observer("all", "centre of mass", (0.0, 0.0, 0.0), None, _REDUCED + _SHAPIRO[shapiro])
     epochs = len(np.unique(found.rows.epoch))
-    said = f"{epochs} epochs, centre of mass; left out: {found.unplaced} epochs without fix or attitude, "
-    said += f"{found.repeated} measurements of satellites measured twice"
-    files.append(File(f"{craft.name}.obs", rinex_obs.text_of(craft, found.rows, observer), said))
+    remark = f"{epochs} epochs, centre of mass; left out: {found.unplaced} epochs without fix or attitude, "
+    remark += f"{found.repeated} measurements of satellites measured twice"
+    files.append(File(f"{craft.name}.obs", rinex_obs.text_of(craft, found.rows, observer), remark))
 
 
 def _add_satellites(
@@ -104,15 +104,15 @@ def _add_satellites(
 ) -> None:
     """The navigation file and the satellites' orbits."""
     try:
-        known = navigation.constellations(scenario)
+        sky = navigation.constellations(scenario)
     except ScenarioError as error:
         remarks.append(f"no {NAVIGATION}, no {SATELLITES}: {error}")
         return
-    orbits = satellite_orbits.reported(known, navigation.span_ns(data))
+    orbits = satellite_orbits.reported(sky, navigation.span_ns(data))
     table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported")
     try:
-        plain = navigation.messages(known, data, wgs84=True)
-        written = plain if wgs84 else navigation.messages(known, data, wgs84=False)
+        plain = navigation.messages(sky, data, wgs84=True)
+        written = plain if wgs84 else navigation.messages(sky, data, wgs84=False)
     except Mistake as error:
         remarks.append(f"no {NAVIGATION}: {error}")
         files.append(table)
@@ -124,7 +124,7 @@ def _add_satellites(
     if worst_m > _STRANGE_M:
         remarks.append(
             f"no {NAVIGATION}, no {SATELLITES}: {where} are {worst_m:.3g} m (median) from those of the "
-            "scenario's sky; their messages are known to the emulator that flew them"
+            "scenario's sky; the emulator that flew them has their messages"
         )
         return
     if worst_m > _DIFFERS_M:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
+from textwrap import wrap
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.systems import by_letter
@@ -21,13 +22,8 @@ def labelled(content: str, label: str) -> str:
 
 def comments(text: str) -> str:
     """COMMENT lines of a text, wrapped at words."""
-    lines, line = [], ""
-    for word in text.split():
-        if len(line) + len(word) >= 60:
-            lines.append(line)
-            line = ""
-        line = f"{line} {word}".strip()
-    return "".join(labelled(one, "COMMENT") for one in (*lines, line) if one)
+    lines = wrap(text, 60, break_long_words=False, break_on_hyphens=False)
+    return "".join(labelled(line, "COMMENT") for line in lines)
 
 
 def opening(kind: str, systems: str) -> str:
@@ -42,11 +38,9 @@ def opening(kind: str, systems: str) -> str:
 
 def instant(t_ns: int) -> tuple[datetime, str]:
     """Calendar instant to the minute and seconds F10.7 of GPS time t_ns, to 100 ns."""
-    ticks = (t_ns + 50) // 100
-    minute, rest = divmod(ticks, 600_000_000)
-    return gpstime.to_calendar(
-        minute * 60 * gpstime.NS_PER_S
-    ), f"{rest // 10_000_000:2d}.{rest % 10_000_000:07d}"
+    minute, ticks = divmod((t_ns + 50) // 100, 600_000_000)
+    seconds = f"{ticks // 10_000_000:2d}.{ticks % 10_000_000:07d}"
+    return gpstime.to_calendar(minute * 60 * gpstime.NS_PER_S), seconds
 
 
 def leap_seconds(t_ns: int) -> str:

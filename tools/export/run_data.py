@@ -13,6 +13,7 @@ from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.decoder.block import Columns, GrowingTable
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
 from gnss_hil.tools.results import assemble
@@ -62,9 +63,9 @@ class CraftData:
     """One craft.
 
     t_ns            (e,) time marks, ascending [ns]
-    quaternion      (e, 4) body from ECEF, and rate_body_rps (e, 3) relative to inertial space, nan if unsaid
+    quaternion      (e, 4) body from ECEF, and rate_body_rps (e, 3) relative to inertial space, nan if absent
     position_m, velocity_mps   (e, 3) the fix, centre of mass, ECEF; nan where there is none
-    tag_offset_ns   (e, m) receivers' clocks minus mark, nan where unsaid;  domain (e, m)
+    tag_offset_ns   (e, m) receivers' clocks minus mark, nan if absent;  domain (e, m)
     """
 
     name: str
@@ -78,17 +79,22 @@ class CraftData:
     domain: Numbers
     rows: Rows
 
+    @property
+    def tagged(self) -> NDArray[np.bool_]:
+        """(k,) rows of a receiver whose clock was reported at their epoch."""
+        return ~np.isnan(self.tag_offset_ns[self.rows.epoch, self.rows.receiver])
+
     def tag_ns(self, epoch: Numbers, receiver: Numbers) -> Numbers:
-        """What a receiver's clock showed at an epoch's mark [ns]; the tag must have been said."""
+        """What a receiver's clock showed at an epoch's mark [ns]; the tag must have been reported."""
         return self.t_ns[epoch] + np.rint(self.tag_offset_ns[epoch, receiver]).astype(np.int64)
 
 
+_AXES = ("x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps")
 _ROW_NAMES = {
     "pseudorange_m": float, "range_rate_mps": float, "phase_cyc": float, "cn0_dbhz": float, "clock_m": float,
     "slips": int, "half_cycle": int, "frequency": int, "sat": int, "signal": int, "channel": int,
-    "receiver": int, "used": bool,
+    "receiver": int, "used": bool, "t_ns": np.int64, **dict.fromkeys(_AXES, float),
 }  # fmt: skip
-_AXES = ("x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps")
 
 
 def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
@@ -98,13 +104,13 @@ def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
     path = folder / SCENARIO
     vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
     names = [craft.name for craft in scenario.craft]
-    tables: list[list] = [[] for _ in names]
-    digests = [Digest(codec, table.append) for codec, table in zip(codecs, tables, strict=True)]
+    tables = [GrowingTable() for _ in names]
+    digests = [Digest(codec, table.add) for codec, table in zip(codecs, tables, strict=True)]
     feed_log(folder / LOG, bus_names(names), lambda bus, frames: digests[bus].feed(frames))
     for digest in digests:
         digest.finish()
     return scenario, [
-        _craft_data(folder, name, v, digest, table)
+        _craft_data(folder, name, v, digest, table.rows)
         for name, v, digest, table in zip(names, vehicles, digests, tables, strict=True)
     ]
 
@@ -118,7 +124,7 @@ def _check(folder: Path) -> None:
         raise Mistake(f"{folder}: has no {LOG}; a run without a log (--no-log) cannot be exported")
 
 
-def _craft_data(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces: list) -> CraftData:
+def _craft_data(folder: Path, name: str, craft: Vehicle, digest: Digest, channels: Columns) -> CraftData:
     timeline = digest.timeline
     if not timeline or not len(timeline["t_ns"]):
         raise Mistake(f"{folder / LOG}: nothing was heard of craft {name}: no time mark")
@@ -144,23 +150,16 @@ def _craft_data(folder: Path, name: str, craft: Vehicle, digest: Digest, pieces:
         velocity_mps=motion[:, 3:],
         tag_offset_ns=offset_ns,
         domain=domain,
-        rows=_rows(t_ns, pieces),
+        rows=_rows(t_ns, channels),
     )
 
 
-def _rows(t_ns: Numbers, pieces: list) -> Rows:
-    """The channel tables, put together and sorted by epoch and satellite."""
-
-    def column(name: str, kind: type) -> NDArray:
-        return np.concatenate([np.zeros(0, kind), *(np.asarray(p[name], kind) for p in pieces)])
-
-    columns = {name: column(name, kind) for name, kind in _ROW_NAMES.items()}
+def _rows(t_ns: Numbers, channels: Columns) -> Rows:
+    """The channel table, sorted by epoch and satellite."""
+    columns = {name: np.asarray(channels.get(name, ()), kind) for name, kind in _ROW_NAMES.items()}
+    epoch = np.searchsorted(t_ns, columns.pop("t_ns"))
+    motion = [columns.pop(axis) for axis in _AXES]
     columns["receiver"] = columns["receiver"] - 1
-    position = np.stack([column(axis, float) for axis in _AXES], axis=-1)
-    rows = Rows(
-        epoch=np.searchsorted(t_ns, column("t_ns", np.int64)),
-        pos_sv_m=position[:, :3],
-        vel_sv_mps=position[:, 3:],
-        **columns,
-    )
+    position, velocity = (np.stack(axes, axis=-1) for axes in (motion[:3], motion[3:]))
+    rows = Rows(epoch=epoch, pos_sv_m=position, vel_sv_mps=velocity, **columns)
     return rows[np.lexsort((rows.receiver, rows.sat, rows.epoch))]

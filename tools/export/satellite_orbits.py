@@ -47,9 +47,9 @@ def _sampled(constellation: Constellation, t_ns: np.ndarray) -> tuple[np.ndarray
     An SP3 clock is without the orbit's periodic relativity, -2 r.v / c^2 (IS-GPS-200, 20.3.3.3.3.1, as
     vectors), and without the group delay of one signal.
     """
-    place, clock_m, said = constellation.sample(t_ns, np.array((-_HALF_S, 0.0, _HALF_S)))
+    place, clock_m, broadcast = constellation.sample(t_ns, np.array((-_HALF_S, 0.0, _HALF_S)))
     velocity = (place[:, 2] - place[:, 0]) / (2 * _HALF_S)
     relativity_s = -2 * np.einsum("tni,tni->tn", place[:, 1], velocity) / LIGHT_MPS**2
-    clock_s = (clock_m[:, 1] + said.group_delay_m) / LIGHT_MPS - relativity_s
-    missing = ~said.available
+    clock_s = (clock_m[:, 1] + broadcast.group_delay_m) / LIGHT_MPS - relativity_s
+    missing = ~broadcast.available
     return np.where(missing[..., None], np.nan, place[:, 1]), np.where(missing, np.nan, clock_s)

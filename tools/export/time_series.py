@@ -41,13 +41,13 @@ def of_fixes(data: Sequence[CraftData]) -> list[TimeSeries]:
 def of_truth(folder: Path, data: Sequence[CraftData]) -> list[TimeSeries]:
     """Truth at the epochs; Mistake where the run has none."""
     if not (folder / TRUTH).is_file():
-        raise Mistake(f"{folder}: has no {TRUTH}: where the craft really was is not known")
-    known = truth.read(folder / TRUTH)
+        raise Mistake(f"{folder}: has no {TRUTH}: it does not tell where the craft really was")
+    stream = truth.read(folder / TRUTH)
     series = []
     for h in data:
-        if h.name not in known.craft:
-            raise Mistake(f"{folder / TRUTH}: does not know craft {h.name}")
-        rows = known.of(h.name)
+        if h.name not in stream.craft:
+            raise Mistake(f"{folder / TRUTH}: has no craft {h.name}")
+        rows = stream.of(h.name)
         state = rows["position_ecef_m"], rows["velocity_ecef_mps"]
         series.append(_placed(h.name, rows["t_gps_ns"], *state, "truth of the emulator"))
     return series

@@ -13,16 +13,11 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.recording import Recording, format_of
 from gnss_hil.tools.recording.recorder import Recorder
-from gnss_hil.tools.recording.run_folder import (
-    SCENARIO,
-    TRUTH,
-    RunFolder,
-    naming,
-    vehicle_name,
-)
+from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder, naming, vehicle_name
 from gnss_hil.tools.replay.players import Keep, Played
 from gnss_hil.tools.replay.recorded_run import RecordedRun
 from gnss_hil.tools.replay.source import Source, scenario_of
+from gnss_hil.tools.results import assemble
 from gnss_hil.tools.run_config.config import OURS, ReplayConfig
 
 
@@ -93,34 +88,24 @@ def make_folder(path: Path, source: Source, truth: bool) -> RunFolder:
 
 
 def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, Any]:
-    """What the replay alone knows; as `tools.commands.run.facts_of` has it of a run."""
+    """What the replay alone knows."""
     (run, scenario), latency = scenario_of(source), played.tally.latency
-    interface, _, channel = config.bus.partition(":")
-    simulated_s = played.epochs * source.recorded.interval_ns / 1e9
+    interval_s = source.recorded.interval_ns / 1e9
     recorded = f"replay of {run}"
-
-    def milliseconds(percent: int) -> float | None:
-        value_s = latency.percentile_s(percent)
-        return None if value_s is None else float(f"{value_s * 1e3:.4g}")
-
     ours = config.flight == OURS
     policy = (config.policy or scenario.craft[0].flight.policy) if ours else config.flight
-    return {
-        "scenario": scenario.name,
-        "seed": scenario.seed,
-        "emulator": recorded if config.only == "emulator" else config.emulator,
-        "policy": recorded if config.only == "flight" else policy,
-        "pace": config.pace,
-        "bus": {"interface": interface, "channel": channel},
-        "reproducible": config.pace == "lockstep" and played.complete and not played.tally.unanswered,
-        "interrupted": not played.complete,
-        "duration_s": simulated_s,
-        "epoch_interval_s": source.recorded.interval_ns / 1e9,
-        "epochs": played.epochs,
-        "epochs_unanswered": played.tally.unanswered,
-        "real_time_factor": float(f"{simulated_s / played.wall_s:.4g}") if played.wall_s > 0 else None,
-        "epoch_latency_ms": {"p50": milliseconds(50), "p99": milliseconds(99)},
-        "latency_histogram": [list(bar) for bar in latency.histogram()],
-        "frames_sent": None,
-        "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
-    }
+    return assemble.facts_of(
+        scenario,
+        played.epochs,
+        emulator=recorded if config.only == "emulator" else config.emulator,
+        policy=recorded if config.only == "flight" else policy,
+        pace=config.pace,
+        bus=assemble.bus_of(config.bus),
+        reproducible=config.pace == "lockstep" and played.complete and not played.tally.unanswered,
+        interrupted=not played.complete,
+        epoch_interval_s=interval_s,
+        epochs_unanswered=played.tally.unanswered,
+        real_time_factor=assemble.real_time_factor(played.epochs * interval_s, played.wall_s),
+        epoch_latency_ms=assemble.latency_ms(latency.percentile_s(50), latency.percentile_s(99)),
+        latency_histogram=[list(bar) for bar in latency.histogram()],
+    )

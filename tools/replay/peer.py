@@ -80,7 +80,7 @@ class Other:
 
     @property
     def gone(self) -> bool:
-        """Whether its process has ended, and everything it said has arrived."""
+        """Whether its process has ended, and all that it sent has arrived."""
         if self._child is None or self._child.running:
             return False
         now_s = time.monotonic()

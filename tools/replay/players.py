@@ -35,7 +35,7 @@ Stop = Callable[[], bool]
 class Played:
     """How a replay went.
 
-    comparison   what the other side said against what it said then
+    comparison   what the other side sent against what it sent then
     epochs       played
     sent, heard  frames of the recorded run, frames of the other side
     wall_s       from the first epoch to the last
@@ -143,8 +143,8 @@ class _Seeker:
         while self._here is None or self._here.number < number:
             last, self._here = self._here, next(self._rest, None)
             if self._here is None:
-                known = f"{self._recorded.first} to {last.number}" if last else "none"
-                raise Failed(f"epoch {number} is on the bus; the recording has {known}")
+                there = f"{self._recorded.first} to {last.number}" if last else "none"
+                raise Failed(f"epoch {number} is on the bus; the recording has {there}")
         if self._here.number != number:
             raise Failed(
                 f"epoch {number} is on the bus; the recording has none, its next is {self._here.number}"

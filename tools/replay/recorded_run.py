@@ -104,21 +104,21 @@ def spoken_contract(recording: Recording, bus: str) -> Codec:
     order = (four.receivers, *(n for n in range(1, MAX_RECEIVERS + 1) if n != four.receivers))
     found = next((codec(n) for n in order if codec(n).hash in spoken), None) if spoken else None
     if found is None:
-        said = f"speaks contract {min(spoken):08x}" if spoken else "has no intact heartbeat"
+        found = f"speaks contract {min(spoken):08x}" if spoken else "has no intact heartbeat"
         raise Mistake(
-            f"{recording.path}: {bus} {said}; this bench speaks {four.hash:08x} with {four.receivers} "
+            f"{recording.path}: {bus} {found}; this bench speaks {four.hash:08x} with {four.receivers} "
             "receivers; --vehicle FILE replays it all the same"
         )
     return found
 
 
 def _times_ns(contract: Codec, epochs: list[RecordedEpoch], numbers: np.ndarray) -> np.ndarray:
-    """(e,) GPS times [ns] of epochs: what they say; where they do not, when they were recorded."""
+    """(e,) GPS times [ns] of epochs: as reported; where they are not, when they were recorded."""
     blocks = [epoch.emulator for epoch in epochs]
     heard_ns = np.array([gpstime.from_unix_ns(int(block.t_ns[0])) for block in blocks])
     counts = np.array([len(block) for block in blocks])
-    said = epoch_times_ns(contract, concat(blocks), counts, numbers)
-    return said if (said >= 0).all() else heard_ns
+    reported = epoch_times_ns(contract, concat(blocks), counts, numbers)
+    return reported if (reported >= 0).all() else heard_ns
 
 
 def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[RecordedEpoch]:

@@ -1,4 +1,4 @@
-"""What is to be replayed: a run folder, or a recording alone; and what is known of the craft it is from."""
+"""What is to be replayed: a run folder, or a recording alone; and the craft that it is from."""
 
 from __future__ import annotations
 

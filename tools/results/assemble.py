@@ -53,9 +53,9 @@ class _Facts(BaseModel):
 
 def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> dict[str, Any]:
     """Tables, run.json and summary.json of a folder; the summary."""
-    known = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
-    tables.write_fixes_and_truth(folder, digests, known)
-    summary = build(facts, digests, known)
+    stream = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
+    tables.write_fixes_and_truth(folder, digests, stream)
+    summary = build(facts, digests, stream)
     write_json(folder / FACTS, facts)
     write_json(folder / SUMMARY, summary)
     return summary
@@ -84,23 +84,42 @@ def read_scenario(folder: Path) -> tuple[Scenario, list[Codec]]:
     return scenario, [codec(v.antennas) for v in found]
 
 
-def guessed_facts(scenario: Scenario, digests: Mapping[str, Digest]) -> dict[str, Any]:
-    """Facts of a run that died: what the scenario and the log tell; the rest is unknown, null."""
-    epochs = max(d.epochs for d in digests.values())
+def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:
+    """What a run of some epochs notes of itself. What is not noted is as after a crash: by the scenario, or
+    unknown, null."""
+    interval_s = noted.get("epoch_interval_s", scenario.time.epoch_interval_s)
     return {
         "scenario": scenario.name,
         "seed": scenario.seed,
+        "emulator": None,
         "policy": scenario.craft[0].flight.policy,
         "pace": None,
-        "bus": {"interface": None, "channel": None},
+        "bus": bus_of(None),
         "reproducible": False,
         "interrupted": True,
-        "duration_s": epochs * scenario.time.epoch_interval_s,
-        "epoch_interval_s": scenario.time.epoch_interval_s,
+        "duration_s": epochs * interval_s,
+        "epoch_interval_s": interval_s,
         "epochs": epochs,
         "epochs_unanswered": None,
         "real_time_factor": None,
-        "epoch_latency_ms": {"p50": None, "p99": None},
+        "epoch_latency_ms": latency_ms(None, None),
+        "latency_histogram": [],
         "frames_sent": None,
         "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
-    }
+    } | noted
+
+
+def bus_of(spec: str | None) -> dict[str, str | None]:
+    """INTERFACE:CHANNEL in its two parts."""
+    interface, _, channel = (spec or "").partition(":")
+    return {"interface": interface, "channel": channel} if spec else {"interface": None, "channel": None}
+
+
+def latency_ms(p50_s: float | None, p99_s: float | None) -> dict[str, float | None]:
+    """Percentiles of the epochs' latency [s] as figures [ms]."""
+    percentiles = {"p50": p50_s, "p99": p99_s}
+    return {name: None if s is None else float(f"{s * 1e3:.4g}") for name, s in percentiles.items()}
+
+
+def real_time_factor(simulated_s: float, wall_s: float) -> float | None:
+    return float(f"{simulated_s / wall_s:.4g}") if wall_s > 0 else None

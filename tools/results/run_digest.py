@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.tools.decoder.digest import Columns, Digest
+from gnss_hil.tools.decoder.block import Columns
+from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.formats.candump import read_chunks
 from gnss_hil.tools.results import tables
 
@@ -64,7 +65,7 @@ class RunDigest:
 
 
 def _taker(table: tables.ParquetTable, section: int, craft: str) -> Callable[[Columns], None]:
-    return lambda channels: table.add(tables.channel_columns(craft, channels), section)
+    return lambda channels: table.add(tables.columns_of(tables.CHANNELS, craft, channels), section)
 
 
 def from_log(path: Path, craft: Sequence[str], codecs: Sequence[Codec]) -> dict[str, Digest]:

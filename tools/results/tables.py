@@ -5,20 +5,20 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import parquet
-from gnss_hil.tools.results.parquet import Columns, Labelled
+from gnss_hil.tools.results.parquet import Column, Columns, Labelled
 from gnss_hil.tools.results.truth import Truth
 
 _ROWS_PER_PART = 50_000
@@ -40,91 +40,93 @@ def _labelled(table: str, raw: NDArray) -> Labelled:
     return Labelled(raw.astype(np.uint8), _labels_of(table))
 
 
-def _seconds(t_ns) -> F64:
-    return np.asarray(t_ns, np.int64) / NS_PER_S
+def _code(table: str, name: str) -> Callable[[Rows], Labelled]:
+    """The labels of raw values."""
+    return lambda rows: _labelled(table, rows[name])
 
 
-def _with_craft(craft: str, columns: Columns) -> Columns:
-    n = len(next(iter(columns.values())))
-    return {"craft": Labelled(np.zeros(n, np.uint8), (craft,)), **columns}
+def _whole(name: str) -> Callable[[Rows], NDArray]:
+    return lambda rows: rows[name].astype(int)
 
 
-def fix_columns(craft: str, fixes: Mapping[str, np.ndarray]) -> Columns:
-    """fixes.parquet: the columns that are promised first, the rest of the navigation frames behind."""
-    if not fixes:
+def _satellite(rows: Rows) -> Labelled:
+    return Labelled(rows["sat"].astype(np.uint16), _satellite_names())
+
+
+Rows = Mapping[str, Any]
+Table = Mapping[str, str | Callable[[Rows], Column]]
+"""Columns of a file behind craft and t_gps_s: a column of the digest by name, or what is made of its rows."""
+
+FIXES: Table = {
+    "valid": "valid",
+    **{f"{a}_ecef_m": f"{a}_m" for a in "xyz"},
+    **{f"v{a}_ecef_mps": f"v{a}_mps" for a in "xyz"},
+    "clock_bias_m": "clock_bias_m",
+    "satellites": _whole("satellites"),
+    "pdop": "pdop",
+    "mode": _code("NavMode", "mode"),
+    "no_fix": _code("NoFix", "no_fix"),
+    "measurements": _whole("measurements"),
+    "satellites_used": _whole("satellites_used"),
+    "pdop_distinct": "pdop_distinct",
+    **{f"sigma_{a}_ecef_m": f"sigma_{a}_m" for a in "xyz"},
+    **{f"rho_{pair}": f"rho_{pair}" for pair in ("xy", "xz", "yz")},
+}
+"""One row per navigation block: the columns that are promised first, the rest of its frames behind."""
+
+EPOCHS: Table = {
+    "bits": "bits",
+    "frames_rejected": "faults",
+    **{f"q{i}_body_from_ecef": f"q{i}" for i in range(4)},
+}
+"""One row per time mark: bits on the bus, frames rejected, attitude as sent."""
+
+_MEASURED = ("pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz", "used")
+_BROADCAST = ("clock_m", "clock_drift_mps", "iod", "ura", "health", "frequency")
+CHANNELS: Table = {
+    "receiver": "receiver",
+    "channel": "channel",
+    "satellite": _satellite,
+    "signal": _code("Signal", "signal"),
+    "lock": _code("Lock", "lock"),
+    **{name: name for name in _MEASURED},
+    **{f"sv_{a}_ecef_m": f"{a}_m" for a in "xyz"},
+    **{f"sv_v{a}_ecef_mps": f"v{a}_mps" for a in "xyz"},
+    **{f"sv_{name}": name for name in _BROADCAST},
+}
+"""One row per tracked channel and epoch."""
+
+_EVENT = ("event", "receiver", "channel", "action", "satellite", "transaction", "result")
+ASSIGNMENTS: Table = {name: name for name in _EVENT}
+"""Every channel command, its repeats and its acknowledgements."""
+
+
+def columns_of(table: Table, craft: str, rows: Rows) -> Columns:
+    """A craft's rows as they go into a file; nothing for a digest without any."""
+    if not rows:
         return {}
-    axes = {f"{a}_ecef_m": fixes[f"{a}_m"] for a in "xyz"}
-    rates = {f"v{a}_ecef_mps": fixes[f"v{a}_mps"] for a in "xyz"}
-    whole = {name: fixes[name].astype(int) for name in ("satellites", "measurements", "satellites_used")}
-    return _with_craft(
-        craft,
-        {"t_gps_s": _seconds(fixes["t_ns"]), "valid": fixes["valid"], **axes, **rates}
-        | {"clock_bias_m": fixes["clock_bias_m"], "satellites": whole["satellites"], "pdop": fixes["pdop"]}
-        | {"mode": _labelled("NavMode", fixes["mode"]), "no_fix": _labelled("NoFix", fixes["no_fix"])}
-        | {"measurements": whole["measurements"], "satellites_used": whole["satellites_used"]}
-        | {"pdop_distinct": fixes["pdop_distinct"]}
-        | {f"sigma_{a}_ecef_m": fixes[f"sigma_{a}_m"] for a in "xyz"}
-        | {f"rho_{pair}": fixes[f"rho_{pair}"] for pair in ("xy", "xz", "yz")},
-    )
+    t_gps_s = np.asarray(rows["t_ns"], np.int64) / NS_PER_S
+    return {
+        "craft": Labelled(np.zeros(len(t_gps_s), np.uint8), (craft,)),
+        "t_gps_s": t_gps_s,
+        **{name: rows[how] if isinstance(how, str) else how(rows) for name, how in table.items()},
+    }
 
 
-def epoch_columns(craft: str, timeline: Mapping[str, np.ndarray]) -> Columns:
-    """epochs.parquet: one row per time mark: bits on the bus, frames rejected, attitude as sent."""
-    if not timeline:
-        return {}
-    return _with_craft(
-        craft,
-        {
-            "t_gps_s": _seconds(timeline["t_ns"]),
-            "bits": timeline["bits"],
-            "frames_rejected": timeline["faults"],
-        }
-        | {f"q{i}_body_from_ecef": timeline[f"q{i}"] for i in range(4)},
-    )
-
-
-def channel_columns(craft: str, cells: Mapping[str, np.ndarray]) -> Columns:
-    """channels.parquet: one row per tracked channel and epoch."""
-    copied = (
-        "pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz", "used",
-    )  # fmt: skip
-    return _with_craft(
-        craft,
-        {"t_gps_s": _seconds(cells["t_ns"]), "receiver": cells["receiver"], "channel": cells["channel"]}
-        | {
-            "satellite": Labelled(cells["sat"].astype(np.uint16), _satellite_names()),
-            "signal": _labelled("Signal", cells["signal"]),
-        }
-        | {"lock": _labelled("Lock", cells["lock"])}
-        | {name: cells[name] for name in copied}
-        | {f"sv_{a}_ecef_m": cells[f"{a}_m"] for a in "xyz"}
-        | {f"sv_v{a}_ecef_mps": cells[f"v{a}_mps"] for a in "xyz"}
-        | {
-            f"sv_{name}": cells[name]
-            for name in ("clock_m", "clock_drift_mps", "iod", "ura", "health", "frequency")
-        },
-    )
-
-
-def assignment_columns(craft: str, events: Mapping[str, list]) -> Columns:
-    """assignments.parquet: every channel command, its repeats and its acknowledgements."""
-    rest = {name: np.asarray(values) for name, values in events.items() if name != "t_ns"}
-    return _with_craft(craft, {"t_gps_s": _seconds(events["t_ns"]), **rest})
-
-
-def truth_columns(craft: str, rows: np.ndarray) -> Columns:
-    """truth.parquet: position and velocity under the same names as the fixes, and what else truth knows."""
-    position, velocity = rows["position_ecef_m"], rows["velocity_ecef_mps"]
-    return _with_craft(
-        craft,
-        {"t_gps_s": _seconds(rows["t_gps_ns"])}
-        | {f"{a}_ecef_m": position[:, i] for i, a in enumerate("xyz")}
-        | {f"v{a}_ecef_mps": velocity[:, i] for i, a in enumerate("xyz")}
-        | {f"q{i}_body_from_ecef": rows["quaternion_body_from_ecef"][:, i] for i in range(4)}
-        | {f"w{a}_body_rps": rows["rate_body_rps"][:, i] for i, a in enumerate("xyz")}
-        | {f"clock_{i}_s": rows["clock_s"][:, i] for i in range(rows["clock_s"].shape[1])}
-        | {"satellites_visible": rows["satellites_visible"].astype(int)},
-    )
+def _truth_rows(rows: np.ndarray) -> dict[str, NDArray]:
+    """Truth under the names of FIXES, and what else truth knows."""
+    vectors = {
+        "{}_ecef_m": ("position_ecef_m", "xyz"),
+        "v{}_ecef_mps": ("velocity_ecef_mps", "xyz"),
+        "q{}_body_from_ecef": ("quaternion_body_from_ecef", range(4)),
+        "w{}_body_rps": ("rate_body_rps", "xyz"),
+        "clock_{}_s": ("clock_s", range(rows["clock_s"].shape[1])),
+    }
+    return {
+        form.format(axis): rows[field][:, i]
+        for form, (field, axes) in vectors.items()
+        for i, axis in enumerate(axes)
+    } | {"satellites_visible": rows["satellites_visible"].astype(int)}
 
 
 class ParquetTable:
@@ -186,19 +188,22 @@ def remove_parts(folder: Path) -> None:
 
 def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Truth | None) -> None:
     """fixes, assignments, epochs and truth tables of a run; digests by craft name."""
-    for name, columns_of in (
-        ("epochs", lambda craft, d: epoch_columns(craft, d.timeline)),
-        ("fixes", lambda craft, d: fix_columns(craft, d.fixes)),
-        ("assignments", lambda craft, d: assignment_columns(craft, d.commands.events)),
+    for name, table, rows_of in (
+        ("epochs", EPOCHS, lambda digest: digest.timeline),
+        ("fixes", FIXES, lambda digest: digest.fixes),
+        ("assignments", ASSIGNMENTS, lambda digest: digest.commands.events),
     ):
-        table = ParquetTable(folder / f"{name}.parquet")
+        file = ParquetTable(folder / f"{name}.parquet")
         for section, (craft, digest) in enumerate(digests.items()):
-            table.add(columns_of(craft, digest), section)
-        table.close()
+            file.add(columns_of(table, craft, rows_of(digest)), section)
+        file.close()
     if truth is not None:
-        table = ParquetTable(folder / "truth.parquet")
+        file = ParquetTable(folder / "truth.parquet")
         for section, craft in enumerate(truth.craft):
             rows = truth.of(craft)
             for begin in range(0, len(rows), _TRUTH_ROWS):
-                table.add(truth_columns(craft, rows[begin : begin + _TRUTH_ROWS]), section)
-        table.close()
+                piece = rows[begin : begin + _TRUTH_ROWS]
+                columns = _truth_rows(piece)
+                table = {name: name for name in columns}
+                file.add(columns_of(table, craft, {"t_ns": piece["t_gps_ns"], **columns}), section)
+        file.close()

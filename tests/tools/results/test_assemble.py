@@ -63,7 +63,6 @@ def test_a_whole_run_json_is_read_as_it_is(tmp_path):
 
 def test_what_report_guesses_of_a_dead_run_can_be_read_again(tmp_path):
     path = scenarios.shipped()["soyuz"]
-    scenario, codecs = scenarios.parse(scenarios.read(path), str(path)), [assemble.codec(4)]
-    guessed = assemble.guessed_facts(scenario, {"soyuz": assemble.Digest(codecs[0])})
+    guessed = assemble.facts_of(scenarios.parse(scenarios.read(path), str(path)), 0)
     (tmp_path / FACTS).write_text(json.dumps(guessed))
     assert assemble.read_facts(tmp_path) == guessed

@@ -51,7 +51,7 @@ def test_every_field_at_its_maximum_reaches_the_tables_and_the_summary(tmp_path)
     tables.write_fixes_and_truth(tmp_path, {"soyuz": digest}, None)
     table = tables.ParquetTable(tmp_path / "channels.parquet")
     for cells in channels:
-        table.add(tables.channel_columns("soyuz", cells))
+        table.add(tables.columns_of(tables.CHANNELS, "soyuz", cells))
     table.close()
 
     fixes = polars.read_parquet(tmp_path / "fixes.parquet")

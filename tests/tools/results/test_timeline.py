@@ -7,7 +7,7 @@ import pytest
 
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.frames import concat
-from gnss_hil.tools.results.tables import epoch_columns, fix_columns
+from gnss_hil.tools.results.tables import EPOCHS, FIXES, columns_of
 from tests.tools.decoder.test_digest import FIVE, SECOND, USED, Sender, digested, frames_of, navigation
 
 QUATERNION = (0.5, -0.5, 0.5, -0.5)
@@ -39,7 +39,7 @@ def test_attitude_load_and_refused_frames_belong_to_their_epochs():
     assert digest.counters.reasons == {"CORRUPTED": 1}
     assert [timeline[f"q{i}"][0] for i in range(4)] == pytest.approx(QUATERNION)
     assert np.isnan(timeline["q0"][1])
-    columns = epoch_columns("soyuz", timeline)
+    columns = columns_of(EPOCHS, "soyuz", timeline)
     assert columns["frames_rejected"].tolist() == [0, 1]
     assert columns["q3_body_from_ecef"][0] == pytest.approx(QUATERNION[3])
 
@@ -50,7 +50,7 @@ def test_a_fix_tells_its_standard_deviations_and_one_without_them_is_still_a_fix
         sender.block(0, *FIVE, navigation(used=USED), doubts()), sender.block(1, *FIVE, navigation(used=USED))
     )
     assert digest.fixes["valid"].tolist() == [True, True]
-    columns = fix_columns("soyuz", digest.fixes)
+    columns = columns_of(FIXES, "soyuz", digest.fixes)
     assert [columns[f"sigma_{a}_ecef_m"][0] for a in "xyz"] == [1.25, 2.5, 655.35]
     assert [columns[f"rho_{pair}"][0] for pair in ("xy", "xz", "yz")] == [0.5, -0.25, 0.125]
     assert np.isnan(columns["sigma_x_ecef_m"][1])

@@ -33,6 +33,7 @@ _DIGITS3 = np.array([f"{i:03d}".encode() for i in range(1000)])
 _ID3 = np.array([f"{i:03X}".encode() for i in range(SFF_MASK + 1)])
 _HEX2 = np.array([f"{i:02X}".encode() for i in range(256)]).view("<u2")
 _STAMP = ("s9", "s6", "s3", "s0", "us3", "us0")
+_MARKS = (("open", b"("), ("point", b"."), ("close", b") "), ("hash", b"#"))
 _NIBBLE = np.full(256, -1, np.int16)  # value of a hexadecimal digit
 _NIBBLE[list(b"0123456789ABCDEF")] = range(16)
 _NIBBLE[list(b"abcdef")] = range(10, 16)
@@ -64,21 +65,25 @@ class LogError(ValueError):
 def format_lines(unix_us: NDArray[np.int64], frames: FrameBatch, bus: str) -> bytes:
     """Log text of frames (n,) stamped with UNIX times (n,) [us], one line each."""
     if (frames.can_id <= SFF_MASK).all() and (frames.length == WIDTH).all():
-        return _records(unix_us, frames, bus, id_digits=3, with_remote=False).tobytes()
-    return _irregular(unix_us, frames, bus)
+        return _records(unix_us, frames, bus).tobytes()
+    rows = (unix_us, frames.can_id, frames.length, frames.data)
+    return "".join(_line(bus, *row) for row in zip(*(c.tolist() for c in rows), strict=True)).encode()
 
 
-def _records(unix_us, frames: FrameBatch, bus: str, id_digits: int, with_remote: bool) -> NDArray:
-    """(n,) packed records, one line each, all of the same length."""
-    lines = np.empty(len(frames), _line_type(len(bus), id_digits, with_remote))
+def _line(bus: str, unix_us: int, can_id: int, length: int, data: list[int]) -> str:
+    """Any frame."""
+    second, micro = divmod(unix_us, 1_000_000)
+    digits = 8 if can_id & (EFF_FLAG | ERR_FLAG) else 3
+    payload = f"R{length}" if can_id & RTR_FLAG else bytes(data[:length]).hex().upper()
+    return f"({second:010d}.{micro:06d}) {bus} {can_id & (EFF_MASK | ERR_FLAG):0{digits}X}#{payload}\n"
+
+
+def _records(unix_us: NDArray[np.int64], frames: FrameBatch, bus: str) -> NDArray:
+    """(n,) packed records, one line each, of base frames of eight bytes."""
+    lines = np.empty(len(frames), _line_type(len(bus)))
     second, micro = np.divmod(unix_us, 1_000_000)
-    lines["open"], lines["point"], lines["close"], lines["hash"], lines["newline"] = (
-        b"(",
-        b".",
-        b") ",
-        b"#",
-        b"\n",
-    )
+    for name, mark in (*_MARKS, ("newline", b"\n")):
+        lines[name] = mark
     billion, rest = np.divmod(second, 1_000_000_000)
     lines["s9"] = billion + ord("0")
     for name, value in (("s6", rest // 1_000_000), ("s3", rest // 1000 % 1000), ("s0", rest % 1000)):
@@ -86,41 +91,19 @@ def _records(unix_us, frames: FrameBatch, bus: str, id_digits: int, with_remote:
     lines["us3"] = _DIGITS3.take(micro // 1000)
     lines["us0"] = _DIGITS3.take(micro % 1000)
     lines["bus"] = f"{bus} ".encode()
-    if id_digits == 3:
-        lines["id"] = _ID3.take(frames.can_id)
-    else:
-        shown = (frames.can_id & (EFF_MASK | ERR_FLAG)).astype(">u4")
-        lines["id"] = _HEX2.take(shown.view(np.uint8).reshape(-1, 4)).view("S8")[:, 0]
-    if with_remote:
-        lines["remote"] = b"R"
+    lines["id"] = _ID3.take(frames.can_id)
     lines["data"] = _HEX2.take(frames.data).view("S16")[:, 0]
     return lines
 
 
 @cache
-def _line_type(bus_characters: int, id_digits: int, with_remote: bool) -> np.dtype:
-    return np.dtype(
-        [("open", "S1"), ("s9", "u1"), ("s6", "S3"), ("s3", "S3"), ("s0", "S3"), ("point", "S1")]
-        + [("us3", "S3"), ("us0", "S3"), ("close", "S2"), ("bus", f"S{bus_characters + 1}")]
-        + [("id", f"S{id_digits}"), ("hash", "S1")]
-        + [("remote", "S1")] * with_remote
-        + [("data", "S16"), ("newline", "S1")]
-    )
-
-
-def _irregular(unix_us, frames: FrameBatch, bus: str) -> bytes:
-    """Lines of differing length: every character has its place, some are left out."""
-    lines = _records(unix_us, frames, bus, id_digits=8, with_remote=True)
-    at = {name: field[1] for name, field in (lines.dtype.fields or {}).items()}
-    text = lines.view(np.uint8).reshape(len(lines), -1)
-    remote = frames.can_id & RTR_FLAG != 0
-    keep = np.ones(text.shape, bool)
-    keep[frames.can_id & (EFF_FLAG | ERR_FLAG) == 0, at["id"] : at["id"] + 5] = False
-    keep[:, at["remote"]] = remote
-    digits = np.where(remote, 1, 2 * frames.length.astype(int))
-    keep[:, at["data"] : at["newline"]] = np.arange(2 * WIDTH) < digits[:, None]
-    text[remote, at["data"]] = ord("0") + frames.length[remote]
-    return text[keep].tobytes()
+def _line_type(bus_characters: int) -> np.dtype:
+    fields = {
+        "open": "S1", "s9": "u1", "s6": "S3", "s3": "S3", "s0": "S3", "point": "S1", "us3": "S3", "us0": "S3",
+        "close": "S2", "bus": f"S{bus_characters + 1}", "id": "S3", "hash": "S1", "data": "S16",
+        "newline": "S1",
+    }  # fmt: skip
+    return np.dtype(list(fields.items()))
 
 
 Piece = tuple[NDArray[np.int64], NDArray[np.bytes_], FrameBatch]
@@ -146,7 +129,7 @@ def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None =
     name_length = width - len("(1351642484.000111)  123#0011223344556677")
     usual = lengths == width if 0 < name_length <= NAME_BYTES else np.zeros(n, bool)
     if usual.any():
-        kind = _line_type(name_length, 3, False)
+        kind = _line_type(name_length)
         if usual.all():
             lines = raw.view(kind)
         else:
@@ -186,7 +169,7 @@ def _parse_records(lines: NDArray, rows: NDArray, unix_us, bus, frames: FrameBat
     good &= gap == ord(" ")
     for value in name:  # an extended identifier of a bus with a shorter name is as long
         good &= value > ord(" ")
-    for name, mark in (("open", b"("), ("point", b"."), ("close", b") "), ("hash", b"#")):
+    for name, mark in _MARKS:
         good &= lines[name] == mark
     unix_us[rows] = stamp
     bus[rows] = lines["bus"].astype(f"S{lines['bus'].dtype.itemsize - 1}")

@@ -1,15 +1,12 @@
-"""Recordings that python-can reads; its readers with what this bench expects where a file is damaged.
-
-Each yields messages, gives its place in the file (`tell`, None if it cannot know), and at the end what is
-wrong with the file as a whole (`complaint`, "" if nothing is).
-"""
+"""Recordings that python-can reads; its readers with what this bench expects where a file is damaged."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import Any
 
 import can
 
@@ -20,9 +17,22 @@ _BLF_SIZE = slice(16, 24)
 """Where the file header has the size of the whole file, little-endian."""
 
 
-def _position(file: IO[bytes] | io.BufferedIOBase) -> int | None:
-    """Bytes read; python-can closes a file that it has read."""
-    return None if file.closed else file.tell()
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """A file that is being read.
+
+    messages   python-can's reader of it
+    file       the bytes under it, None where its place in them does not tell what has been read
+    complaint  what is wrong with the file as a whole, once it has been read; "" if nothing is
+    """
+
+    messages: Any
+    file: Any = None
+    complaint: Callable[[], str] = str
+
+    def tell(self) -> int | None:
+        """Bytes read, None if that cannot be known; python-can closes a file that it has read."""
+        return None if self.file is None or self.file.closed else self.file.tell()
 
 
 class _WholeLines(io.TextIOWrapper):
@@ -37,74 +47,38 @@ class _WholeLines(io.TextIOWrapper):
             raise StopIteration
         return line
 
-
-class AscReader:
-    """Frames of an ASC file at their absolute times."""
-
-    def __init__(self, path: Path):
-        raw = path.open("rb")
-        head = raw.read(_HEAD_BYTES).lower()
-        raw.seek(0)
-        if b"base " not in head and b"date " not in head:
-            raw.close()
-            raise LogError(f"{path}: not Vector ASC: neither a date nor a base line")
-        self._raw = raw  # the text around it does not tell where it is while it is iterated
-        self._lines = _WholeLines(raw, "utf-8", "replace")
-        self._reader = can.ASCReader(self._lines, relative_timestamp=False)
-
-    def __iter__(self) -> Iterator[can.Message]:
-        return iter(self._reader)
-
-    def tell(self) -> int | None:
-        return _position(self._raw)
-
     def complaint(self) -> str:
-        frame = self._lines.cut.lstrip()[:1].isdigit()
+        frame = self.cut.lstrip()[:1].isdigit()
         return "is cut short in its last line, which is left out" if frame else ""
 
-    def stop(self) -> None:
-        self._reader.stop()
+
+def open_asc(path: Path) -> Reading:
+    """Frames of an ASC file at their absolute times."""
+    raw = path.open("rb")
+    head = raw.read(_HEAD_BYTES).lower()
+    raw.seek(0)
+    if b"base " not in head and b"date " not in head:
+        raw.close()
+        raise LogError(f"{path}: not Vector ASC: neither a date nor a base line")
+    lines = _WholeLines(raw, "utf-8", "replace")  # does not tell where it is while it is iterated
+    return Reading(can.ASCReader(lines, relative_timestamp=False), raw, lines.complaint)
 
 
-class BlfReader:
+def open_blf(path: Path) -> Reading:
     """Frames of a BLF file."""
 
-    def __init__(self, path: Path):
-        self._path = path
-        self._reader = can.BLFReader(path)
+    def complaint() -> str:
+        size = path.stat().st_size
+        with path.open("rb") as file:
+            announced = int.from_bytes(file.read(_BLF_SIZE.stop)[_BLF_SIZE], "little")
+        return f"is cut short: {size} bytes of {announced}" if size < announced else ""
 
-    def __iter__(self) -> Iterator[can.Message]:
-        return iter(self._reader)
-
-    def tell(self) -> int | None:
-        return _position(self._reader.file)
-
-    def complaint(self) -> str:
-        size = self._path.stat().st_size
-        with self._path.open("rb") as file:
-            said = int.from_bytes(file.read(_BLF_SIZE.stop)[_BLF_SIZE], "little")
-        return f"is cut short: {size} bytes of {said}" if size < said else ""
-
-    def stop(self) -> None:
-        self._reader.stop()
+    reader = can.BLFReader(path)
+    return Reading(reader, reader.file, complaint)
 
 
-class Mf4Reader:
-    """Frames of an MF4 file; where in the file they are is not known."""
+def open_mf4(path: Path) -> Reading:
+    """Frames of an MF4 file."""
+    from gnss_hil.tools.recording.formats.mf4 import open_reader
 
-    def __init__(self, path: Path):
-        from gnss_hil.tools.recording.formats.mf4 import open_reader
-
-        self._reader = open_reader(path)
-
-    def __iter__(self) -> Iterator[can.Message]:
-        return iter(self._reader)
-
-    def tell(self) -> None:
-        return None
-
-    def complaint(self) -> str:
-        return ""
-
-    def stop(self) -> None:
-        self._reader.stop()
+    return Reading(open_reader(path))

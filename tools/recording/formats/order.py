@@ -1,4 +1,4 @@
-"""Time order: a log of two buses tells epoch by epoch, bus by bus; other formats want one time line."""
+"""Time order: a log of two buses goes epoch by epoch, bus by bus; other formats want one time line."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ def in_time_order(pieces: Iterable[Piece], strayed: Counter[str]) -> Iterator[Pi
     Frames that come more than HOLD_US too late stay late, and are counted.
     """
     held: list[Piece] = []
-    told_us = np.iinfo(np.int64).min
+    written_us = np.iinfo(np.int64).min
     for piece in pieces:
         ordered = _sorted([*held, piece])
         stamps = ordered[0]
         if not len(stamps):
             continue
-        if late := int((stamps < told_us).sum()):
+        if late := int((stamps < written_us).sum()):
             strayed[LATE] += late
         n = int(np.searchsorted(stamps, stamps[-1] - HOLD_US))
         held = [_rows(ordered, slice(n, None))]
         if n:
-            told_us = max(told_us, int(stamps[n - 1]))
+            written_us = max(written_us, int(stamps[n - 1]))
             yield _rows(ordered, slice(0, n))
     yield from held
 

@@ -15,11 +15,11 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.candump import LogError, Piece, read_chunks
@@ -37,8 +37,8 @@ class Writer(Protocol):
 class Format:
     """A way to keep a recording.
 
-    reader  class of gnss_hil.tools.recording.formats.foreign, None where we read ourselves
-    writer  module and class
+    reader  function of `formats.foreign`, None where we read ourselves
+    writer  module of `formats`, and class
     named   keeps the names of buses, and frames in any order
     """
 
@@ -49,12 +49,10 @@ class Format:
 
 
 FORMATS = {
-    ".log": Format(
-        "candump", None, ("gnss_hil.tools.recording.formats.writers", "CandumpWriter"), named=True
-    ),
-    ".asc": Format("Vector ASC", "AscReader", ("gnss_hil.tools.recording.formats.asc", "AscWriter")),
-    ".blf": Format("Vector BLF", "BlfReader", ("gnss_hil.tools.recording.formats.writers", "BlfWriter")),
-    ".mf4": Format("ASAM MDF 4", "Mf4Reader", ("gnss_hil.tools.recording.formats.mf4", "Mf4Writer")),
+    ".log": Format("candump", None, ("writers", "CandumpWriter"), named=True),
+    ".asc": Format("Vector ASC", "open_asc", ("asc", "AscWriter")),
+    ".blf": Format("Vector BLF", "open_blf", ("writers", "BlfWriter")),
+    ".mf4": Format("ASAM MDF 4", "open_mf4", ("mf4", "Mf4Writer")),
 }
 
 
@@ -104,32 +102,24 @@ class Recording:
 
         read, size = 0, max(self.path.stat().st_size, 1)
         try:
-            reader = getattr(import_module("gnss_hil.tools.recording.formats.foreign"), name)(self.path)
-            with closing(_Stopping(reader)):
-                for piece in pieces_of(reader, str(self.path), self.omitted):
-                    at = reader.tell()
+            opened = getattr(import_module("gnss_hil.tools.recording.formats.foreign"), name)(self.path)
+            try:
+                for piece in pieces_of(opened.messages, str(self.path), self.omitted):
+                    at = opened.tell()
                     self.share = None if at is None else at / size
                     read += len(piece[0])
                     yield piece
-                self.complaint = reader.complaint()
+                self.complaint = opened.complaint()
+            finally:
+                with suppress(Exception):  # of a damaged file: the fault is reported already
+                    opened.messages.stop()
         except (LogError, OSError, MemoryError, Mistake):
             raise
         except Exception as error:  # whatever a foreign parser makes of a damaged file
-            said = " ".join(str(error).split()) or type(error).__name__
+            fault = " ".join(str(error).split()) or type(error).__name__
             what = format_of(self.path).name
             where = f"damaged after {read} frames or more"
-            raise LogError(f"{self.path}: not {what}, or {where}: {said}") from None
-
-
-@dataclass(frozen=True, slots=True)
-class _Stopping:
-    """Closes a reader of python-can, whatever it is in the middle of."""
-
-    reader: Any
-
-    def close(self) -> None:
-        with suppress(Exception):  # of a damaged file: the fault is reported already
-            self.reader.stop()
+            raise LogError(f"{self.path}: not {what}, or {where}: {fault}") from None
 
 
 MAX_CHANNELS = 255
@@ -159,4 +149,4 @@ class Channels(dict[bytes, int]):
 def open_writer(path: Path, kind: Format, channels: Mapping[bytes, int]) -> Writer:
     """A writer of a format on a file of any name."""
     module, name = kind.writer
-    return getattr(import_module(module), name)(path, channels)
+    return getattr(import_module(f"gnss_hil.tools.recording.formats.{module}"), name)(path, channels)
