@@ -1,1 +1,1 @@
-"""What frames say: the one place where the tools read a bus or a recording."""
+"""From frames to arrays: the one place where the tools read a bus or a recording."""

@@ -71,7 +71,7 @@ class Recorder:
     """Collects epochs of all buses and writes them in batches, at the latest after FLUSH_S of wall time.
 
     buses     codec by name in the log, one for each craft
-    start_ns, interval_ns  when epochs are that do not say it themselves
+    start_ns, interval_ns  times of epochs whose own time frames are missing
     log       where the text goes, None to write none
     on_batch  is handed every batch as it is written: number of the bus, frames, their bits on the wire
 

@@ -163,7 +163,7 @@ def _greeting(recorded: RecordedRun) -> FrameBatch:
 
 
 def play_all(recorded: RecordedRun, link: Link, pace: float, stop: Stop) -> Played:
-    """Every frame of the bus as it was recorded, at its time; what others say is read and forgotten."""
+    """Every frame of the bus as it was recorded, at its time; what others send is read and forgotten."""
     played = Played(Comparison(recorded.codec, exact=True))
     begun_s, first_us = time.monotonic(), None
     for piece in recorded.recording.pieces():

@@ -95,22 +95,25 @@ def render(s: Mapping[str, Any]) -> str:
     for name, figures in s["craft"].items():
         rows += _craft(name, figures, s["epochs"])
     for row in s["expectations"]:
-        limits = " and ".join(f"{word} {row[key]:g}" for key, word in _LIMITS.items() if key in row)
-        found = "no figure" if row["found"] is None else f"found {row['found']:g}"
-        rows.append(("expected" if row["met"] else "MISSED", f"{row['name']} {limits}: {found}"))
+        text = f"{row['name']} {_limits(row)}: {_found(row)}"
+        rows.append(("expected" if row["met"] else "MISSED", text))
     width = max(len(left) for left, _ in rows) + 2
     return "\n".join(f"{left:<{width}}{right}".rstrip() for left, right in rows)
 
 
-_LIMITS = {"min": "at least", "max": "at most"}
+def _limits(row: Mapping[str, Any]) -> str:
+    words = {"min": "at least", "max": "at most"}
+    return " and ".join(f"{word} {row[key]:g}" for key, word in words.items() if key in row)
+
+
+def _found(row: Mapping[str, Any]) -> str:
+    return "no figure" if row["found"] is None else f"found {row['found']:g}"
 
 
 def missed(s: Mapping[str, Any]) -> list[str]:
     """One line for each expectation that was not met."""
-    lines = []
-    for row in s["expectations"]:
-        if not row["met"]:
-            limits = " and ".join(f"{word} {row[key]:g}" for key, word in _LIMITS.items() if key in row)
-            found = "no figure" if row["found"] is None else f"found {row['found']:g}"
-            lines.append(f"expectation missed: {row['name']}: {found}, expected {limits}")
-    return lines
+    return [
+        f"expectation missed: {row['name']}: {_found(row)}, expected {_limits(row)}"
+        for row in s["expectations"]
+        if not row["met"]
+    ]

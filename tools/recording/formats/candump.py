@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
+from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
@@ -213,3 +214,26 @@ def read_chunks(
             lines += text.count(b"\n")
     if rest and omitted is not None:
         omitted[CUT] += 1
+
+
+class CandumpWriter:
+    """Text of `candump -l`."""
+
+    def __init__(self, path: Path, channels: Mapping[bytes, int]):
+        self._file = path.open("wb")
+
+    def write(self, piece: Piece) -> None:
+        unix_us, bus, frames = piece
+        names = np.unique(bus).tolist()
+        if len(names) == 1:
+            self._file.write(format_lines(unix_us, frames, names[0].decode()))
+            return
+        lines = np.empty(len(frames), object)
+        for name in names:
+            mine = bus == name
+            text = format_lines(unix_us[mine], frames[mine], name.decode())
+            lines[mine] = text.splitlines(keepends=True)
+        self._file.write(b"".join(lines))
+
+    def close(self) -> None:
+        self._file.close()

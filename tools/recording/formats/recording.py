@@ -49,9 +49,9 @@ class Format:
 
 
 FORMATS = {
-    ".log": Format("candump", None, ("writers", "CandumpWriter"), named=True),
+    ".log": Format("candump", None, ("candump", "CandumpWriter"), named=True),
     ".asc": Format("Vector ASC", "open_asc", ("asc", "AscWriter")),
-    ".blf": Format("Vector BLF", "open_blf", ("writers", "BlfWriter")),
+    ".blf": Format("Vector BLF", "open_blf", ("foreign", "BlfWriter")),
     ".mf4": Format("ASAM MDF 4", "open_mf4", ("mf4", "Mf4Writer")),
 }
 
@@ -98,13 +98,12 @@ class Recording:
                 yield piece
 
     def _foreign(self, name: str) -> Iterator[Piece]:
-        from gnss_hil.tools.recording.formats.messages import pieces_of
-
         read, size = 0, max(self.path.stat().st_size, 1)
         try:
-            opened = getattr(import_module("gnss_hil.tools.recording.formats.foreign"), name)(self.path)
+            foreign = import_module("gnss_hil.tools.recording.formats.foreign")  # python-can takes time
+            opened = getattr(foreign, name)(self.path)
             try:
-                for piece in pieces_of(opened.messages, str(self.path), self.omitted):
+                for piece in foreign.pieces_of(opened.messages, str(self.path), self.omitted):
                     at = opened.tell()
                     self.share = None if at is None else at / size
                     read += len(piece[0])

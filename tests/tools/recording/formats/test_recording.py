@@ -30,10 +30,8 @@ pytestmark = pytest.mark.verifies(
     "tools/recording/formats/asc.py",
     "tools/recording/formats/convert.py",
     "tools/recording/formats/foreign.py",
-    "tools/recording/formats/messages.py",
     "tools/recording/formats/mf4.py",
     "tools/recording/formats/order.py",
-    "tools/recording/formats/writers.py",
     what="Recordings: ASC, BLF, MF4",
     by=(
         "byte-identical round trips; asc2log, log2asc, python-can; asammdf with the DBC for MF4; vblf 0.3.1 "
