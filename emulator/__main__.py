@@ -174,8 +174,9 @@ def _join(spec: str, codec, stop, say, wait_s: float | None):
     from gnss_hil.dbc.bus.base import LinkError
     from gnss_hil.dbc.bus.open_link import is_shared
     from gnss_hil.dbc.bus.probe import senders_heard
+    from gnss_hil.dbc.process.bus_link import await_link
 
-    link = command_line.await_link(spec, stop, say, wait_s)
+    link = await_link(spec, stop, say, wait_s)
     if link is not None and is_shared(spec):
         others = senders_heard(link, codec, set(codec.sender_of) - {"", "FLIGHT"})
         if others:

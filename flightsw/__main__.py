@@ -79,6 +79,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
     from gnss_hil.dbc.bus.base import LinkClosed
     from gnss_hil.dbc.lockstep.slave import Slave
     from gnss_hil.dbc.lockstep.slave_loop import run_slave
+    from gnss_hil.dbc.process.bus_link import regain_link
     from gnss_hil.dbc.process.shutdown import INTERRUPTED
     from gnss_hil.flightsw.app.state import heartbeat, initial_state
     from gnss_hil.flightsw.app.step import flight_step
@@ -105,7 +106,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
                     raise
                 say(f"{error}; waiting for it to come back")
                 link.close()
-                link = command_line.regain_link(arguments.bus, stop)
+                link = regain_link(arguments.bus, stop)
         return INTERRUPTED
     finally:
         if link is not None:
@@ -119,8 +120,9 @@ def _join(arguments: argparse.Namespace, codec, stop, say):
     from gnss_hil.dbc.bus.base import LinkError
     from gnss_hil.dbc.bus.open_link import is_shared
     from gnss_hil.dbc.bus.probe import senders_heard
+    from gnss_hil.dbc.process.bus_link import await_link
 
-    link = command_line.await_link(arguments.bus, stop, say, 0 if arguments.once else None)
+    link = await_link(arguments.bus, stop, say, 0 if arguments.once else None)
     if link is not None and is_shared(arguments.bus) and senders_heard(link, codec, {"FLIGHT"}):
         link.close()
         raise LinkError(f"bus '{arguments.bus}': another flight software can be heard there")

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.common.shipped_files import Files
@@ -20,10 +21,30 @@ from gnss_hil.dbc.common.shipped_files import Files
 Vector = tuple[float, float, float]
 
 
+def _strict_numbers(schema: Any) -> None:
+    """Makes what a schema says of numbers and switches strict, in place, however deep it says it."""
+    if isinstance(schema, dict):
+        if schema.get("type") in ("float", "int", "bool"):
+            schema["strict"] = True
+        for part in schema.values():
+            _strict_numbers(part)
+    elif isinstance(schema, list | tuple):
+        for part in schema:
+            _strict_numbers(part)
+
+
 class Strict(BaseModel):
     """Unknown keys are mistakes; numbers are finite; nothing is coerced from text."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Numbers and switches have to be that in the file: "600" is text, 600 serves as 600.0, true is no
+        number. Lists still serve as tuples, as TOML has no others."""
+        made = handler(source)
+        _strict_numbers(made)
+        return made
 
 
 class Antenna(Strict):

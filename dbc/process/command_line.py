@@ -8,17 +8,9 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from gnss_hil.dbc.process.shutdown import INTERRUPTED, Stop
-
-if TYPE_CHECKING:
-    from gnss_hil.dbc.bus.base import Link
-
-RETRY_S = 0.2
-"""How often a bus that is not there is looked for."""
 
 
 class Mistake(Exception):
@@ -89,41 +81,3 @@ def _failed(name: str, status: int, error: Exception) -> int:
     for line in str(error).splitlines():
         print(f"{name}: {line}", file=sys.stderr)
     return status
-
-
-def await_link(
-    spec: str, stop: Callable[[], bool], say: Callable[[str], None], wait_s: float | None = None
-) -> Link | None:
-    """A link on a bus; waits for a bench of ours that does not run yet. None if `stop` came first.
-
-    wait_s  how long to wait, None: for ever. Any other reason why there is no such bus is raised at once.
-    """
-    from gnss_hil.dbc.bus.base import NotYet
-    from gnss_hil.dbc.bus.open_link import open_link
-
-    deadline_s = math.inf if wait_s is None else time.monotonic() + wait_s
-    waiting = False
-    while not stop():
-        try:
-            return open_link(spec)
-        except NotYet:
-            if time.monotonic() >= deadline_s:
-                raise
-        if not waiting:
-            waiting = True
-            say(f"waiting for a bench on {spec}")
-        time.sleep(RETRY_S)
-    return None
-
-
-def regain_link(spec: str, stop: Callable[[], bool]) -> Link | None:
-    """A link on a bus that went away, once it is back; None if `stop` came first."""
-    from gnss_hil.dbc.bus.base import LinkError
-    from gnss_hil.dbc.bus.open_link import open_link
-
-    while not stop():
-        try:
-            return open_link(spec)
-        except LinkError:
-            time.sleep(RETRY_S)
-    return None

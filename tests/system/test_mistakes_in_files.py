@@ -42,6 +42,10 @@ CHANGES = {  # scenarios with one thing wrong: (old, new)
     "underground": ("altitude_km = 415", "altitude_km = 415, eccentricity = 0.2"),
     "negative": ("duration_s = 600", "duration_s = -600"),
     "text": ("duration_s = 600", 'duration_s = "ten minutes"'),
+    "number_in_quotes": ("duration_s = 600", 'duration_s = "600"'),
+    "whole_in_quotes": ("seed = 1", 'seed = "1"'),
+    "switch_for_number": ("duration_s = 600", "duration_s = true"),
+    "switch_in_quotes": ("[craft.flight]", '[craft.factors]\ncode_noise = {enabled = "yes"}\n[craft.flight]'),
     "before_gps": ("2012-10-31T00:15:00", "1970-01-01T00:00:00"),
     "zone": ("2012-10-31T00:15:00", "2012-10-31T00:15:00+03:00"),
     "nothing_above": ('gps = "nominal"\nglonass = "nominal"', 'gps = "none"\nglonass = "none"'),
@@ -60,6 +64,7 @@ VEHICLE_CHANGES = {
     ),
     "mask": ("mask_deg = 85.0", "mask_deg = 185.0"),
     "channels": ("channels = 6", "channels = 60"),
+    "channels_in_quotes": ("channels = 6", 'channels = "6"'),
 }
 
 TABLE = table(r"""
@@ -88,6 +93,18 @@ unknown factor
 text for a number
     $ run {text}.toml
     time\.duration_s: .*number.*found 'ten minutes'
+number in quotes
+    $ run {number_in_quotes}.toml
+    time\.duration_s: .*valid number, found '600'
+whole number in quotes
+    $ run {whole_in_quotes}.toml
+    seed: .*valid integer, found '1'
+switch for a number
+    $ run {switch_for_number}.toml
+    time\.duration_s: .*valid number, found True
+switch in quotes
+    $ run {switch_in_quotes}.toml
+    craft\.0\.factors\.code_noise\.enabled: .*valid boolean, found 'yes'
 negative duration in the file
     $ run {negative}.toml
     time\.duration_s: .*greater than 0, found -600
@@ -166,6 +183,9 @@ mask too wide
 too many channels
     $ run --vehicle {channels}.toml
     channels: .*less than or equal to 32, found 60
+number of a vehicle in quotes
+    $ run --vehicle {channels_in_quotes}.toml
+    antenna\.0\.channels: .*valid integer, found '6'
 """)
 
 

@@ -72,6 +72,13 @@ def test_a_difference_is_told_and_counts(run, capsys):
     assert "differs from the recording in " in capsys.readouterr().out
 
 
+def test_another_navigator_with_the_policy_of_the_run(run, capsys):
+    words = ["replay", str(run), "--only", "emulator", "--quiet", "--same", "--navigator"]
+    assert main([*words, "all_in_view"]) == 0
+    assert main([*words, "best_antenna"]) == 1
+    assert "differs from the recording in " in capsys.readouterr().out
+
+
 @pytest.mark.verifies(
     "tools/replay/output.py",
     what="What a replay leaves",
@@ -209,6 +216,8 @@ def test_one_craft_of_two_is_replayed(tmp_path, capsys):
         ("--only emulator --emulator ours", "--emulator needs --only flight"),
         ("--only emulator --policy nobody", "policy 'nobody': not known"),
         ("--only emulator --bus embedded:/nowhere/b --policy patent", "belongs to our own flight software"),
+        ("--only emulator --navigator nobody", "navigator 'nobody': not known"),
+        ("--only flight --navigator all_in_view", "belongs to our own flight software"),
         ("--only emulator --require none", "every epoch would wait for an answer"),
         ("--only emulator --session 70000", "a whole number from 1 to 65535"),
         ("--only emulator --craft nobody", "no such craft in"),

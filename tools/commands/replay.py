@@ -26,6 +26,7 @@ NEEDS = (
     ("same", lambda only, sides: only, _AWAITS),
     ("session", lambda only, sides: only == "emulator", "needs --only emulator"),
     ("policy", lambda only, sides: sides["flight"] == OURS, _OWN),
+    ("navigator", lambda only, sides: sides["flight"] == OURS, _OWN),
     ("option", lambda only, sides: sides["flight"] == OURS, _OWN),
     (
         "pace",
@@ -62,6 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--craft", metavar="NAME", help="which craft, or bus, of a recording that has several")
     add("--vehicle", metavar="FILE", help="vehicle file, or a shipped one by name, instead of the run's")
     add("--policy", metavar="P", help="policy of our flight software instead of the run's")
+    add(
+        "--navigator", metavar="N",
+        help="navigator of our flight software instead of the run's, or of the policy's",
+    )  # fmt: skip
     add("--option", action="append", default=[], metavar="K=V", help="option of the policy; repeatable")
     add("--session", type=_session, metavar="N", help="time marks with this session, their CRC made anew")
     add(
@@ -137,12 +142,13 @@ def config_of(a: Namespace) -> ReplayConfig:
             sides["flight"] or OURS,
             sides["emulator"] or OURS,
             a.bus,
-            {"policy": a.policy, "option": a.option},
+            {"policy": a.policy, "navigator": a.navigator, "option": a.option},
         )
     return ReplayConfig(
         recording=a.run, only=a.only, bus=a.bus, **sides, pace=pace, craft=a.craft, vehicle=a.vehicle,
-        policy=a.policy, options=tuple(a.option), session=a.session, require=a.require, wait_s=a.wait,
-        limit_s=a.limit, out=a.out, force=a.force, report=a.report, same=a.same, quiet=a.quiet,
+        policy=a.policy, navigator=a.navigator, options=tuple(a.option), session=a.session,
+        require=a.require, wait_s=a.wait, limit_s=a.limit, out=a.out, force=a.force, report=a.report,
+        same=a.same, quiet=a.quiet,
     )  # fmt: skip
 
 

@@ -125,12 +125,13 @@ def words_of(command: str) -> list[str]:
     return shlex.split(command)
 
 
-def flight_command(source: Source, spec: str, policy: str | None, options: Sequence[str]) -> list[str]:
-    """Our flight software; as the run had it, unless another policy is asked for."""
-    navigator = None
+def flight_command(
+    source: Source, spec: str, policy: str | None, navigator: str | None, options: Sequence[str]
+) -> list[str]:
+    """Our flight software; as the run had it, unless another policy or navigator is asked for."""
     if source.scenario is not None and policy is None:
         flight = source.scenario.craft[source.number].flight
-        policy, navigator = flight.policy, flight.navigator
+        policy, navigator = flight.policy, navigator or flight.navigator
         options = [*(f"{key}={_text(value)}" for key, value in flight.options.items()), *options]
     return [
         sys.executable, "-P", "-m", "gnss_hil.flightsw",

@@ -45,7 +45,7 @@ def _other_side(config: ReplayConfig, source: Source, spec: str, words: Path, sa
         environment = peer.environment_of(source, spec, of_run=not emulating)
         return peer.other_side(peer.words_of(whose), role, environment, None)
     if emulating:
-        command = peer.flight_command(source, spec, config.policy, config.options)
+        command = peer.flight_command(source, spec, config.policy, config.navigator, config.options)
     else:
         command = peer.emulator_command(source, spec, BARRIER_S)
     return peer.other_side(command, role, {}, words)

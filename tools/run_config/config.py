@@ -73,6 +73,8 @@ class ReplayConfig:
     only              the side that is played, None: every frame at its recorded time
     flight, emulator  whose software is on the other side; None where there is no such side
     pace              None: the emulator on the bus has the time
+    policy, navigator   of our flight software, None: as the run had them; another policy brings its own
+                      navigator and none of the run's options
     options           of the policy, as typed: KEY=VALUE
     session           of the time marks, None: as recorded
     wait_s            for the heartbeat, None: as long as the other side is expected to take
@@ -87,6 +89,7 @@ class ReplayConfig:
     craft: str | None
     vehicle: str | None
     policy: str | None
+    navigator: str | None
     options: tuple[str, ...]
     session: int | None
     require: str

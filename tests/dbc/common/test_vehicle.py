@@ -52,6 +52,10 @@ def test_soyuz_tilts_35_deg_from_zenith_to_four_sides():
         ("channels = 6", "chanels = 6", "antenna.0.chanels: unknown key"),
         ("channels = 6", "", "antenna.0.channels: missing"),
         ("channels = 6", 'channels = "six"', "antenna.0.channels: .*found 'six'"),
+        ("channels = 6", 'channels = "6"', "antenna.0.channels: .*valid integer, found '6'"),
+        ("channels = 6", "channels = true", "antenna.0.channels: .*valid integer, found True"),
+        ("mask_deg = 85.0", 'mask_deg = "85"', "antenna.0.mask_deg: .*valid number, found '85'"),
+        ("mask_deg = 85.0", "mask_deg = true", "antenna.0.mask_deg: .*valid number, found True"),
         ("mask_deg = 85.0", "mask_deg = nan", "antenna.0.mask_deg: input should be a finite number"),
         ("[[antenna]]", "[[antenna", "not TOML"),
     ],
@@ -59,6 +63,12 @@ def test_soyuz_tilts_35_deg_from_zenith_to_four_sides():
 def test_mistakes_get_a_line(old, new, line):
     with pytest.raises(VehicleError, match=line):
         parse(TEXT.replace(old, new, 1), "mine.toml")
+
+
+def test_whole_numbers_serve_as_any():
+    assert parse(TEXT.replace("mask_deg = 85.0", "mask_deg = 85"), "mine.toml").mask_rad.tolist() == (
+        load(SOYUZ).mask_rad.tolist()
+    )
 
 
 def test_a_file_that_is_not_there(tmp_path):
