@@ -49,7 +49,8 @@ class Settings(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """A craft's structure and los_body (n, 3) to the satellites at two instants LATER_S apart."""
+    """A craft's structure and los_body (n, 3) to the satellites at two instants LATER_S apart. With bodies of
+    several instants, los_body has the satellites of one after those of another."""
 
     bodies: Bodies
     los_body: F64
@@ -79,10 +80,13 @@ def los_rate_body(los_body: F64, towards_mps: F64, distance_m: F64, rate_body_rp
     return (towards_mps - along * los_body) / distance_m[..., None] - np.cross(rate_body_rps, los_body)
 
 
-def pose(craft: Structure, los_body: F64, rate: F64, sun_body: F64, rate_body_rps: F64, t_s: float) -> Pose:
-    """The structure and the sky at t_s after the start and LATER_S on.
+def pose(
+    craft: Structure, los_body: F64, rate: F64, sun_body: F64, rate_body_rps: F64, t_s: float | F64
+) -> Pose:
+    """The structure and the sky at t_s (...) after the start and LATER_S on.
 
-    los_body (n, 3) with its rate (n, 3), see `los_rate_body`;  sun_body (3,) direction of the Sun, body axes
+    los_body (n, 3) with its rate (n, 3), see `los_rate_body`
+    sun_body, rate_body_rps (..., 3) direction of the Sun and rate of the craft, body axes
     """
     moved = sun_body - LATER_S * np.cross(rate_body_rps, sun_body)
     return Pose(
@@ -107,20 +111,22 @@ def _rays(
     antenna_body_m: F64,
     antenna: I64,
     satellite: I64,
+    instant: I64 | None,
     gain_dbi: Gain,
 ) -> tuple[F64, F64, C128]:
     """Delays now and later (p, k) [m] and coefficients (p, k) of each pair's strongest reflections."""
     faces = faces_at(craft.surfaces, at.bodies)
     seen = reflections.find(
-        at.bodies, craft.surfaces, faces, antenna_body_m, at.los_body, antenna, satellite, settings.nearest_m
-    )
+        at.bodies, craft.surfaces, faces, antenna_body_m, at.los_body, antenna, satellite, settings.nearest_m,
+        instant,
+    )  # fmt: skip
     a, s = antenna[seen.pair], satellite[seen.pair]
     strength = reflections.coefficients(
         craft.surfaces, faces, seen, a, at.los_body[s], np.full(len(seen), _NOMINAL_WAVE_M), gain_dbi,
         settings.cross_polar_db,
     )  # fmt: skip
     later_m = reflections.delays_m(
-        faces_at(craft.surfaces, at.later), seen.face, antenna_body_m[a], at.los_later[s]
+        faces_at(craft.surfaces, at.later), seen.place, antenna_body_m[a], at.los_later[s]
     )
     row = multipath.strongest(
         seen.pair, len(antenna), settings.reflections, seen.delay_m, strength, settings.least_amplitude
@@ -171,6 +177,7 @@ def receive(
     wave_m: F64,
     chip_m: F64,
     gain_dbi: Gain,
+    instant: I64 | None = None,
 ) -> Reception:
     """What p channels receive.
 
@@ -179,10 +186,12 @@ def receive(
     antenna, satellite   (p,) rows of antennas and of the sky
     direct               (p,) amplitude of the direct ray, 1 free, 0 hidden
     wave_m, chip_m       (p,) lengths of carrier wave and code chip
+    instant              (p,) of each, where the pose is of several
     """
     if not len(antenna):
         return Reception(*np.zeros((4, 0)))
-    now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, antenna, satellite, gain_dbi)
+    pairs = antenna, satellite, instant
+    now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, *pairs, gain_dbi)
     code_chips, lag_rad, level = _locks(
         settings, spacing_chips, np.concatenate((now_m, later_m)), _twice(direct), _twice(strength),
         _twice(wave_m), _twice(chip_m),

@@ -1,13 +1,12 @@
 """Structure effects: what a craft's own structure hides, and what its reflections do to signals, in the
 epochs of a block.
 
-A structure without joints stands still in body axes: its epochs are worked out together. One with joints,
-that turn or follow the Sun, is another structure in each epoch.
+A structure without joints stands still in body axes: one pose serves for all epochs. One with joints, that
+turn or follow the Sun, has a pose in each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +17,8 @@ from gnss_hil.emulator.orbits.dynamics import CraftState
 from gnss_hil.emulator.signal import antenna_patterns, multipath_engine
 from gnss_hil.emulator.signal.geometry import Motion, angle_rad, spin
 from gnss_hil.emulator.signal.multipath_engine import Pose, Reception, Settings
-from gnss_hil.emulator.signal.structure.bodies import Structure
-from gnss_hil.emulator.signal.structure.shadowing import blocked
+from gnss_hil.emulator.signal.structure.bodies import Structure, moves
+from gnss_hil.emulator.signal.structure.shadowing import blocked, stopped
 from gnss_hil.emulator.signal.visibility import View
 
 
@@ -27,30 +26,24 @@ from gnss_hil.emulator.signal.visibility import View
 class StructurePoses:
     """A structure in k epochs, seen in body axes.
 
-    los            (k, n, 3) unit vectors to the satellites;  los_rate (k, n, 3) [1/s]
-    sun            (k, 3) unit vectors to the Sun;  rate_rps (k, 3) of the craft
-    t_s            (k,) since the start of the run [s]
+    pose   of the structure, in each epoch if it moves;  los (k, n, 3) unit vectors to the satellites
     """
 
     shape: Structure
     vehicle: Vehicle
+    pose: Pose
     los: F64
-    los_rate: F64
-    sun: F64
-    rate_rps: F64
-    t_s: F64
 
     def hidden(self, candidate: Bool) -> Bool:
         """(k, m, n) which candidates (k, m, n) the structure hides from an antenna."""
-        out = np.zeros_like(candidate)
-        for epochs in self._groups():
-            epoch, row = np.nonzero(candidate[epochs].any(axis=1))
-            los = self.los[epochs][epoch, row]
-            bodies = self._pose(epochs).bodies
-            shadow = np.zeros_like(candidate[epochs])
-            shadow[epoch, :, row] = blocked(bodies, self.vehicle.lever_arm_body_m, los).T
-            out[epochs] = shadow & candidate[epochs]
-        return out
+        out, arm_m = np.zeros_like(candidate), self.vehicle.lever_arm_body_m
+        if moves(self.shape):
+            epoch, antenna, row = np.nonzero(candidate)
+            out[epoch, antenna, row] = stopped(self.pose.bodies, epoch, arm_m[antenna], self.los[epoch, row])
+            return out
+        epoch, row = np.nonzero(candidate.any(axis=1))
+        out[epoch, :, row] = blocked(self.pose.bodies, arm_m, self.los[epoch, row]).T
+        return out & candidate
 
     def receive(
         self,
@@ -67,30 +60,11 @@ class StructurePoses:
                   carrier wave and code chip [m]
         """
         antenna, satellite, direct, wave_m, chip_m = signals
-        out = np.zeros((4, len(at)))
-        for epochs in self._groups():
-            mine = np.flatnonzero((at >= epochs.start) & (at < epochs.stop))
-            if not len(mine):
-                continue
-            # Satellites of all epochs in one row, which is that of `_pose`.
-            flat = (at[mine] - epochs.start) * self.los.shape[1] + satellite[mine]
-            found = multipath_engine.receive(
-                self.shape, settings, spacing_chips, self._pose(epochs), self.vehicle.lever_arm_body_m,
-                antenna[mine], flat, direct[mine], wave_m[mine], chip_m[mine], self._gain_dbi(antennas),
-            )  # fmt: skip
-            out[:, mine] = found.range_m, found.phase_m, found.rate_mps, found.level_db
-        return Reception(*out)
-
-    def _groups(self) -> Iterator[slice]:
-        """Epochs in which the structure is the same."""
-        still = not (self.shape.joint >= 0).any()
-        length = len(self.t_s) if still else 1
-        return (slice(k, k + length) for k in range(0, len(self.t_s), length))
-
-    def _pose(self, epochs: slice) -> Pose:
-        return multipath_engine.pose(
-            self.shape, self.los[epochs].reshape(-1, 3), self.los_rate[epochs].reshape(-1, 3),
-            self.sun[epochs.start], self.rate_rps[epochs.start], float(self.t_s[epochs.start]),
+        # Satellites of all epochs in one row, which is that of the pose.
+        flat = at * self.los.shape[1] + satellite
+        return multipath_engine.receive(
+            self.shape, settings, spacing_chips, self.pose, self.vehicle.lever_arm_body_m, antenna, flat,
+            direct, wave_m, chip_m, self._gain_dbi(antennas), at if moves(self.shape) else None,
         )  # fmt: skip
 
     def _gain_dbi(self, antennas: antenna_patterns.Receive):
@@ -126,4 +100,9 @@ def poses(
     los_rate = multipath_engine.los_rate_body(los, towards_mps, view.distance_m, rate_rps[:, None])
     sun = (dcm @ (sun_m - state.pos_ecef_m)[..., None])[..., 0]
     sun /= np.sqrt(np.einsum("kc,kc->k", sun, sun))[:, None]
-    return StructurePoses(shape, vehicle, los, los_rate, sun, rate_rps, t_s)
+    rows = los.reshape(-1, 3), los_rate.reshape(-1, 3)
+    if moves(shape):
+        pose = multipath_engine.pose(shape, *rows, sun, rate_rps, t_s)
+    else:
+        pose = multipath_engine.pose(shape, *rows, sun[0], rate_rps[0], float(t_s[0]))
+    return StructurePoses(shape, vehicle, pose, los)

@@ -21,16 +21,20 @@ _NORMAL = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bodies:
-    """b rectangular bodies at one instant.
+    """b rectangular bodies at one instant, or at several (...).
 
-    centre_m  (b, 3)
-    axes      (b, 3, 3) unit vectors of each body's own axes, as rows
+    centre_m  (..., b, 3)
+    axes      (..., b, 3, 3) unit vectors of each body's own axes, as rows
     half_m    (b, 3) half their extent along them; 0 along a panel's normal
     """
 
     centre_m: F64
     axes: F64
     half_m: F64
+
+    def at(self, instant: I64) -> Bodies:
+        """Those of instants (r,), of the several there are."""
+        return Bodies(self.centre_m[instant], self.axes[instant], self.half_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +61,8 @@ class Surfaces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Faces:
-    """f faces at one instant: normal, first and second edge (f, 3) unit vectors; centre_m (f, 3);
-    axis_body (f, 3) x axes of their bodies, along which cylinders lie."""
+    """f faces at one instant, or at several (...): normal, first and second edge (..., f, 3) unit vectors;
+    centre_m (..., f, 3); axis_body (..., f, 3) x axes of their bodies, along which cylinders lie."""
 
     normal: F64
     first: F64
@@ -141,35 +145,42 @@ def structure(file: StructureFile) -> Structure:
     )
 
 
-def bodies_at(craft: Structure, sun_body: F64, t_s: float) -> Bodies:
-    """Where a structure's bodies are.
+def moves(craft: Structure) -> bool:
+    """Whether any of its bodies hangs on a joint."""
+    return bool((craft.joint >= 0).any())
 
-    sun_body   (3,) direction of the Sun, body axes
-    t_s        since the start of the run [s], for joints of constant rate
+
+def bodies_at(craft: Structure, sun_body: F64, t_s: float | F64) -> Bodies:
+    """Where a structure's bodies are, at one instant or at several (...).
+
+    sun_body   (..., 3) direction of the Sun, body axes
+    t_s        (...) since the start of the run [s], for joints of constant rate
     """
-    moved = np.flatnonzero(craft.joint >= 0)
-    if not len(moved):
+    if not moves(craft):
         return craft.at_zero
+    moved, instants = np.flatnonzero(craft.joint >= 0), sun_body.shape[:-1]
     turn, shift_m = joints.turned(craft.joints, sun_body, t_s)
-    by = craft.joint[moved]
-    centre_m, axes = craft.at_zero.centre_m.copy(), craft.at_zero.axes.copy()
-    centre_m[moved] = np.einsum("kij,kj->ki", turn[by], centre_m[moved]) + shift_m[by]
-    axes[moved] = axes[moved] @ turn[by].transpose(0, 2, 1)
-    return Bodies(centre_m, axes, craft.at_zero.half_m)
+    by, zero = craft.joint[moved], craft.at_zero
+    turn, shift_m = turn[..., by, :, :], shift_m[..., by, :]
+    centre_m = np.broadcast_to(zero.centre_m, (*instants, *zero.centre_m.shape)).copy()
+    axes = np.broadcast_to(zero.axes, (*instants, *zero.axes.shape)).copy()
+    centre_m[..., moved, :] = np.einsum("...ij,...j->...i", turn, zero.centre_m[moved]) + shift_m
+    axes[..., moved, :, :] = zero.axes[moved] @ turn.swapaxes(-1, -2)
+    return Bodies(centre_m, axes, zero.half_m)
 
 
 def faces_at(surfaces: Surfaces, bodies: Bodies) -> Faces:
     """Where the faces of these bodies are."""
-    axes = bodies.axes[surfaces.body]
+    axes = bodies.axes[..., surfaces.body, :, :]
     row = np.arange(len(surfaces.body))
-    normal = surfaces.sign[:, None] * axes[row, surfaces.axis]
+    normal = surfaces.sign[:, None] * axes[..., row, surfaces.axis, :]
     reach_m = bodies.half_m[surfaces.body, surfaces.axis]
     return Faces(
         normal,
-        axes[row, (surfaces.axis + 1) % 3],
-        axes[row, (surfaces.axis + 2) % 3],
-        bodies.centre_m[surfaces.body] + reach_m[:, None] * normal,
-        axes[:, 0],
+        axes[..., row, (surfaces.axis + 1) % 3, :],
+        axes[..., row, (surfaces.axis + 2) % 3, :],
+        bodies.centre_m[..., surfaces.body, :] + reach_m[:, None] * normal,
+        axes[..., 0, :],
     )
 
 

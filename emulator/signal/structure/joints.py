@@ -57,35 +57,36 @@ def joints(rows: Sequence[Joint]) -> Joints:
 
 
 def rotation(axis: F64, angle_rad: F64) -> F64:
-    """(k, 3, 3) active rotations about unit vectors (k, 3) by angles (k,). Rodrigues' formula."""
-    cos, sin = np.cos(angle_rad)[:, None, None], np.sin(angle_rad)[:, None, None]
+    """(..., j, 3, 3) active rotations about unit vectors (j, 3) by angles (..., j). Rodrigues' formula."""
+    cos, sin = np.cos(angle_rad)[..., None, None], np.sin(angle_rad)[..., None, None]
     across = np.zeros((len(axis), 3, 3))
     across[:, 0, 1], across[:, 0, 2], across[:, 1, 2] = -axis[:, 2], axis[:, 1], -axis[:, 0]
     across -= across.transpose(0, 2, 1)
     return cos * np.eye(3) + sin * across + (1 - cos) * axis[:, :, None] * axis[:, None, :]
 
 
-def turned(rows: Joints, sun_body: F64, t_s: float) -> tuple[F64, F64]:
+def turned(rows: Joints, sun_body: F64, t_s: float | F64) -> tuple[F64, F64]:
     """Where joints take what hangs on them: x -> turn x + shift, body axes.
 
-    sun_body   (3,) direction of the Sun;  t_s since the start of the run [s]
-    returns    turn (j, 3, 3), shift (j, 3) [m]
+    sun_body   (..., 3) direction of the Sun;  t_s (...) since the start of the run [s]
+    returns    turn (..., j, 3, 3), shift (..., j, 3) [m]
     A joint that follows the Sun sees it from where its parents have brought it; there its facing direction
     comes closest to the Sun at the angle of the Sun's projection onto the plane of its turning. It does so
     through the Earth's shadow as well, without limits of rate or range (modelled).
     """
-    count = len(rows.parent)
+    count, instants = len(rows.parent), sun_body.shape[:-1]
     # The last row stands for the craft itself, which parent -1 finds.
-    turn = np.broadcast_to(np.eye(3), (count + 1, 3, 3)).copy()
-    shift_m = np.zeros((count + 1, 3))
+    turn = np.broadcast_to(np.eye(3), (*instants, count + 1, 3, 3)).copy()
+    shift_m = np.zeros((*instants, count + 1, 3))
+    since_s = np.asarray(t_s)[..., None]
     for level in rows.levels:
-        point_m = rows.point_m[level]
-        carrier, offset_m = turn[rows.parent[level]], shift_m[rows.parent[level]]
-        sun = sun_body @ carrier
-        ahead, across = (sun * rows.facing[level]).sum(axis=1), (sun * rows.across[level]).sum(axis=1)
-        angle = np.arctan2(across, ahead) + rows.angle_rad[level] + rows.rate_rps[level] * t_s
+        point_m, parent = rows.point_m[level], rows.parent[level]
+        carrier, offset_m = turn[..., parent, :, :], shift_m[..., parent, :]
+        sun = (sun_body[..., None, None, :] @ carrier)[..., 0, :]
+        ahead, across = (sun * rows.facing[level]).sum(axis=-1), (sun * rows.across[level]).sum(axis=-1)
+        angle = np.arctan2(across, ahead) + rows.angle_rad[level] + rows.rate_rps[level] * since_s
         own = rotation(rows.axis[level], angle)
-        turn[level] = carrier @ own
-        still_m = point_m - np.einsum("kij,kj->ki", own, point_m)
-        shift_m[level] = np.einsum("kij,kj->ki", carrier, still_m) + offset_m
-    return turn[:-1], shift_m[:-1]
+        turn[..., level, :, :] = carrier @ own
+        still_m = point_m - np.einsum("...ij,...j->...i", own, point_m)
+        shift_m[..., level, :] = np.einsum("...ij,...j->...i", carrier, still_m) + offset_m
+    return turn[..., :-1, :, :], shift_m[..., :-1, :]

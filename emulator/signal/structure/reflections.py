@@ -18,7 +18,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import C128, F64, I64, Bool
 from gnss_hil.emulator.signal.structure.bodies import Bodies, Faces, Surfaces
 from gnss_hil.emulator.signal.structure.materials import circular, coherent
-from gnss_hil.emulator.signal.structure.shadowing import START_M, hits
+from gnss_hil.emulator.signal.structure.shadowing import START_M, stopped
 
 Gain = Callable[[I64, F64], F64]
 """Gain [dBi] of antennas (k,) for right-handed waves from directions (k, 3), body axes."""
@@ -29,6 +29,7 @@ class Reflections:
     """k reflections, by pair of antenna and satellite.
 
     pair           (k,) number of the pair;  face (k,) number of the face
+    place          (k,) row of the face among those of all instants: the number, where there is one instant
     delay_m        (k,) path beyond the direct one [m]
     distance_m     (k,) from the antenna to the point of reflection [m]
     cos_incidence  (k,) of the angle from the face's normal
@@ -37,6 +38,7 @@ class Reflections:
 
     pair: I64
     face: I64
+    place: I64
     delay_m: F64
     distance_m: F64
     cos_incidence: F64
@@ -58,26 +60,52 @@ def find(
     antenna: I64,
     satellite: I64,
     nearest_m: float = START_M,
+    instant: I64 | None = None,
 ) -> Reflections:
     """All single reflections of p pairs of an antenna and a satellite.
 
-    antenna_body_m       (m, 3) places of the antennas;  los_body (n, 3) unit vectors to the satellites
+    antenna_body_m       (m, 3) places of the antennas;  los_body (n, 3) unit vectors to the satellites, of
+                         several instants one after another, as many of each
     antenna, satellite   (p,) rows of the two
     nearest_m            a face whose plane is closer to an antenna is what it stands on, and belongs to its
                          receive pattern
+    instant              (p,) of the pairs, where bodies and faces are of several
     """
-    height_m = antenna_body_m @ faces.normal.T - (faces.centre_m * faces.normal).sum(axis=1)
-    cosine = los_body @ faces.normal.T
-    pair, face = np.nonzero((height_m > nearest_m)[antenna] & (cosine > 0)[satellite])
-    distance_m = height_m[antenna[pair], face] / cosine[satellite[pair], face]
-    rays = antenna[pair], satellite[pair], face
+    first = np.zeros(len(antenna), np.int64) if instant is None else instant
+    of_antenna = first * len(antenna_body_m) + antenna
+    height_m = _heights_m(antenna_body_m, faces.centre_m, faces.normal)
+    cosine = _cosines(los_body, faces.normal)
+    pair, face = np.nonzero((height_m > nearest_m)[of_antenna] & (cosine > 0)[satellite])
+    distance_m = height_m[of_antenna[pair], face] / cosine[satellite[pair], face]
+    rays = of_antenna[pair], satellite[pair], face
     kept = np.flatnonzero(_inside(surfaces, faces, antenna_body_m, los_body, rays, distance_m))
     pair, face, distance_m = pair[kept], face[kept], distance_m[kept]
     a, s = antenna[pair], satellite[pair]
+    place = first[pair] * len(surfaces.body) + face
+    height_m = height_m[of_antenna[pair], face]
     cosine = cosine[s, face]
-    towards = los_body[s] - 2 * cosine[:, None] * faces.normal[face]
-    found = Reflections(pair, face, 2 * (height_m[a, face] * cosine), distance_m, cosine, towards)
-    return found[_clear(bodies, found, antenna_body_m[a], los_body[s])]
+    towards = los_body[s] - 2 * cosine[:, None] * _rows(faces.normal)[place]
+    found = Reflections(pair, face, place, 2 * (height_m * cosine), distance_m, cosine, towards)
+    met = None if instant is None else instant[pair]
+    return found[_clear(bodies, met, found, antenna_body_m[a], los_body[s])]
+
+
+def _rows(column: F64) -> F64:
+    """Vectors (..., f, 3) of faces as rows, one instant after another."""
+    return column.reshape(-1, 3)
+
+
+def _heights_m(antenna_body_m: F64, centre_m: F64, along: F64) -> F64:
+    """(m, f) how far antennas are from the faces' centres along vectors (..., f, 3); of several instants one
+    after another."""
+    reach_m = antenna_body_m @ along.swapaxes(-1, -2)
+    return (reach_m - (centre_m * along).sum(axis=-1)[..., None, :]).reshape(-1, along.shape[-2])
+
+
+def _cosines(los_body: F64, along: F64) -> F64:
+    """(n, f) components of unit vectors to satellites (n, 3) along vectors (..., f, 3)."""
+    by_instant = los_body.reshape(*along.shape[:-2], -1, 3)
+    return (by_instant @ along.swapaxes(-1, -2)).reshape(-1, along.shape[-2])
 
 
 def _inside(
@@ -90,34 +118,34 @@ def _inside(
 ) -> Bool:
     """(k,) whether the point of reflection lies inside the face's edges.
 
-    rays         antenna, satellite and face (k,) of each
+    rays         antenna (of an instant), satellite and face (k,) of each
     distance_m   (k,) from the antenna to the face's plane along the reflected ray
     """
     antenna, satellite, face = rays
     inside = np.ones(len(face), bool)
     for side, edge in enumerate((faces.first, faces.second)):
         # A reflection leaves the component along the face as it is.
-        place_m = (antenna_body_m @ edge.T - (faces.centre_m * edge).sum(axis=1))[antenna, face]
-        place_m += distance_m * (los_body @ edge.T)[satellite, face]
+        place_m = _heights_m(antenna_body_m, faces.centre_m, edge)[antenna, face]
+        place_m += distance_m * _cosines(los_body, edge)[satellite, face]
         inside &= np.abs(place_m) <= surfaces.half_m[face, side]
     return inside
 
 
-def _clear(bodies: Bodies, found: Reflections, origin_m: F64, incoming: F64) -> Bool:
+def _clear(bodies: Bodies, instant: I64 | None, found: Reflections, origin_m: F64, incoming: F64) -> Bool:
     """(k,) whether nothing stands in the way from antennas origin_m (k, 3) to the points of reflection, nor
     from there along incoming (k, 3) to the satellites."""
     point_m = origin_m + found.distance_m[:, None] * found.towards_body
-    near = hits(bodies, origin_m, found.towards_body, found.distance_m)
-    return ~np.logical_or.reduce(near | hits(bodies, point_m, incoming), axis=-1)
+    near = stopped(bodies, instant, origin_m, found.towards_body, found.distance_m)
+    return ~(near | stopped(bodies, instant, point_m, incoming))
 
 
-def delays_m(faces: Faces, face: I64, antenna_body_m: F64, los_body: F64) -> F64:
-    """Path differences (k,) [m] of reflections at these faces (k,): 2 h cos(incidence).
+def delays_m(faces: Faces, place: I64, antenna_body_m: F64, los_body: F64) -> F64:
+    """Path differences (k,) [m] of reflections at faces place (k,): 2 h cos(incidence).
 
     antenna_body_m, los_body   (k, 3) of the reflections' antennas and satellites
     """
-    normal = faces.normal[face]
-    height_m = ((antenna_body_m - faces.centre_m[face]) * normal).sum(axis=1)
+    normal = _rows(faces.normal)[place]
+    height_m = ((antenna_body_m - _rows(faces.centre_m)[place]) * normal).sum(axis=1)
     return 2 * height_m * (los_body * normal).sum(axis=1)
 
 
@@ -128,7 +156,7 @@ def spreading(surfaces: Surfaces, faces: Faces, seen: Reflections) -> F64:
     Source: Kouyoumjian & Pathak, Proc. IEEE 62 (1974) 1448: reflected wave front, one radius infinite
     """
     radius_m = surfaces.radius_m[seen.face]
-    along = (faces.axis_body[seen.face] * seen.towards_body).sum(axis=1)
+    along = (_rows(faces.axis_body)[seen.place] * seen.towards_body).sum(axis=1)
     twice = 2 * (1 - along**2) * seen.distance_m
     return 1 / np.sqrt(1 + twice / (radius_m * seen.cos_incidence))
 

@@ -109,3 +109,14 @@ def test_faces_enclose_their_bodies():
         np.testing.assert_allclose((area * faces.normal)[mine].sum(axis=0), 0, atol=1e-9)
         heights = (faces.normal * (faces.centre_m - bodies.centre_m[ISS.surfaces.body]))[mine].sum(axis=1)
         assert (area[mine, 0] * heights).sum() == pytest.approx(3 * 8 * np.prod(size))
+
+
+def test_several_instants_are_each_by_itself():
+    sun, t_s = unit(5), np.arange(5) * 37.0
+    together = bodies_at(ISS, sun, t_s)
+    faces = faces_at(ISS.surfaces, together)
+    for k in range(5):
+        alone = bodies_at(ISS, sun[k], t_s[k])
+        np.testing.assert_array_equal(together.axes[k], alone.axes)
+        np.testing.assert_array_equal(together.centre_m[k], alone.centre_m)
+        np.testing.assert_array_equal(faces.centre_m[k], faces_at(ISS.surfaces, alone).centre_m)
