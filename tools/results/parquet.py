@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 BATCH_ROWS = 1 << 16
+"""Rows that are held while a file is read or written."""
+
 _MAGIC = b"PAR1"
 _FOOTER_BYTES = 8  # length of the metadata, then the magic again
 
@@ -54,6 +56,7 @@ def write(path: Path, pieces: Iterable[Columns]) -> None:
     write_parquet(
         RecordBatchReader.from_batches(first.schema, batches), path,
         compression="zstd(1)", dictionary_enabled=False, column_dictionary_enabled=text,
+        max_row_group_size=BATCH_ROWS,
     )  # fmt: skip
 
 

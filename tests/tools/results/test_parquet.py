@@ -35,6 +35,15 @@ def table(tmp_path):
     return path
 
 
+def test_rows_do_not_depend_on_how_many_are_held(tmp_path, monkeypatch, table):
+    monkeypatch.setattr(parquet, "BATCH_ROWS", 2)
+    path = tmp_path / "in-groups.parquet"
+    parquet.write(path, [COLUMNS, COLUMNS])
+    assert polars.read_parquet(path).equals(polars.read_parquet(table), null_equal=True)
+    assert sum(len(batch["bits"]) for batch in parquet.read(path)) == 6
+    assert path.stat().st_size > table.stat().st_size, "groups of two rows"
+
+
 def test_polars_reads_what_was_written(table):
     read = polars.read_parquet(table)
     assert read.columns == list(COLUMNS)
