@@ -1,12 +1,19 @@
-"""The tests of a module are where the module is: tests/<package>/<room>/test_<module>[_<aspect>].py."""
+"""The tests of a module are where the module is: tests/<package>/<room>/test_<module>[_<aspect>].py.
+
+A module without a file of its name has a line in mirror.toml, which says what file tests it.
+"""
 
 from __future__ import annotations
 
+import ast
 import re
+import tomllib
+from pathlib import Path
 
 import pytest
 
 from tests.support.programs import ROOT
+from tests.verification.rows import rows
 
 PACKAGES = ("dbc", "emulator", "flightsw", "tools")
 
@@ -48,6 +55,67 @@ def across(file: str) -> bool:
 def test_every_test_file_is_named_after_a_module_or_listed():
     files = (path.relative_to(ROOT / "tests").as_posix() for path in (ROOT / "tests").rglob("test_*.py"))
     assert {file for file in files if file.split("/")[0] in PACKAGES and across(file)} == set(ACROSS)
+
+
+NOTHING_TO_TEST = {
+    "dbc/common/arrays.py": "names of array types",
+    "dbc/common/limits.py": "two numbers of the contract",
+    "tools/common/ticker.py": "a line that says how far a long piece of work is",
+    "tools/packaging/link_tree.py": "how the package is built: the tests of installs see it",
+    "tools/packaging/package.py": "how the package is built: the tests of installs see it",
+    "tools/packaging/plotly_script.py": "how the package is built: the tests of installs see it",
+}
+
+MIRROR = {
+    f"{folder}/{module}": file
+    for folder, files in tomllib.loads(Path(__file__).with_name("mirror.toml").read_text("utf-8")).items()
+    for module, file in files.items()
+}
+"""Module without a file of its name -> the test file that tests it."""
+
+
+def modules() -> set[str]:
+    """All modules but those that make a folder a package."""
+    return {
+        path.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        if path.name != "__init__.py"
+    }
+
+
+def has_file_of_its_name(module: str) -> bool:
+    folder, stem = (ROOT / "tests" / module).parent, Path(module).stem
+    return any(folder.glob(f"test_{stem}.py")) or any(folder.glob(f"test_{stem}_*.py"))
+
+
+def test_every_module_has_a_test_file_of_its_name_or_is_listed():
+    assert {m for m in modules() if not has_file_of_its_name(m)} == MIRROR.keys() | NOTHING_TO_TEST.keys()
+
+
+def imported(file: Path) -> set[str]:
+    """Modules that a file names in its imports."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return {name.removeprefix("gnss_hil.").replace(".", "/") + ".py" for name in found}
+
+
+@pytest.mark.parametrize("module", MIRROR)
+def test_what_a_module_is_listed_under_tests_it(module):
+    """It imports it, says in a marker that it judges it, or plays the command by its name."""
+    file = ROOT / "tests" / MIRROR[module]
+    judged = {
+        place
+        for row in rows()
+        for place in row.where
+        if any(test.split("::")[0] == f"tests/{MIRROR[module]}" for test in row.tests)
+    }
+    assert module in imported(file) | judged or (
+        module.startswith("tools/commands/")
+        and re.search(rf"\b{Path(module).stem}\b", file.read_text("utf-8"))
+    )
 
 
 PAUSES = re.compile(

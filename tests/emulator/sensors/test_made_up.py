@@ -16,6 +16,18 @@ from gnss_hil.dbc.contract.frames import concat
 from gnss_hil.tools.recording.formats.candump import read_chunks
 from tests.support import emulated
 
+pytestmark = pytest.mark.verifies(
+    "emulator/sensors/attitude.py",
+    "emulator/sensors/base.py",
+    "emulator/sensors/frames.py",
+    "emulator/sensors/params.py",
+    "emulator/sensors/registry.py",
+    "emulator/environment/epoch_frames.py",
+    what="Sensor nodes as rows",
+    by="a sensor of the tests' own: when its records come, their values, headers and heartbeat",
+    status="modelled",
+)
+
 ROOT = Path(__file__).parents[3]
 TILT, HEARTBEAT, STEP_DEG = 0x070, 0x700 + 11, 0.01
 EPOCHS, SAMPLES = 70, 2
