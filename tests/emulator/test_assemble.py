@@ -1,8 +1,10 @@
-"""Worlds that cannot be are refused in one line."""
+"""Worlds have what their scenarios say; those that cannot be are refused in one line."""
 
+import numpy as np
 import pytest
 
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.error_models.base import Epochs
 from tests.support import emulated
 
 pytestmark = [
@@ -50,3 +52,37 @@ def test_session_is_sixteen_bit():
 def test_no_satellites_at_all():
     with pytest.raises(ScenarioError, match="none"):
         emulated.world(sky={"gps": "none", "glonass": "none"})
+
+
+def test_clocks_wander_as_far_and_as_fast_as_the_scenario_says():
+    """0.1 ms to either side in 100 s: opposite after half a period, the same after a whole one."""
+    craft = emulated.world(emulated.craft(clock={"amplitude_ms": 0.1, "period_s": 100})).craft[0]
+    clock_s = craft.environment.clocks(Epochs(0, 101, 0, 10**9))[:, 0]
+    assert clock_s[50:] == pytest.approx(-clock_s[:51], abs=1e-12)
+    assert clock_s[100] == pytest.approx(clock_s[0], abs=1e-12)
+    # Sampled every 3.6 deg, a sine's peak is missed by 5e-4 at most.
+    assert np.abs(clock_s).max(axis=0) == pytest.approx(np.full(8, 1e-4), rel=5e-4)
+
+
+def test_rays_that_pass_lower_than_the_scenario_says_are_hidden():
+    """Of a craft at 415 km that is to see above 300 km: distances of straight rays from the Earth's centre,
+    which differ by 21 km from those over its flattened surface."""
+    world = emulated.world(sky={"ray_height_km": 300.0})
+    block = world.craft[0].prepared(0)[0].block
+    craft_m, satellites_m = block.geometry.state.pos_ecef_m[0], block.geometry.sky.pos_ecef_m[0]
+    rays = satellites_m - craft_m
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    below = rays @ craft_m < 0
+    nearest_m = np.linalg.norm(np.cross(rays, craft_m), axis=1)
+    seen = block.in_sight[0]
+    assert seen[~below].all() and (~below).any()
+    assert not seen[below & (nearest_m < 6_356.7e3 + 299e3)].any()
+    assert seen[below & (nearest_m > 6_378.2e3 + 301e3)].all()
+
+
+def test_marks_name_the_clock_that_showed_them():
+    """Table MarkClock of the contract: 0 is GPS time, 1 is domain 0."""
+    for domain, named in ((None, 0), (0, 1)):
+        clock = {} if domain is None else {"mark_domain": domain}
+        _, (block,), _ = emulated.run(emulated.world(emulated.craft(clock=clock)), 1)
+        assert emulated.decode(block, "TIME_FINE")["mark_clock"].tolist() == [named]

@@ -42,12 +42,12 @@ class Fast:
 
 
 class Creeping:
-    """Pseudoranges that grow by a metre with every epoch in which anything is measured: a model that
-    remembers."""
+    """Pseudoranges and carriers that grow by a metre with every epoch in which anything is measured, and
+    rates that say so: a model that remembers."""
 
     def step(self, state, at, epoch):
         count = (state or 0) + (len(at.sat) > 0)
-        return count, PathTerm(range_m=float(count))
+        return count, PathTerm(range_m=float(count), phase_m=float(count), rate_mps=1.0)
 
 
 class Silent:
@@ -76,6 +76,9 @@ def main() -> None:
         seen = [emulated.channels(block) for block in blocks]
         return {
             "range_m": np.array([s["pseudorange_m"] for s in seen]),
+            "rate_mps": np.array([s["range_rate_mps"] for s in seen]),
+            "phase_cyc": np.array([s["phase_cyc"] for s in seen]),
+            "frequency": np.where(seen[0]["sat_system"] == 0, None, seen[0]["frequency"]),
             "receiver": seen[0]["receiver"],
             "clock_s": float(truths[-1]["clock_s"][0]),
             "heartbeats": len(emulated.decode(blocks[-1], "HEARTBEAT")["receiver"]),
@@ -92,6 +95,9 @@ def main() -> None:
                         np.unique(np.round((run["range_m"] - plain["range_m"])[:, rows], 3), axis=1).tolist()
                         for rows in (plain["receiver"] == 1, plain["receiver"] > 1)
                     ],
+                    "faster_mps": np.unique(np.round(run["rate_mps"] - plain["rate_mps"], 3)).tolist(),
+                    "more_cyc": (run["phase_cyc"] - plain["phase_cyc"]).tolist(),
+                    "frequency": run["frequency"].tolist(),
                     "clock_s": run["clock_s"],
                     "heartbeats": run["heartbeats"],
                 }

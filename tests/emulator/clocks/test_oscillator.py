@@ -31,7 +31,7 @@ def test_what_a_step_adds_has_the_exact_covariance(dt_s):
     block = expm(dt_s * np.block([[-f, np.diag((white, walk))], [np.zeros((2, 2)), f.T]]))
     covariance = block[2:, 2:].T @ block[:2, 2:]
     added = oscillator.spread(white, walk, dt_s)
-    assert added @ added.T == pytest.approx(covariance, rel=1e-12)
+    assert added @ added.T == pytest.approx(covariance, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("name", list(OSCILLATORS))

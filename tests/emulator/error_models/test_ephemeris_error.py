@@ -59,6 +59,7 @@ def components(pos, vel, off):
 @pytest.mark.verifies(
     "emulator/error_models/ephemeris_error.py",
     "emulator/constellation/uploads.py",
+    "emulator/error_models/broadcast.py",
     what="Errors of broadcast orbits: their motion",
     by=(
         "orbits integrated side by side by DOP853; real errors of GPS 2023 and GLONASS 2009 swing across the "
@@ -94,6 +95,17 @@ def test_errors_are_those_of_an_orbit_that_could_be_flown():
     # 150 m squared over the radius is 1 mm; an along-track drift grows it some tenfold in a revolution.
     assert np.abs(apart - expected).max() < 0.02
     assert np.abs(expected).max() > 100
+
+
+def test_orbital_axes_are_those_of_the_inertial_motion():
+    """A circular polar orbit when Greenwich is at the equinox: ECEF velocities lack what the Earth turns."""
+    pos = 26_560e3 * np.array((0.6, 0.0, 0.8))
+    vel = 3_874.0 * np.array((-0.8, 0.0, 0.6))
+    of_ecef = vel - np.cross((0.0, 0.0, 7.292115e-5), pos)
+    up, ahead, normal = ephemeris_error.orbital_axes(pos[None], of_ecef[None])
+    assert up[0] == pytest.approx([0.6, 0.0, 0.8], abs=1e-12)
+    assert ahead[0] == pytest.approx([-0.8, 0.0, 0.6], abs=1e-7)
+    assert normal[0] == pytest.approx([0.0, -1.0, 0.0], abs=1e-7)
 
 
 def test_each_component_has_its_sigma_at_any_age():

@@ -62,6 +62,15 @@ def test_an_antenna_may_have_a_file_of_its_own(tmp_path):
     assert antenna_patterns.gain_dbi(table.antennas, np.ones((2, 1)))[:, 0].tolist() == [0, -50]
 
 
+def test_a_table_that_ends_before_goes_down_to_the_floor(tmp_path):
+    """From -5 dBi at 90 deg a straight line to -25 dBi at 180 deg."""
+    file = tmp_path / "half.txt"
+    file.write_text("0 3\n90 -5\n")
+    antennas = receive_pattern.antennas_of(ReceivePattern(pattern=str(file), floor_dbi=-25.0), ("zenith",))
+    angles = np.radians([[0.0, 90.0, 135.0, 180.0]])
+    assert antenna_patterns.gain_dbi(antennas, angles)[0] == pytest.approx([3.0, -5.0, -15.0, -25.0])
+
+
 def test_an_antenna_that_is_not_there_is_told():
     with pytest.raises(ValueError, match="antenna 'aft' is not there; there are fore, zenith"):
         receive_pattern.antennas_of(ReceivePattern(antennas={"aft": "isotropic"}), ("fore", "zenith"))

@@ -32,6 +32,18 @@ def test_a_model_stepped_with_the_receivers_remembers(shown):
     assert shown["creeping"]["longer_m"] == [[[1.0], [2.0], [3.0]]] * 2
 
 
+def test_a_stepped_model_disturbs_rates_and_carriers_too(shown):
+    """A metre is c / f of a wave; carriers on the bus lack whole waves."""
+    assert shown["creeping"]["faster_mps"] == [1.0]
+    hz = [
+        1575.42e6 if number is None else 1602e6 + 562.5e3 * number
+        for number in shown["creeping"]["frequency"]
+    ]
+    metres = np.array([[1.0], [2.0], [3.0]])
+    off = np.array(shown["creeping"]["more_cyc"]) - metres * np.array(hz) / 299_792_458
+    assert np.abs(off - np.rint(off)).max() < 3e-3
+
+
 def test_terms_of_stages_add(shown):
     assert shown["twice"]["longer_m"] == [[[3.5], [4.5], [5.5]], [[1.0], [2.0], [3.0]]]
 

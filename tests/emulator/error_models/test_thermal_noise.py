@@ -14,6 +14,7 @@ from gnss_hil.emulator.signal.loops import Loops
 
 pytestmark = pytest.mark.verifies(
     "emulator/signal/loops.py",
+    "emulator/error_models/loop_noise.py",
     "emulator/error_models/code_noise.py",
     "emulator/error_models/carrier_noise.py",
     "emulator/error_models/doppler_noise.py",

@@ -82,6 +82,17 @@ def test_glonass_is_far_from_a_jammer_on_gps():
     assert both[0, 1] < 1e-3 * both[0, 0]
 
 
+def test_a_tone_hits_the_frequency_number_that_it_stands_on():
+    """GLONASS ICD 5.1, 3.3.1.1: carriers 562.5 kHz apart; a tone on a carrier of 511 kHz chips: Q = 1."""
+    tone = jamming.Jammers(
+        np.zeros((0, 3)), np.zeros(0), np.array([[0.0, 0.0, 1.0]]), np.array([-100.0]), ("tone",),
+        np.array([1602e6 + 5 * 562.5e3]), np.array([0.0]),
+    )  # fmt: skip
+    hit, missed = jamming.overlaps_perhz(tone, np.array([1, 1]), np.array([5, -5]))[0]
+    assert hit == pytest.approx(1 / 511e3)
+    assert missed < 0.01 * hit
+
+
 @pytest.mark.parametrize("kind, q", (("tone", 1.0), ("matched", 1.5)))
 def test_effective_cn0_is_the_textbooks_equation(kind, q):
     """Kaplan & Hegarty, 3rd ed., 9.2: 1 / (1 / (C/N0) + (J/S) / (Q Rc)); 44 dBHz and a J/S of 40 dB."""

@@ -112,6 +112,18 @@ def test_hidden_satellites_are_heard_late():
     assert (found.level_db[held] < 0).all()
 
 
+def test_a_lone_reflection_is_as_weak_as_the_antenna_is_deaf_to_it():
+    """Metal makes a right-handed wave a left-handed one: what is received 6 dB worse comes 6 dB weaker."""
+    shape, antennas_m = craft("iss", "iss-asn-m")
+    alone = {"reflections": 1, "least_amplitude": 0.0}
+    direct, found = received(shape, antennas_m, 0.0, cross_polar_db=4.0, **alone)
+    _, deaf = received(shape, antennas_m, 0.0, cross_polar_db=10.0, **alone)
+    held = (direct == 0) & np.isfinite(found.level_db)
+    assert held.sum() > 0
+    assert found.level_db[held] - deaf.level_db[held] == pytest.approx(np.full(held.sum(), 6.0), abs=0.01)
+    assert (found.level_db[held] < -3.9).all()
+
+
 def test_no_channel():
     shape, antennas_m = craft("iss", "iss-asn-m")
     none = np.zeros(0, np.int64)

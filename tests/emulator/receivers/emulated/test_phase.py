@@ -22,6 +22,34 @@ def test_windup_changes_phases_by_little_and_smoothly_and_ranges_not_at_all():
     assert np.abs(np.diff(off, axis=0)).max() < 0.05, "cycles in a second: an orbit turns once in 93 minutes"
 
 
+def test_windup_turns_the_phase_as_it_changes_the_rate():
+    """A craft that yaws by 60 deg in 20 s: cycles of the carrier on the bus are metres of its rate."""
+    yawing = {"attitude": {"mode": "slew", "profile": [{"t_s": 0.0}, {"t_s": 20.0, "yaw_deg": 60.0}]}}
+    plain, turned = (
+        [
+            emulated.channels(block)
+            for block in emulated.run(
+                emulated.world(
+                    emulated.craft(receivers=emulated.QUICK, factors={**emulated.QUIET, **factors}, **yawing)
+                ),
+                14,
+            )[1]
+        ]
+        for factors in ({}, {"phase_windup": True})
+    )
+    stays = np.ptp([block["sat"] for block in plain], axis=0) == 0
+    glonass = plain[0]["sat_system"] == 1
+    wave_m = 299_792_458 / np.where(glonass, 1602e6 + 562.5e3 * plain[0]["frequency"], 1575.42e6)
+    off_cyc, off_mps = (
+        np.array([b[name] - a[name] for a, b in zip(plain, turned, strict=True)])
+        for name in ("phase_cyc", "range_rate_mps")
+    )
+    turns = np.unwrap(off_cyc, axis=0, period=1.0)
+    by_phase = (turns[8:] - turns[6:-2])[:5] / 2 * wave_m
+    assert np.abs(by_phase - off_mps[7:12])[:, stays].max() < 3e-4
+    assert np.abs(off_mps[9, stays]).min() > 1e-3
+
+
 def test_slips_are_counted_and_half_ones_stay_in_doubt_until_a_preamble():
     """A subframe of GPS begins every 6 s, a string of GLONASS every 2 s; then a phase is whole again."""
     plain, slipped = (phases(f, 30) for f in ({}, {"cycle_slips": {"per_hour": 600.0}}))
