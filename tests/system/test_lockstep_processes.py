@@ -29,6 +29,7 @@ pytestmark = pytest.mark.verifies(
     "emulator/__main__.py",
     "flightsw/__main__.py",
     "dbc/process/command_line.py",
+    "dbc/process/bus_link.py",
     "dbc/process/shutdown.py",
     "dbc/bus/probe.py",
     what="The emulator and the flight software as processes",
