@@ -85,7 +85,7 @@ class Hub:
     """Serves one bus at `path` from its own thread until closed.
 
     taps     see every frame, in bus order
-    watch    told who joins and who is gone
+    watch    is called with who joins and who is gone
     failure  what a tap or the watch raised; the bus was closed for it
     """
 

@@ -295,41 +295,41 @@ def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
 
 
 def screen(
-    codec: Codec, frames: FrameBatch, counters: NDArray[np.int8], known: Identifiers | None = None
+    codec: Codec, frames: FrameBatch, counters: NDArray[np.int8], ids: Identifiers | None = None
 ) -> Screened:
     """Check form, CRC and counters of received frames. Never raises on what a bus may carry.
 
-    known   `identifiers` of the frames, where the caller has it
+    ids   `identifiers` of the frames, where the caller has it
     """
     if not len(frames):
         return Screened(frames, np.zeros(0, np.uint8), counters, 0)
-    known = identifiers(codec, frames.can_id) if known is None else known
-    if known is not None and (frames.length == WIDTH).all():
-        verdict, counters, lost = _sequence_verdict(known, frames.data, counters)
+    ids = identifiers(codec, frames.can_id) if ids is None else ids
+    if ids is not None and (frames.length == WIDTH).all():
+        verdict, counters, lost = _sequence_verdict(ids, frames.data, counters)
     else:
         verdict, lost = _form_verdict(codec, frames), 0
         # An unprotected kind (bench frames) has passed with its form.
         rows = np.flatnonzero((verdict == _PASS) & codec.protected_of[frames.can_id & SFF_MASK])
-        known = identifiers(codec, frames.can_id[rows]) if len(rows) else None
-        if known is not None:
-            verdict[rows], counters, lost = _sequence_verdict(known, frames.data[rows], counters)
+        ids = identifiers(codec, frames.can_id[rows]) if len(rows) else None
+        if ids is not None:
+            verdict[rows], counters, lost = _sequence_verdict(ids, frames.data[rows], counters)
     accepted = verdict <= _LOST
     return Screened(frames if accepted.all() else frames[accepted], verdict, counters, lost)
 
 
 def _sequence_verdict(
-    known: Identifiers, data: NDArray[np.uint8], counters: NDArray[np.int8]
+    ids: Identifiers, data: NDArray[np.uint8], counters: NDArray[np.int8]
 ) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
     """Verdict of well-formed frames by CRC and counter, next counters, and frames missing between."""
     counter = data[:, 1] & 0x0F
-    intact = (data[:, 0] == _payload_crc(data) ^ known.crc) & (counter < COUNTERS)
+    intact = (data[:, 0] == _payload_crc(data) ^ ids.crc) & (counter < COUNTERS)
     if not intact.all():
         verdict = np.full(len(data), int(Verdict.CORRUPTED), np.uint8)
         if intact.any():
-            verdict[intact], counters, lost = _sequence_verdict(known[intact], data[intact], counters)
+            verdict[intact], counters, lost = _sequence_verdict(ids[intact], data[intact], counters)
             return verdict, counters, lost
         return verdict, counters, 0
-    stream = known.streams(np.ascontiguousarray(data).view("<u8")[:, 0])
+    stream = ids.streams(np.ascontiguousarray(data).view("<u8")[:, 0])
     last = counters.take(stream).astype(np.intp)
     if not _distinct(stream):
         order, rank = _runs(stream)

@@ -145,7 +145,7 @@ class Exchange:
         return all(answer is not None for answer in self._answers)
 
     def inbox(self) -> FrameBatch:
-        """The answers in node order, then what others said; forgets them."""
+        """The answers in node order, then other nodes' frames; forgets them."""
         frames = concat([a for a in self._answers if a is not None] + self._foreign)
         self._foreign = []
         return frames

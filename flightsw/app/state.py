@@ -56,7 +56,7 @@ def heartbeat(config: FlightConfig) -> FrameBatch:
 
 
 def initial_state(config: FlightConfig) -> FlightState:
-    """Nothing known; the heartbeat of the start barrier has been sent."""
+    """Nothing received yet; the heartbeat of the start barrier has been sent."""
     return FlightState(
         mode=Mode.STANDBY,
         mark=None,

@@ -38,6 +38,7 @@ from gnss_hil.flightsw.io import decode, encode
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
 from gnss_hil.flightsw.measurement.noise import NO_URA
 from gnss_hil.flightsw.measurement.observables import of_one_signal
+from gnss_hil.flightsw.measurement.registry import other_measurements
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.almanac import Predictions
 from gnss_hil.flightsw.receivers import channel_manager
@@ -140,6 +141,7 @@ def _fix_inputs(config: FlightConfig, heard: Epoch, mark: Mark, attitude: Attitu
         ura_scale=options.ura_scale,
         rules=options.rules,
         mark_clock=mark.clock,
+        others=other_measurements(heard),
     )
 
 

@@ -21,8 +21,8 @@ def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | No
     lever, lever_rate = levers_ecef(inputs.attitude, inputs.lever_arm_body_m)
     fix = solve(
         m,
-        lever.T[:, m.receiver],
-        lever_rate.T[:, m.receiver],
+        lever.T.take(m.receiver, axis=1),
+        lever_rate.T.take(m.receiver, axis=1),
         inputs.domain[m.receiver],
         prior.start_m,
         inputs.ura_scale,

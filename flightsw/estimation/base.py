@@ -6,19 +6,21 @@ every epoch by itself and keeps where that was; a filter keeps a state vector wi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.flightsw.attitude.attitude import Attitude
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
+from gnss_hil.flightsw.measurement.base import Measurement
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Solution
 
 
 @dataclass(frozen=True, slots=True)
 class FixInputs:
-    """What an epoch's update may use beside the measurements.
+    """What an epoch's update may use beside the ranges.
 
     attitude           None if there is none
     lever_arm_body_m   (m, 3) antennas relative to the centre of mass
@@ -26,6 +28,7 @@ class FixInputs:
     ura_scale          how much of the broadcast URA counts
     rules              what becomes of measurements that disagree
     mark_clock         which clock showed the time mark, see `flightsw.records.epoch.Mark`
+    others             measurements of other kinds, see `flightsw.measurement.registry`
     """
 
     attitude: Attitude | None
@@ -34,6 +37,7 @@ class FixInputs:
     ura_scale: float
     rules: Rules = STRICT
     mark_clock: int = 0
+    others: Sequence[Measurement] = ()
 
 
 S = TypeVar("S")
@@ -43,7 +47,7 @@ class Navigator(Protocol[S]):
     """From measurements to a solution, epoch by epoch; S is the state that it hands itself."""
 
     def initial(self) -> S:
-        """Nothing known."""
+        """Before the first measurement."""
         ...
 
     def predict(self, state: S, t_ns: int) -> S:
@@ -51,6 +55,10 @@ class Navigator(Protocol[S]):
         ...
 
     def update(self, state: S, z: Ranges, inputs: FixInputs) -> tuple[S, Solution]:
-        """The state after an epoch's measurements, and what is published of it. `used`, `residual_m` and
-        `gain` of the solution are by the rows of z."""
+        """The state after an epoch's measurements, and what is published of it.
+
+        z       ranges: a navigator makes code ranges and range rates of them, with its own clocks and rays
+        inputs  with the measurements of other kinds
+        `used`, `residual_m` and `gain` of the solution are by the rows of z.
+        """
         ...

@@ -56,9 +56,17 @@ def clock_columns(domain: I64, system: I64) -> tuple[tuple[int, ...], F64]:
 
     domain, system   (n,) clock domain and satellite system of each
     """
+    return _clock_columns(domain.tobytes(), system.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _clock_columns(domains_heard: bytes, systems_heard: bytes) -> tuple[tuple[int, ...], F64]:
+    """Most epochs measure the same satellites on the same channels as the one before."""
+    domain, system = np.frombuffer(domains_heard, np.int64), np.frombuffer(systems_heard, np.int64)
     domains, offsets, items = _unknowns(frozenset(zip(domain.tolist(), system.tolist(), strict=True)))
-    columns = np.concatenate((domain[:, None] == domains, system[:, None] == offsets), axis=1)
-    return items, columns.astype(float)
+    columns = np.concatenate((domain[:, None] == domains, system[:, None] == offsets), axis=1).astype(float)
+    columns.setflags(write=False)
+    return items, columns
 
 
 @lru_cache(maxsize=256)

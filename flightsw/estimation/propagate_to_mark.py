@@ -20,20 +20,20 @@ from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable
 
 
-def propagated_to_mark(fix: Fix, clock: int, known_mps: F64 | None) -> Fix | NoFix:
+def propagated_to_mark(fix: Fix, clock: int, last_mps: F64 | None) -> Fix | NoFix:
     """A fix of the latch as one of the mark. Clocks stay those of the latch: their drift, 1e-6 at most, makes
     a nanosecond of a millisecond.
 
     clock       of the mark, see `flightsw.records.epoch.Mark`
-    known_mps   (3,) velocity to go by where the fix has none, None if there is none either
-    returns     NO_VELOCITY where no velocity is known, TOO_FEW_SATELLITES where the clock that showed the
+    last_mps   (3,) velocity to go by where the fix has none, None if there is none either
+    returns     NO_VELOCITY where there is no velocity, TOO_FEW_SATELLITES where the clock that showed the
                 mark is not part of the fix, NO_CONVERGENCE where it ends beyond what the bus can carry
     """
     if clock == 0:
         return fix
     if clock - 1 not in fix.items:
         return NoFix.TOO_FEW_SATELLITES
-    velocity = known_mps if fix.velocity_mps is None else fix.velocity_mps
+    velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
     if velocity is None:
         return NoFix.NO_VELOCITY
     # What the bus can carry bounds the offset: 0.37 s.

@@ -18,7 +18,7 @@ MAX_COAST_S = 3600.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
-    """orbit     of the last fix, propagated; None if not known
+    """orbit     of the last fix, propagated; None without one
     antenna   the selected antenna, for navigators that select one; -1 none
     t_ns      of the epoch
     """
@@ -51,12 +51,12 @@ class SnapshotNavigator:
 
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
         fix, antenna = self.solve(z, inputs, state)
-        known_mps = None if state.orbit is None else state.orbit.velocity_mps
+        last_mps = None if state.orbit is None else state.orbit.velocity_mps
         if isinstance(fix, Fix):
-            fix = propagated_to_mark(fix, inputs.mark_clock, known_mps)
+            fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
         if isinstance(fix, NoFix):
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
-        velocity = known_mps if fix.velocity_mps is None else fix.velocity_mps
+        velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
         orbit = OrbitState(state.t_ns, fix.position_m, velocity, 0)
         return Snapshot(orbit, antenna, state.t_ns), Solution(NoFix.FIX, fix, orbit)
 

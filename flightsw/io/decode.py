@@ -137,14 +137,14 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
 def _block(codec: Codec, frames: FrameBatch) -> tuple[_Block, int]:
     """Frames as a block, and the epoch modulo 16 of its last TIME_MARK; -1, which none has, without one."""
     layout, words = block_layout(codec, frames.can_id), frames.words
-    known = layout.protection
-    stream = codec.key_of(frames.can_id, frames.data) if known is None else known.streams(words)
+    protection = layout.protection
+    stream = codec.key_of(frames.can_id, frames.data) if protection is None else protection.streams(words)
     nibble = frames.data[:, 1] >> np.uint8(4)
     return _Block(frames.can_id, stream, words, nibble), int(nibble[layout.marks[-1]]) if layout.marks else -1
 
 
 def _grouped(codec: Codec, block: _Block) -> Bool:
-    """(n,) frames of known groups; the others carry nothing for a flight software."""
+    """(n,) frames that belong to a group; the others carry nothing for a flight software."""
     return group_table(codec).slot_of[block.can_id] >= 0
 
 

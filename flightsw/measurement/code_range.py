@@ -38,7 +38,7 @@ class CodeRanges:
         return range_model.rays(self.pos_sv_m, self.lever_m + position_m[:, None])
 
     def design(self, rays: Rays) -> F64:
-        """(n, 3 + c) Jacobian along known rays."""
+        """(n, 3 + c) Jacobian along these rays."""
         design = np.empty((len(self.value), 3 + self.clocks.shape[1]))
         design[:, :3] = -rays.los.T
         design[:, 3:] = self.clocks

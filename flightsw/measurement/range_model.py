@@ -16,11 +16,18 @@ from gnss_hil.flightsw.orbit.earth import EQUATOR_M, LIGHT_MPS, MU_M3_S2, ROTATI
 _SHAPIRO_M = 2 * MU_M3_S2 / LIGHT_MPS**2
 
 
-def _rotated(v: F64, angle_rad: F64) -> F64:
-    """Vectors (3, n) of the frame of transmission in that of reception, the Earth having turned since."""
-    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-    x, y, z = v
-    return np.array((cos * x + sin * y, cos * y - sin * x, z))
+@dataclass(frozen=True, slots=True, eq=False)
+class EarthTurn:
+    """From the frame of transmission to that of reception, by the angle the Earth has turned since: its
+    cosine and sine, (n,) each."""
+
+    cos: F64
+    sin: F64
+
+    def __call__(self, v: F64) -> F64:
+        """Vectors (3, n) of the frame of transmission in that of reception."""
+        x, y = v[0], v[1]
+        return np.array((self.cos * x + self.sin * y, self.cos * y - self.sin * x, v[2]))
 
 
 def _norm(v: F64) -> F64:
@@ -34,9 +41,7 @@ def flight_angle_rad(pos_sv_m: F64, antenna_m: F64) -> F64:
     position for each millisecond. First-order Sagnac term on the unrotated distance: right to 1e-4 m of
     range, hence to 1e-10 m of the rotated position.
     """
-    sx, sy, _ = pos_sv_m
-    ax, ay, _ = antenna_m
-    sagnac_m = ROTATION_RPS / LIGHT_MPS * (sx * ay - sy * ax)
+    sagnac_m = ROTATION_RPS / LIGHT_MPS * (pos_sv_m[0] * antenna_m[1] - pos_sv_m[1] * antenna_m[0])
     return (_norm(pos_sv_m - antenna_m) + sagnac_m) * (ROTATION_RPS / LIGHT_MPS)
 
 
@@ -52,29 +57,37 @@ def shapiro_m(pos_sv_m: F64, antenna_m: F64, range_m: F64) -> F64:
     )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Rays:
     """From satellites to antennas, in ECEF of the reception.
 
-    range_m    (n,) with Shapiro delay
-    los        (3, n) unit vectors from antenna to satellite
-    pos_sv_m   (3, n) satellites at transmission
-    angle_rad  (n,) the Earth's turn during the flight
+    antenna_m   (3, n)
+    distance_m  (n,) geometric
+    los         (3, n) unit vectors from antenna to satellite
+    pos_sv_m    (3, n) satellites at transmission
+    turn        the Earth's during the flight
     """
 
-    range_m: F64
+    antenna_m: F64
+    distance_m: F64
     los: F64
     pos_sv_m: F64
-    angle_rad: F64
+    turn: EarthTurn
+
+    @property
+    def range_m(self) -> F64:
+        """(n,) with Shapiro delay."""
+        return self.distance_m + shapiro_m(self.pos_sv_m, self.antenna_m, self.distance_m)
 
 
 def rays(pos_sv_m: F64, antenna_m: F64) -> Rays:
     """pos_sv_m (3, n) ECEF of the transmission instant; antenna_m (3, n) ECEF of the reception."""
     angle = flight_angle_rad(pos_sv_m, antenna_m)
-    turned = _rotated(pos_sv_m, angle)
+    turn = EarthTurn(np.cos(angle), np.sin(angle))
+    turned = turn(pos_sv_m)
     away = turned - antenna_m
     distance = _norm(away)
-    return Rays(distance + shapiro_m(turned, antenna_m, distance), away / distance, turned, angle)
+    return Rays(antenna_m, distance, away / distance, turned, turn)
 
 
 def rate_terms(ray: Rays, vel_sv_mps: F64) -> tuple[F64, F64]:
@@ -85,7 +98,7 @@ def rate_terms(ray: Rays, vel_sv_mps: F64) -> tuple[F64, F64]:
         rho' (1 + u . (R v_s + omega z x p) / c) = u . (R v_s - v_a)
     The rate of the Shapiro delay, 1e-5 m/s, is below the bus's 1e-4 and left out.
     """
-    los, (x, y, _) = ray.los, ray.pos_sv_m
-    along = np.einsum("in,in->n", los, _rotated(vel_sv_mps, ray.angle_rad))
-    gain = 1 / (1 + (along + ROTATION_RPS * (los[1] * x - los[0] * y)) / LIGHT_MPS)
+    los, pos = ray.los, ray.pos_sv_m
+    along = np.einsum("in,in->n", los, ray.turn(vel_sv_mps))
+    gain = 1 / (1 + (along + ROTATION_RPS * (los[1] * pos[0] - los[0] * pos[1])) / LIGHT_MPS)
     return along * gain, gain

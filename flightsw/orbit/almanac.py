@@ -20,8 +20,8 @@ from gnss_hil.flightsw.records.epoch import AlmanacRows, Measurements
 MAX_AGE_NS = 900 * 10**9
 """A prediction older than this is forgotten: the cubic term left out has then grown to 10 km, 0.03 deg."""
 
-_KNOWN: Bool = np.repeat(column(lambda system: system.tracked, False), NUMBERS)
-_KNOWN[::NUMBERS] = False
+_TRACKABLE: Bool = np.repeat(column(lambda system: system.tracked, False), NUMBERS)
+_TRACKABLE[::NUMBERS] = False
 """(SATELLITES,) whether an index is a satellite of a system that receivers track."""
 
 TRACKED_AGE_NS = 120 * 10**9
@@ -33,13 +33,13 @@ class Predictions:
     """A table over satellite indices.
 
     pos_ecef_m, vel_ecef_mps   (SATELLITES, 3) in the frame of instant t_ns (SATELLITES,)
-    known, tracked, healthy    (SATELLITES,) bool; tracked: from a measurement, not from the almanac
+    predicted, tracked, healthy   (SATELLITES,) bool; tracked: from a measurement, not from the almanac
     """
 
     pos_ecef_m: F64
     vel_ecef_mps: F64
     t_ns: I64
-    known: Bool
+    predicted: Bool
     tracked: Bool
     healthy: Bool
 
@@ -52,12 +52,13 @@ def no_predictions() -> Predictions:
 
 
 def plausible(sat: I64, pos_ecef_m: F64, vel_ecef_mps: F64) -> Bool:
-    """(n,) satellites of a known system, outside the Earth and bound to it; pos, vel (3, n), any instant."""
-    x, y, _ = pos_ecef_m
-    vx, vy, vz = vel_ecef_mps
+    """(n,) satellites that receivers can track, outside the Earth and bound to it; pos, vel (3, n), any
+    instant."""
+    x, y = pos_ecef_m[0], pos_ecef_m[1]
+    vx, vy, vz = vel_ecef_mps[0], vel_ecef_mps[1], vel_ecef_mps[2]
     r2 = np.einsum("in,in->n", pos_ecef_m, pos_ecef_m)
     inertial2 = (vx - ROTATION_RPS * y) ** 2 + (vy + ROTATION_RPS * x) ** 2 + vz * vz
-    return _KNOWN[sat] & (r2 > EQUATOR_M**2) & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
+    return _TRACKABLE[sat] & (r2 > EQUATOR_M**2) & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
 
 
 def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -> Predictions:
@@ -66,7 +67,7 @@ def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -
     Almanac frames that describe no orbit are passed over; what stood before stands. `m` has been judged.
     """
     pos, vel, when = table.pos_ecef_m.copy(), table.vel_ecef_mps.copy(), table.t_ns.copy()
-    known, tracked = table.known & (np.abs(t_ns - table.t_ns) < MAX_AGE_NS), table.tracked.copy()
+    current, tracked = table.predicted & (np.abs(t_ns - table.t_ns) < MAX_AGE_NS), table.tracked.copy()
     healthy = table.healthy.copy()
 
     if len(rows.sat):
@@ -74,23 +75,23 @@ def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -
         keep = ~(table.tracked[rows.sat] & (t_ns - table.t_ns[rows.sat] < TRACKED_AGE_NS))
         sat = rows.sat[keep]
         pos[sat], vel[sat], when[sat] = rows.pos_ecef_m[keep], rows.vel_ecef_mps[keep], t_ns
-        known[sat], tracked[sat] = True, False
+        current[sat], tracked[sat] = True, False
         healthy[rows.sat] = rows.healthy
 
     # A report is of the transmission instant; the pseudorange gives it well enough here (1 ms: 4 m).
     flight_ns = ((m.pseudorange_m + m.clock_m) * (1e9 / LIGHT_MPS)).astype(np.int64)
     pos[m.sat], vel[m.sat], when[m.sat] = m.pos_sv_m.T, m.vel_sv_mps.T, t_ns - flight_ns
-    known[m.sat], tracked[m.sat] = True, True
+    current[m.sat], tracked[m.sat] = True, True
     healthy[m.sat] = m.health == 0
-    return Predictions(pos, vel, when, known, tracked, healthy)
+    return Predictions(pos, vel, when, current, tracked, healthy)
 
 
 def predicted(table: Predictions, t_ns: int) -> tuple[I64, F64]:
-    """Satellites known (n,) by index, and where they are at t_ns, (n, 3) ECEF of that instant.
+    """Satellites with a prediction (n,) by index, and where they are at t_ns, (n, 3) ECEF of that instant.
 
     Second order with gravity and the rotating frame's own accelerations; third order left out, 0.1 m at 20 s.
     """
-    sat = np.flatnonzero(table.known)
+    (sat,) = table.predicted.nonzero()
     r, v = table.pos_ecef_m[sat], table.vel_ecef_mps[sat]
     dt = ((t_ns - table.t_ns[sat]) * 1e-9)[:, None]
     r2 = np.einsum("ij,ij->i", r, r)

@@ -168,7 +168,7 @@ def due(manager: ChannelManager, epoch: int, options: ChannelOptions) -> tuple[C
     """The commands of this epoch, releases first, and the state after sending them."""
     channels = manager.channels
     anew, again = channels.due(epoch, options.resend_epochs)
-    rows = np.flatnonzero(anew | again)
+    (rows,) = (anew | again).nonzero()
     if not len(rows):
         return manager, NO_COMMANDS
     sat = channels.target[rows]

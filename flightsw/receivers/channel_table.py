@@ -51,8 +51,9 @@ class ChannelTable:
     def rows(self, receiver: I64, channel: I64) -> tuple[I64, Bool]:
         """(n,) rows of channels by 0-based receiver and channel, and whether the table has them; the row of
         one that it does not have is 0."""
-        inside = (receiver * self.width < len(self.exists)) & (channel < self.width)
-        return np.where(inside, receiver * self.width + channel, 0), inside
+        first = receiver * self.width
+        inside = (first < len(self.exists)) & (channel < self.width)
+        return (first + channel) * inside, inside
 
     def of_antennas(self, which: Bool) -> Bool:
         """(k,) channels of the antennas that `which` (antennas,) marks."""

@@ -98,7 +98,7 @@ class Solution:
 
     reason       FIX, or why there is none
     fix          the estimate; None where reason is not FIX
-    orbit        position and velocity to point antennas by: of the fix, or propagated; None if not known
+    orbit        position and velocity to point antennas by: of the fix, or propagated; None without one
     protection   None: no method that computes them is in use yet
     """
 

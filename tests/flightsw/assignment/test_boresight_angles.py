@@ -192,8 +192,8 @@ def test_old_predictions_are_forgotten():
     m, none = NO_MEASUREMENTS, NO_ALMANAC
     table = almanac.updated(almanac.no_predictions(), almanac_rows([1, 2], sky, 0.0), m, s.T0_NS)
     table = almanac.updated(table, none, m, s.T0_NS + 899 * 10**9)
-    assert table.known.sum() == 2
-    assert almanac.updated(table, none, m, s.T0_NS + 901 * 10**9).known.sum() == 0
+    assert table.predicted.sum() == 2
+    assert almanac.updated(table, none, m, s.T0_NS + 901 * 10**9).predicted.sum() == 0
 
 
 def test_earths_turn_during_the_flight():
@@ -216,21 +216,21 @@ def test_almanac_rows_that_are_no_orbit_leave_what_was_known(what, pos_scale, ve
     m = NO_MEASUREMENTS
     sound = almanac_rows([1, 2, 70], sky, 0.0)
     table = almanac.updated(almanac.no_predictions(), sound, m, s.T0_NS)
-    assert np.flatnonzero(table.known).tolist() == [1, 2, 70]
+    assert np.flatnonzero(table.predicted).tolist() == [1, 2, 70]
     scale = np.array([1.0, pos_scale, 1.0])[:, None], np.array([1.0, vel_scale, 1.0])[:, None]
     bad = replace(sound, pos_ecef_m=sound.pos_ecef_m * scale[0], vel_ecef_mps=sound.vel_ecef_mps * scale[1])
     again = almanac.updated(table, bad, m, s.T0_NS + 10**9)
     assert again.t_ns[[1, 2, 70]].tolist() == [s.T0_NS + 10**9, s.T0_NS, s.T0_NS + 10**9], what
     assert np.array_equal(again.pos_ecef_m[2], sound.pos_ecef_m[1])
     fresh = almanac.updated(almanac.no_predictions(), bad, m, s.T0_NS)
-    assert np.flatnonzero(fresh.known).tolist() == [1, 70]
+    assert np.flatnonzero(fresh.predicted).tolist() == [1, 70]
 
 
 @pytest.mark.parametrize("sat", [0, 64, 2 * 64 + 5, 7 * 64 + 63])
 def test_almanac_of_no_known_satellite_is_not_used(sat):
     rows = replace(almanac_rows([1], s.constellation(), 0.0), sat=np.array([sat]))
     table = almanac.updated(almanac.no_predictions(), rows, NO_MEASUREMENTS, s.T0_NS)
-    assert not table.known.any()
+    assert not table.predicted.any()
 
 
 @pytest.mark.parametrize("orbit", [(26_560e3, 55), (25_510e3, 64.8), (42_164e3, 0), (7_000e3, 98)])

@@ -22,6 +22,7 @@ from gnss_hil.flightsw.measurement.base import Measurement, Point, Unknown
 from gnss_hil.flightsw.measurement.code_range import code_ranges
 from gnss_hil.flightsw.measurement.noise import range_variance_m2
 from gnss_hil.flightsw.measurement.range_rate import range_rates
+from gnss_hil.flightsw.measurement.registry import OTHER_KINDS, MeasurementRow
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, OrbitState, Solution
 from tests.flightsw.app.test_step import SKY, drop, error_m, fly, soyuz, status
@@ -33,6 +34,7 @@ pytestmark = pytest.mark.verifies(
     "flightsw/estimation/base.py",
     "flightsw/estimation/registry.py",
     "flightsw/measurement/base.py",
+    "flightsw/measurement/registry.py",
     "flightsw/records/solution.py",
     what="Navigators as a seam: kinds of measurement, prediction, update",
     by="Jacobians by central differences; a filter of the tests' own flies through the same step",
@@ -139,7 +141,7 @@ class Filter:
         x, covariance = state.x, state.covariance
         where = {Unknown.POSITION: [0, 1, 2], Unknown.VELOCITY: [3, 4, 5], Unknown.CLOCK: [6, 7],
                  Unknown.DRIFT: [8, 9]}  # fmt: skip
-        for kind in every:
+        for kind in (*every, *inputs.others):
             point = Point(x[:3], x[3:6], x[6:8], x[8:])
             h = np.zeros((len(kind.value), 10))
             h[:, [i for unknown in kind.unknowns for i in where[unknown]]] = kind.jacobian(point)
@@ -154,7 +156,42 @@ class Filter:
         return Tracked(state.t_ns, x, covariance), Solution(NoFix.FIX, fix, orbit)
 
 
-def test_a_filter_of_somebody_elses_flies_through_the_same_step(monkeypatch):
+@dataclass(frozen=True)
+class Radius:
+    """A kind that no file of the flight software names: the distance from the Earth's centre."""
+
+    value: np.ndarray
+    variance: np.ndarray
+    kind = "radius"
+    unknowns = (Unknown.POSITION,)
+
+    def predict(self, x):
+        return np.array([np.linalg.norm(x.position_m)])
+
+    def jacobian(self, x):
+        return x.position_m[None, :] / np.linalg.norm(x.position_m)
+
+
+def test_a_kind_that_only_a_row_names_reaches_the_filter_and_no_other_navigator(monkeypatch):
+    """A sharp radius that is 40 m too large draws the filter's radius after it; a snapshot stays as it is."""
+    bus = FakeBus(soyuz(), SKY)
+
+    def form(epoch):
+        true = np.linalg.norm(s.truth_ecef(bus.craft, (epoch.mark.t_ns - s.T0_NS) * 1e-9)[0])
+        return Radius(np.array([true + 40.0]), np.array([1e-6]))
+
+    monkeypatch.setitem(NAVIGATORS, "filter", NavigatorRow("filter", Filter(), "textbook", "of the tests"))
+    alone = configure(SOYUZ, "patent")
+    _, before, _ = fly(FakeBus(soyuz(), SKY), alone, 6)
+    monkeypatch.setitem(OTHER_KINDS, "radius", MeasurementRow("radius", form, "made up"))
+    _, after, _ = fly(FakeBus(soyuz(), SKY), alone, 6)
+    assert after == before
+    states, _, _ = fly(bus, configure(SOYUZ, "patent", navigator_name="filter"), 6)
+    true = np.linalg.norm(s.truth_ecef(bus.craft, 5.0)[0])
+    assert np.linalg.norm(states[-1].solution.fix.position_m) - true == pytest.approx(40.0, abs=1.0)
+
+
+def test_a_filter_of_the_tests_flies_through_the_same_step(monkeypatch):
     monkeypatch.setitem(NAVIGATORS, "filter", NavigatorRow("filter", Filter(), "textbook", "of the tests"))
     config = configure(SOYUZ, "patent", navigator_name="filter")
     bus = FakeBus(soyuz(), SKY)
