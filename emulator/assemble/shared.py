@@ -87,7 +87,7 @@ def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], in
     for name, params in given.sky.factors.on().items():
         try:
             found = merged(found, models_of({name: params}, context))
-        except FileError as error:
+        except (ValueError, FileError) as error:
             raise ScenarioError(f"sky.factors.{name}: {error}") from None
     return found
 

@@ -28,13 +28,14 @@ stepped with the receivers; a model that remembers has its state handed on from 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.frames import FrameBatch
@@ -279,6 +280,14 @@ class CraftContext(Context):
 
     vehicle: Vehicle
     loops: Loops
+
+
+def require_systems(context: Context, known: Collection[int], what: str) -> None:
+    """ValueError if a satellite of the sky is of none of the known systems: the model has no `what` of it."""
+    for value in np.unique(satellites.system_of(context.satellites)).tolist():
+        if value not in known:
+            row = systems.by_value(value)
+            raise ValueError(f"no {what} of {row.name if row else value} are known")
 
 
 Need = Literal["structure"]

@@ -1,7 +1,7 @@
 """Errors of what satellites report: what the rows for orbits and clocks have in common.
 
-Their parameters are of each system, `gps_sigma_m`, `glonass_sigma_m`; satellites of systems without any
-report the truth.
+Their parameters are of each system, `gps_upload_s`, `glonass_upload_s`; a sky with a system that has none is
+refused.
 """
 
 from __future__ import annotations
@@ -14,7 +14,15 @@ from pydantic import Field
 
 from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.common.arrays import I64
-from gnss_hil.emulator.error_models.base import BlockModel, Context, ReportInput, ReportTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import (
+    BlockModel,
+    Context,
+    ReportInput,
+    ReportTerm,
+    Row,
+    Stage,
+    require_systems,
+)
 from gnss_hil.emulator.error_models.params import Factor
 
 Sigma = Annotated[float, Field(ge=0, le=1000)]
@@ -49,6 +57,7 @@ def row(
     """The row of an error of what satellites report, one for all craft."""
 
     def build(params: Factor, context: Context) -> Model:
+        require_systems(context, by_system(params, "upload_s"), "errors")
         return Model(errors, params, context.seed, context.satellites)
 
     return Row(name, params, Stage.BROADCAST, source, build, "sky", acts_on="report", shows=shows)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from gnss_hil.emulator.error_models.base import Context, Fixed, Row, Stage, TrackingTerm
+from gnss_hil.dbc.common import systems
+from gnss_hil.emulator.error_models.base import Context, Fixed, Row, Stage, TrackingTerm, require_systems
 from gnss_hil.emulator.error_models.params import Factor
-from gnss_hil.emulator.signal.data_frames import collection_ns
+from gnss_hil.emulator.signal.data_frames import FRAMES, collection_ns
 
 
 class DataCollection(Factor):
@@ -17,6 +18,8 @@ class DataCollection(Factor):
 
 
 def build(params: DataCollection, context: Context) -> Fixed[TrackingTerm]:
+    known = [row.value for row in systems.tracked() if row.name in FRAMES]
+    require_systems(context, known, "frames of messages")
     return Fixed(TrackingTerm(collection_ns=collection_ns, shared=params.shared))
 
 

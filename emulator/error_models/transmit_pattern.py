@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.constellation import blocks
-from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage, require_systems
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import link_budget
 
@@ -36,6 +36,7 @@ def transmitters_of(params: TransmitPattern, day: date) -> link_budget.Transmit:
 
 
 def build(params: TransmitPattern, context: Context) -> Fixed[LinkTerm]:
+    require_systems(context, {block.system for block in blocks.BLOCKS.values()}, "blocks")
     day = gpstime.to_calendar(context.start_ns).date()
     return Fixed(LinkTerm(transmitters=transmitters_of(params, day)))
 

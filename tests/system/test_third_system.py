@@ -41,15 +41,20 @@ policy = "{{policy}}"
 """
 
 
-def flown(folder, policy="patent", sky=""):
-    """The folder of a run with the third system."""
+def started(folder, policy="patent", sky="", *more):
+    """A run with the third system, ended."""
     scenario = folder / "third.toml"
     scenario.write_text(SCENARIO.format(policy=policy, sky=sky))
     command = [sys.executable, "-m", "tests.support.third_system", str(scenario)]
-    done = subprocess.run(
-        [*command, "--bus", "inline", "--quiet", "--out", str(folder / "run")],
+    return subprocess.run(
+        [*command, "--bus", "inline", "--quiet", "--out", str(folder / "run"), *more],
         cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
     )  # fmt: skip
+
+
+def flown(folder, policy="patent", sky=""):
+    """The folder of a run with the third system."""
+    done = started(folder, policy, sky)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder / "run"
 
@@ -120,3 +125,25 @@ def test_it_is_navigated_by_alone(tmp_path):
     run = flown(tmp_path, sky='gps = "none"\nglonass = "none"')
     assert_exact(run)
     assert set(decoded(run, "NAV_CLOCK")["item"].tolist()) == {0}
+
+
+@pytest.mark.parametrize(
+    ("factor", "where", "what"),
+    [
+        ("data_collection", "craft.soyuz.factors", "frames of messages"),
+        ("transmit_pattern", "craft.soyuz.factors", "blocks"),
+        ("ephemeris_error", "sky.factors.ephemeris_error", "errors"),
+        ("satellite_clock_error", "sky.factors.satellite_clock_error", "errors"),
+    ],
+)
+def test_a_model_without_a_row_of_it_is_refused_in_one_line(tmp_path, factor, where, what):
+    done = started(tmp_path, "patent", "", "--on", factor)
+    assert done.returncode == 2
+    assert done.stderr.strip() == f"gnss-hil: {where}: no {what} of kepler are known"
+
+
+def test_messages_without_a_layout_of_it_are_refused_in_one_line(tmp_path):
+    (tmp_path / "kepler.rnx").write_text("made up\n")
+    done = started(tmp_path, sky='kepler = "kepler.rnx"')
+    assert done.returncode == 2
+    assert "sky.kepler: navigation messages of kepler are not read" in done.stderr
