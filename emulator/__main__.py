@@ -170,7 +170,7 @@ def _opened(make: Callable, target):
 
 
 def _join(spec: str, codec, stop, say, wait_s: float | None):
-    """A link on a bus where nobody plays the spacecraft yet; None if `stop` came first."""
+    """A link on a bus without another spacecraft; None if `stop` came first."""
     from gnss_hil.dbc.bus.base import LinkError
     from gnss_hil.dbc.bus.open_link import is_shared
     from gnss_hil.dbc.bus.probe import senders_heard

@@ -40,7 +40,7 @@ class TruthLog:
 
 
 class StatusLog:
-    """JSON lines for whoever supervises; "fd:N" or a file's path, None for nobody."""
+    """JSON lines for the supervisor; "fd:N" or a file's path, None: nowhere."""
 
     def __init__(self, target: str | None):
         where = os.devnull if target is None else target

@@ -12,7 +12,7 @@ from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
-from gnss_hil.emulator.constellation.sky import Misreport, Sky
+from gnss_hil.emulator.constellation.sky import ReportErrors, Sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
 from gnss_hil.emulator.environment.models import Models, acting
@@ -92,14 +92,14 @@ def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], in
     return found
 
 
-def misreports(models: Models) -> list[Misreport]:
+def report_errors(models: Models) -> list[ReportErrors]:
     """What makes satellites report something else than the truth."""
 
-    def misreport(model: BlockModel[ReportInput, ReportTerm]) -> Misreport:
+    def errors_of(model: BlockModel[ReportInput, ReportTerm]) -> ReportErrors:
         def errors(middles_ns, nodes_s, pos_m, vel_mps):
             term = model.block(ReportInput(middles_ns, nodes_s, pos_m, vel_mps))
             return term.off_ecef_m, term.off_clock_m
 
         return errors
 
-    return [misreport(model) for model in acting(models, Stage.BROADCAST)]
+    return [errors_of(model) for model in acting(models, Stage.BROADCAST)]

@@ -11,7 +11,7 @@ from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.assemble.emulated import build_emulated
-from gnss_hil.emulator.assemble.shared import Shared, misreports, models_of_sky, motions
+from gnss_hil.emulator.assemble.shared import Shared, models_of_sky, motions, report_errors
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.constellation.almanac import orbits
@@ -45,7 +45,7 @@ def build_world(
         raise ScenarioError(f"session: {session} is not a 16-bit number")
     time = given.time
     sky = build_sky(
-        given.sky, time, resolve_path, lambda index: misreports(models_of_sky(given, resolve_path, index))
+        given.sky, time, resolve_path, lambda index: report_errors(models_of_sky(given, resolve_path, index))
     )
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))

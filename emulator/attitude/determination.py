@@ -3,7 +3,7 @@
 Between star fixes the computer integrates its gyros. Their noise makes the attitude walk, their drift, which
 walks itself, makes it run away. At a fix the computer corrects attitude and drift with the constant gains its
 Kalman filter settles at. Axes are alike and independent, angles small. What is followed here is the error:
-the turn that takes the true body axes into those the computer believes.
+the turn that takes the true body axes into those of the estimate.
 
 Source: Farrenkopf, "Analytic steady-state accuracy solutions for two common spacecraft attitude estimators",
 J. Guidance and Control 1 (1978) 282; Markley & Crassidis, Fundamentals of Spacecraft Attitude Determination

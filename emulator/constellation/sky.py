@@ -79,7 +79,7 @@ class TrueOrbits(Protocol):
     def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, NDArray]: ...
 
 
-Misreport = Callable[[NDArray[np.int64], Array, Array, Array], tuple[Array | float, Array | float]]
+ReportErrors = Callable[[NDArray[np.int64], Array, Array, Array], tuple[Array | float, Array | float]]
 """An error of what all satellites of a sky report: middles_ns (s,), nodes_s (k,), true positions and
 velocities (s, k, n, 3) -> reported minus true positions (s, k, n, 3) [m] and clocks (s, k, n) [m]."""
 
@@ -99,8 +99,8 @@ class Sky:
     offset_m    (n,) residual offset of each satellite's system against GPS [m]: it lengthens the
                 pseudoranges of the system's satellites and appears in no broadcast clock
     truth       orbits that are flown instead of those broadcast; satellites they lack are not there
-    candid      satellites report the truth, errors of the report apart, instead of what they broadcast
-    misreports  errors of the report
+    truthful      satellites report the truth, errors of the report apart, instead of what they broadcast
+    report_errors  errors of the report
     """
 
     def __init__(
@@ -108,8 +108,8 @@ class Sky:
         constellations: Sequence[Constellation],
         offset_m: Sequence[float],
         truth: TrueOrbits | None = None,
-        misreports: Sequence[Misreport] = (),
-        candid: bool = False,
+        report_errors: Sequence[ReportErrors] = (),
+        truthful: bool = False,
     ):
         self._constellations = tuple(constellations)
         self.index = np.concatenate([c.index for c in constellations])
@@ -117,8 +117,8 @@ class Sky:
             [np.full(len(c.index), value) for c, value in zip(constellations, offset_m, strict=True)]
         )
         self._truth = truth
-        self._misreports = tuple(misreports)
-        self._candid = candid
+        self._report_errors = tuple(report_errors)
+        self._truthful = truthful
         self._chunks = Chunks(self._build)
 
     def at(self, t_ns: int) -> SkyState:
@@ -185,7 +185,7 @@ class Sky:
         columns = _columns(positions, clocks)
         if self._truth is not None:
             broadcast, columns = self._flown(self._truth, middles_ns, nodes_s, positions, clocks, broadcast)
-        if self._misreports:
+        if self._report_errors:
             columns = self._misreported(middles_ns, nodes_s, columns)
         return _Chunk(GRID.fit(columns), broadcast)
 
@@ -206,7 +206,7 @@ class Sky:
         true_clock_m = np.where(there[:, None], on_l1_m, clocks)
         broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
         true = _columns(true_m, true_clock_m)
-        if self._candid:
+        if self._truthful:
             return broadcast, true
         return broadcast, np.concatenate((true, _columns(positions, clocks) - true), axis=2)
 
@@ -217,8 +217,8 @@ class Sky:
         rates = GRID.derivative(columns[:, :, : 3 * n])
         pos_m, vel_mps = (part.reshape(s, k, n, 3) for part in (columns[:, :, : 3 * n], rates))
         off = columns[:, :, 4 * n :] if width > 4 * n else np.zeros((s, k, 4 * n))
-        for misreport in self._misreports:
-            off_m, off_clock_m = misreport(middles_ns, nodes_s, pos_m, vel_mps)
+        for errors in self._report_errors:
+            off_m, off_clock_m = errors(middles_ns, nodes_s, pos_m, vel_mps)
             off = off + _columns(
                 np.broadcast_to(off_m, (s, k, n, 3)), np.broadcast_to(off_clock_m, (s, k, n))
             )
@@ -249,12 +249,12 @@ def build_sky(
     sky: Sources,
     time: Time,
     resolve_path: Callable[[str], Path],
-    misreports: Callable[[NDArray[np.int64]], Sequence[Misreport]] = lambda index: (),
+    report_errors: Callable[[NDArray[np.int64]], Sequence[ReportErrors]] = lambda index: (),
 ) -> Sky:
     """The sky a scenario describes; ScenarioError with one line if it cannot be had.
 
     resolve_path  name of a navigation file as the scenario writes it -> the file
-    misreports    satellite index (n,) -> errors of what these satellites report
+    report_errors    satellite index (n,) -> errors of what these satellites report
     """
     parts: dict[str, Constellation] = {}
     for system, source in sky.sources().items():
@@ -273,4 +273,4 @@ def build_sky(
     constellations = list(parts.values())
     index = np.concatenate([part.index for part in constellations])
     offsets_m = [sky.offset_ns(system) * 1e-9 * LIGHT_MPS for system in parts]
-    return Sky(constellations, offsets_m, truth, misreports(index), sky.reports == "orbits")
+    return Sky(constellations, offsets_m, truth, report_errors(index), sky.reports == "orbits")

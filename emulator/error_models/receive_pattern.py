@@ -34,9 +34,9 @@ class ReceivePattern(Factor):
 def antennas_of(params: ReceivePattern, names: tuple[str, ...]) -> antenna_patterns.Receive:
     """Antennas of these names (m,). ValueError if the parameters name another, FileError if a table is
     bad."""
-    strangers = sorted(set(params.antennas) - set(names))
-    if strangers:
-        raise ValueError(f"antenna '{strangers[0]}' is not there; there are {', '.join(names)}")
+    unknown = sorted(set(params.antennas) - set(names))
+    if unknown:
+        raise ValueError(f"antenna '{unknown[0]}' is not there; there are {', '.join(names)}")
     wanted = [params.antennas.get(name, params.pattern) for name in names]
     law_dbi = params.gain_dbi, params.gain_at_90deg_dbi
     found = {name: link_budget.pattern_of(name, params.column, law_dbi) for name in wanted}

@@ -138,7 +138,7 @@ def _value(cell: str, field: _Field, n: int, origin: str) -> float:
 
 
 def _values(line: tuple[int, str], fields: Sequence[_Field], origin: str, more: bool = False) -> list[float]:
-    """Numbers of a line; `more`: words after them are somebody's comment."""
+    """Numbers of a line; `more`: words after them are a comment."""
     n, text = line
     cells = text.split()
     if len(cells) < len(fields):

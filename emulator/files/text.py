@@ -1,4 +1,4 @@
-"""Text of a file that somebody else made: plain, compressed, or in Hatanaka's compact form.
+"""Text of a file from elsewhere: plain, compressed, or in Hatanaka's compact form.
 
 Every reader of this folder takes its text from here and reports faults in one way: one line,
 `FILE: line N: FIELD is FOUND; what is allowed`.

@@ -1,4 +1,4 @@
-"""Where a craft was, by somebody else's account: tabulated states read as a smooth orbit.
+"""Where a craft was, by a file's account: tabulated states read as a smooth orbit.
 
 A table's positions are turned into ECEF, by the Earth's measured orientation where a run has one, and joined
 by Lagrange's polynomials of the nearest points, which the bench's own table of Chebyshev polynomials then

@@ -17,7 +17,7 @@ from gnss_hil.dbc.contract.frames import FrameBatch
 
 
 class Unit(Protocol):
-    """A craft between epochs, as far as everybody may know it: (verdicts,) command frames refused so far, by
+    """A craft between epochs, what all kinds have in common: (verdicts,) command frames refused so far, by
     `dbc.contract.e2e.Verdict`."""
 
     @property

@@ -1,4 +1,4 @@
-"""The emulator as a process: what it tells whoever supervises it."""
+"""The emulator as a process: what it reports to its supervisor."""
 
 import json
 import signal
@@ -18,14 +18,14 @@ pytestmark = pytest.mark.verifies(what="Truth and status, as streams")
 
 
 def another_epoch(status, link, emulator) -> None:
-    """Waits until the emulator has told of one more epoch, and hears what it sends meanwhile."""
+    """Waits until the emulator has reported one more epoch, and hears what it sends meanwhile."""
 
-    def told() -> int:
+    def reported() -> int:
         link.receive(0.0)
         return status.read_text().count('"progress"') if status.exists() else 0
 
-    before = told()
-    until(lambda: told() > before, emulator)
+    before = reported()
+    until(lambda: reported() > before, emulator)
 
 
 def test_the_last_status_line_tells_which_commands_were_rejected():

@@ -270,7 +270,7 @@ def test_same_inputs_same_bytes_and_nothing_is_modified():
 
 
 def test_noise_depends_neither_on_commands_nor_on_other_craft():
-    """The same satellite at the same receiver and epoch has the same error, whoever asked for it."""
+    """The same satellite at the same receiver and epoch has the same error, whichever channel has it."""
     quiet_world = emulated.world(emulated.craft(receivers=emulated.QUICK, factors=emulated.QUIET))
     noisy = emulated.craft(receivers=emulated.QUICK)
     orders = {

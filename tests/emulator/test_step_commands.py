@@ -260,7 +260,7 @@ def blinded(the_world):
 
 
 def test_acquisition_takes_the_time_of_the_state_of_knowledge():
-    """Cold 12 + 24 s; then a satellite nobody has collected 3 + 24 s, one that is known 1 s."""
+    """Cold 12 + 24 s; then a satellite not yet collected 3 + 24 s, one that is known 1 s."""
     the_world = emulated.world(emulated.craft(factors=emulated.QUIET, receivers={"autonomous": "boresight"}))
     states, blocks, _ = emulated.run(the_world, 40)
     tracking = [len(emulated.channels(b)["sat"]) for b in blocks]

@@ -31,7 +31,8 @@ _HIGHEST_NUMBER = systems.column(lambda system: system.numbers, 0)
 
 OLDEST_EPOCHS = 3
 """A command answers an epoch and comes while the next one is awaited: 1 epoch old when it is weighed. Where
-nobody waits for the flight software it may be later; older than this it was held back, and is not obeyed."""
+the emulator does not wait for the flight software it may be later; older than this it was held back, and is
+not obeyed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +88,7 @@ def read(codec: Codec, frames: FrameBatch) -> Commands:
 
 
 def _refusals(commands: Commands, counts: I64, prospects: Prospects) -> I64:
-    """(c,) result of what can be said without the other channels; the first row that applies."""
+    """(c,) result as far as it is clear without the other channels; the first row that applies."""
     system, number = satellites.system_of(commands.sat), satellites.number_of(commands.sat)
     row = prospects.row_of[commands.sat]
     track = commands.action == ACTION["TRACK"]

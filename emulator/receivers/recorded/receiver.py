@@ -3,8 +3,8 @@
 Its marks are the file's epoch tags, by the receiver's own clock: they say so on the bus. Satellites
 are put where they were when they sent, which a pseudorange and a tag of the same clock tell exactly, however
 far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
-unknown: body axes are said to be those of the Earth, which means nothing while the vehicle file has no lever
-arms. The receiver obeys nobody.
+unknown: body axes are reported as those of the Earth, which means nothing while the vehicle file has no lever
+arms. The receiver obeys no command.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ MARK_OF_DOMAIN_0 = 1
 _CLOCK_CARRIER_HZ = signals.first_column(lambda signal: signal.carrier_hz, 0.0)
 """(8,) by system: carrier whose group delay is inside the clock. IS-GPS-200, 20.3.3.3.3.2."""
 
-UNTOLD_DBHZ = 45.0
-"""C/N0 of signals whose strength the file does not tell (modelled)."""
+MISSING_CN0_DBHZ = 45.0
+"""C/N0 of signals whose strength is not in the file (modelled)."""
 
 
 class Trajectory(Protocol):
@@ -127,7 +127,7 @@ def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Ob
         pseudorange_m=seen.range_m,
         range_rate_mps=seen.rate_mps,
         phase_cyc=np.nan_to_num(seen.phase_cyc),
-        cn0_dbhz=np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, UNTOLD_DBHZ),
+        cn0_dbhz=np.where(np.isfinite(seen.cn0_dbhz), seen.cn0_dbhz, MISSING_CN0_DBHZ),
         slips=seen.slips,
         half_cycle=seen.half_cycle,
         pos_ecef_m=pos,
@@ -176,7 +176,7 @@ def play(
 
 
 def truth(craft: RecordedCraft, epoch: int) -> NDArray:
-    """One row of truth: the reference orbit at the mark, nan without one; what clocks showed nobody knows.
+    """One row of truth: the reference orbit at the mark, nan without one; what the clocks showed is unknown.
     In view are the satellites that were observed."""
     row = np.zeros((), TRUTH)
     row["t_gps_ns"] = craft.marks_ns[epoch]

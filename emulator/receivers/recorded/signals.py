@@ -26,7 +26,7 @@ class Codes:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A row of the contract's table of signals, by numbers of the bus, and the ways of naming it in files."""
+    """A row of the contract's table of signals, by numbers of the bus, and its names in files."""
 
     name: str
     number: int

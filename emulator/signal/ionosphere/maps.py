@@ -46,7 +46,7 @@ class Maps:
 def vertical_tecu(maps: Maps, t_ns: int, later_s: F64 | float, lat_rad: F64, lon_rad: F64) -> F64:
     """Vertical content [TECU] over places (...,) at t_ns + later_s; beyond the last row of a map, that row's.
 
-    Times outside the maps are extrapolated; whoever prepares a run refuses them.
+    Times outside the maps are extrapolated; the assembly of a run refuses them.
     """
     since_s = (t_ns - maps.first_ns) * 1e-9 + np.asarray(later_s)
     before = np.minimum(np.maximum((since_s / maps.interval_s).astype(np.int64), 0), maps.count - 2)

@@ -144,7 +144,7 @@ def test_reported_rates_carry_drift_and_noise():
     assert rates[:, 1:].std() == pytest.approx(0.6 * DEG / 60, rel=0.03)
 
 
-def test_believed_axes_are_the_true_ones_turned():
+def test_estimated_axes_are_the_true_ones_turned():
     """By SciPy: body axes, as vectors in ECEF, turned about a vector fixed in them."""
     rng = np.random.default_rng(3)
     for _ in range(50):

@@ -41,8 +41,8 @@ def test_nominal_gps_comes_out_of_its_elements_exactly(start_ns):
     made = gps.from_records(messages.records(sky, stretch))
     times = np.arange(start_ns, stretch.end_ns, 10 * MINUTE_NS)
     nodes = np.array((-0.08, 0.0))
-    (place, clock, said), (wanted, wanted_clock, _) = made.sample(times, nodes), sky.sample(times, nodes)
-    assert said.available.all() and said.healthy.all()
+    (place, clock, broadcast), (wanted, wanted_clock, _) = made.sample(times, nodes), sky.sample(times, nodes)
+    assert broadcast.available.all() and broadcast.healthy.all()
     assert np.abs(place - wanted).max() < 1e-6
     assert np.abs(clock - wanted_clock).max() < 1e-6
 

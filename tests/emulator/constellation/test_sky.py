@@ -252,8 +252,8 @@ class Delayed:
         yes, zeros = np.ones((s, n), bool), np.zeros((s, n), np.int64)
         # IS-GPS-200, 20.3.3.3.3.2: the clock of a user of L1 alone is that of two frequencies less T_GD.
         clocks = np.broadcast_to(-self.delay_m, (s, k, n))
-        said = Broadcast(yes, yes, zeros, zeros, zeros, zeros, np.broadcast_to(self.delay_m, (s, n)))
-        return positions, clocks, said
+        broadcast = Broadcast(yes, yes, zeros, zeros, zeros, zeros, np.broadcast_to(self.delay_m, (s, n)))
+        return positions, clocks, broadcast
 
 
 class Flown:
@@ -262,8 +262,8 @@ class Flown:
     index = Delayed.index
 
     def sample(self, middles_ns, nodes_s):
-        positions, clocks, said = Delayed().sample(middles_ns, nodes_s)
-        return positions, np.zeros(clocks.shape), said.available
+        positions, clocks, broadcast = Delayed().sample(middles_ns, nodes_s)
+        return positions, np.zeros(clocks.shape), broadcast.available
 
 
 def test_precise_clocks_transmit_l1_with_the_group_delay():

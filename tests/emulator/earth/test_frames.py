@@ -75,7 +75,7 @@ def test_celestial_to_terrestrial_is_erfas(measured):
     expected = erfa.c2t06a(tt, tt_rest, utc, ut1_rest, -0.140682 * ARCSEC, 0.333309 * ARCSEC)
     assert np.abs(frames.ecef_from_gcrs(t_ns, measured) - expected).max() < ROUNDING
     plain = erfa.c2t06a(tt, tt_rest, utc, utc_rest + np.arange(-5, 6) / 24, 0.0, 0.0)
-    # The origin on the Earth moves with the pole there: 2 uas, which nobody is told of here.
+    # The origin on the Earth moves with the pole there: 2 uas, which is left out here.
     assert np.abs(frames.ecef_from_gcrs(t_ns) - plain).max() < 3e-6 * ARCSEC
 
 

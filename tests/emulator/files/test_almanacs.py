@@ -95,7 +95,7 @@ def test_the_last_record_of_a_satellite_stands():
 
 
 @pytest.mark.parametrize(
-    ("text", "old", "new", "said"),
+    ("text", "old", "new", "message"),
     [
         (YUMA, "0.5221366882E-002", "0.52E", "line 4: Eccentricity is '0.52E'"),
         (YUMA, "SQRT(A)  (m 1/2)", "SQRT(B)", "line 8: SQRT(A) is missing"),
@@ -112,11 +112,11 @@ def test_the_last_record_of_a_satellite_stands():
         (AGL, "01 01 2011 1800", "x 01 2011 1800", "line 1: begins with 'x'; not YUMA, SEM, or AGL"),
     ],
 )
-def test_faults_name_line_and_field(text, old, new, said):
+def test_faults_name_line_and_field(text, old, new, message):
     assert text.count(old) == 1
     with pytest.raises(FileError, match=r"^some\.alm: ") as fault:
         almanacs.parse(text.replace(old, new), "some.alm", IN_2016)
-    assert said in str(fault.value)
+    assert message in str(fault.value)
     assert "\n" not in str(fault.value)
 
 

@@ -1,4 +1,4 @@
-"""Reader of the Earth's orientation: published lines, and what a broken file is told."""
+"""Reader of the Earth's orientation: published lines, and what is wrong with a broken file."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_days_without_values_end_the_table():
 
 
 @pytest.mark.parametrize(
-    "old, new, told",
+    "old, new, message",
     [
         ("-0.042714", "-0.04x714", r"line 2: PM-x is '-0.04x714'; a number from -2 to 2 in columns 19-27"),
         ("-0.2468430", "99.2468430", r"line 2: UT1-UTC is '99.2468430'"),
@@ -62,8 +62,8 @@ def test_days_without_values_end_the_table():
         ("55685.00", "     nan", r"line 3: MJD is 'nan'"),
     ],
 )
-def test_a_fault_is_told_in_one_line(old, new, told):
-    with pytest.raises(FileError, match=f"^f: {told}") as caught:
+def test_a_fault_is_reported_in_one_line(old, new, message):
+    with pytest.raises(FileError, match=f"^f: {message}") as caught:
         finals.parse(TEXT.replace(old, new), "f")
     assert "\n" not in str(caught.value)
 
@@ -74,9 +74,9 @@ def test_another_files_text_and_runs_beyond_the_table_are_refused():
     read = finals.parse(TEXT, "f")
     first, last = int(read.t_ns[0]), int(read.t_ns[-1])
     read.check(first, last)
-    told = r"^f: the Earth's orientation from 2011-05-02T00:00:15 to 2011-05-04T00:00:15; the run is from"
+    message = r"^f: the Earth's orientation from 2011-05-02T00:00:15 to 2011-05-04T00:00:15; the run is from"
     for begin_ns, end_ns in ((first - 1, last), (first, last + 1)):
-        with pytest.raises(FileError, match=told):
+        with pytest.raises(FileError, match=message):
             read.check(begin_ns, end_ns)
 
 

@@ -74,7 +74,7 @@ def test_the_last_line_may_be_missing():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("IONEX VERSION / TYPE", "RINEX VERSION / TYPE", "line 1: not an IONEX file"),
         ("     1.0 ", "     x.0 ", "line 1: IONEX VERSION / TYPE is 'x.0', not a number"),
@@ -94,11 +94,11 @@ def test_the_last_line_may_be_missing():
         (line("", "END OF FILE"), "junk\n", "line 48: expected START OF a map or END OF FILE"),
     ],
 )
-def test_faults_are_told_in_one_line(old, new, said):
+def test_faults_are_reported_in_one_line(old, new, message):
     assert old in TEXT
     with pytest.raises(FileError) as error:
         ionex.parse(TEXT.replace(old, new, 1 if old != "     2  " else 2), "maps")
-    assert str(error.value).startswith("maps: ") and said in str(error.value)
+    assert str(error.value).startswith("maps: ") and message in str(error.value)
     assert "\n" not in str(error.value)
 
 

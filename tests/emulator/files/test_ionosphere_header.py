@@ -39,7 +39,7 @@ def test_both_versions_say_the_same(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (TWO.replace("ION ALPHA", "COMMENT  "), "nav: header has no ION ALPHA or IONOSPHERIC CORR GPSA"),
         (
@@ -58,7 +58,7 @@ def test_both_versions_say_the_same(text):
         ("hello\n", "nav: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)"),
     ],
 )
-def test_faults_are_told_in_one_line(text, said):
+def test_faults_are_reported_in_one_line(text, message):
     with pytest.raises(FileError) as error:
         ionosphere_header.parse(text, "nav")
-    assert str(error.value).startswith(said) and "\n" not in str(error.value)
+    assert str(error.value).startswith(message) and "\n" not in str(error.value)

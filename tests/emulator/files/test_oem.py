@@ -1,4 +1,4 @@
-"""Orbit ephemeris messages: both notations say the same, what is wrong is told in one line."""
+"""Orbit ephemeris messages: both notations agree, faults are reported in one line."""
 
 from datetime import datetime
 
@@ -57,7 +57,7 @@ def test_time_systems(system, ahead_s):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("6789.1", "67x9.1", r"x: line 15: X is '67x9.1', not a number"),
         ("0.1 7.5 -0.3", "0.1 7.5 nan", r"x: line 15: Z_DOT is 'nan', not finite"),
@@ -68,8 +68,8 @@ def test_time_systems(system, ahead_s):
         ("META_START\n", "", r"x: line 14: '2020-01-01T00:00:00.000 6789.1.*' before META_START|no segment"),
     ],
 )
-def test_faults_have_a_line(old, new, told):
-    with pytest.raises(FileError, match=told) as caught:
+def test_faults_have_a_line(old, new, message):
+    with pytest.raises(FileError, match=message) as caught:
         oem.parse(KEYWORDS.replace(old, new), "x")
     assert "\n" not in str(caught.value)
 

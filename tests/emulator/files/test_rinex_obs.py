@@ -327,8 +327,8 @@ def test_every_cut_of_a_file_is_read_or_refused_in_words():
             found = tried(text[:end])
             refused += found is None
             for code in found.obs if found else ():
-                told = np.isfinite(found.obs[code])
-                assert np.array_equal(found.obs[code][told], whole.obs[code][: len(told)][told])
+                present = np.isfinite(found.obs[code])
+                assert np.array_equal(found.obs[code][present], whole.obs[code][: len(present)][present])
     assert refused > 2000
 
 

@@ -68,7 +68,7 @@ def test_without_forces_the_motion_is_keplers(orbit, t_s):
 @pytest.mark.verifies(what="Craft orbit: integration")
 @pytest.mark.parametrize("orbit", [ISS, MOLNIYA], ids=["low", "molniya"])
 def test_the_full_field_agrees_with_dop853(orbit):
-    """scipy's DOP853 at 1e-13 on a potential differentiated numerically by nobody but itself."""
+    """scipy's DOP853 at 1e-13 on a potential differentiated numerically by itself."""
     orbit = elements(**orbit)
     pos, vel = state_of_elements(orbit)
 
@@ -223,14 +223,14 @@ def test_the_highest_orbit_stays_where_the_bus_has_coordinates():
 
 
 @pytest.mark.parametrize(
-    "forces, told",
+    "forces, message",
     [
         (["egm2008", "j2"], "forces: j2 contained in egm2008"),
         (["sun", "moon", "sun"], "forces: sun named twice"),
     ],
 )
-def test_forces_that_would_act_twice_are_refused(forces, told):
-    with pytest.raises(ValueError, match=told):
+def test_forces_that_would_act_twice_are_refused(forces, message):
+    with pytest.raises(ValueError, match=message):
         elements(**ISS, forces=forces)
 
 

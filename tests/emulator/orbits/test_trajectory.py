@@ -134,14 +134,14 @@ def test_two_line_elements_are_sgp4s_verification_case():
 def test_element_sets_with_faults_are_refused():
     text = f"VANGUARD\n{LINE1}\n{LINE2}\n"
     assert [s.name for s in tle.parse(text, "x.tle")] == ["VANGUARD"]
-    for bad, told in (
+    for bad, message in (
         (text.replace("58002B", "58003B"), r"x\.tle: line 2: checksum is '3'; the line sums up to 4"),
         (text.replace(LINE2, LINE2[:60]), r"x\.tle: line 3: not line 2 of an element set \(69 columns\)"),
         (text.replace(LINE2, ""), r"x\.tle: line 3: not line 2"),
         (f"{LINE1}\n", r"x\.tle: line 2 of the last set is missing"),
         ("nothing\n", r"x\.tle: no element set"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             tle.parse(bad, "x.tle")
     with pytest.raises(ValueError, match=r"x\.tle: object is 'MIR'; the file has VANGUARD"):
         tle.choose(tle.parse(text, "x.tle"), "MIR", "x.tle")

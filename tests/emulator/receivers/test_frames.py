@@ -1,4 +1,4 @@
-"""What cannot be said on the bus is left out, and counted out."""
+"""What does not fit on the bus is left out, and counted out."""
 
 from dataclasses import fields, replace
 

@@ -156,7 +156,7 @@ def test_zvezda_hides_what_is_below_it():
     """Every antenna of the ISS stands on Zvezda: straight down nothing is seen; those on the open large
     diameter see straight up."""
     shape, antennas_m = craft("iss", "iss-asn-m")
-    ways = np.array([[0.0, 0, 1], [0, 0, -1]])
-    hidden = blocked(bodies_at(shape, SUN, 0.0), antennas_m, ways)
+    los = np.array([[0.0, 0, 1], [0, 0, -1]])
+    hidden = blocked(bodies_at(shape, SUN, 0.0), antennas_m, los)
     assert hidden[:, 0].all()
     assert not hidden[2:, 1].any()

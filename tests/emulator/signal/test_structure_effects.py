@@ -93,11 +93,11 @@ def test_reflections_reach_the_pseudoranges():
 def test_reflections_reach_the_reported_level():
     """Where reflections move the code they move the level, by tenths of a decibel and more; nowhere else."""
 
-    def told(**factors):
+    def measured(**factors):
         block = emulated.run(station({"link_budget": True, **factors}), 1)[1][0]
         return emulated.decode(block, "RANGE")["pseudorange_m"], emulated.decode(block, "RATE")["cn0_dbhz"]
 
-    (range_m, level_dbhz), (moved_m, moved_dbhz) = told(), told(multipath=True)
+    (range_m, level_dbhz), (moved_m, moved_dbhz) = measured(), measured(multipath=True)
     off_m, off_db = np.abs(moved_m - range_m), np.abs(moved_dbhz - level_dbhz)
     assert (off_db[off_m == 0] == 0).all()
     assert 0.2 < off_db.max() < 6

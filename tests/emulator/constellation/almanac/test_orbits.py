@@ -109,7 +109,7 @@ def test_gps_against_rtklib():
     rtk = peer("pyrtklib")
     held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()])
     for age_s in (-3e5, 0, 1800, 4e4, 2.6e6):
-        told = held.at(np.arange(3), TOA_NS + round(age_s * 1e9))
+        predicted = held.at(np.arange(3), TOA_NS + round(age_s * 1e9))
         for k in range(3):
             alm, pos, clock = rtk.alm_t(), rtk.Arr1Ddouble(3), rtk.Arr1Ddouble(1)
             alm.toa, alm.toas = rtk.gpst2time(1890, 589_824), 589_824
@@ -119,7 +119,7 @@ def test_gps_against_rtklib():
             alm.OMGd, alm.omg, alm.M0 = GPS["omega_dot"][k], GPS["omega"][k], GPS["m0"][k]
             rtk.alm2pos(rtk.timeadd(rtk.gpst2time(1890, 589_824), age_s), alm, pos, clock)
             theirs = np.array([pos[axis] for axis in range(3)])
-            assert np.linalg.norm(told.pos_ecef_m[k] - theirs) < 0.05
+            assert np.linalg.norm(predicted.pos_ecef_m[k] - theirs) < 0.05
 
 
 def test_gps_velocities_are_those_of_an_ellipse():
@@ -127,13 +127,13 @@ def test_gps_velocities_are_those_of_an_ellipse():
     held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()])
     mu, e, axis = 3.986005e14, np.array(GPS["e"]), np.array(GPS["sqrt_a"]) ** 2
     for age_s in (0, 12_345, 2e6):
-        told = held.at(np.arange(3), TOA_NS + round(age_s * 1e9))
+        predicted = held.at(np.arange(3), TOA_NS + round(age_s * 1e9))
         turning = np.zeros((3, 3))
         turning[:, 2] = 7.2921151467e-5 - np.array(GPS["omega_dot"])
-        inertial = told.vel_ecef_mps + np.cross(turning, told.pos_ecef_m)
-        radius = np.linalg.norm(told.pos_ecef_m, axis=1)
+        inertial = predicted.vel_ecef_mps + np.cross(turning, predicted.pos_ecef_m)
+        radius = np.linalg.norm(predicted.pos_ecef_m, axis=1)
         assert np.linalg.norm(inertial, axis=1) == pytest.approx(np.sqrt(mu * (2 / radius - 1 / axis)), 1e-7)
-        area = np.linalg.norm(np.cross(told.pos_ecef_m, inertial), axis=1)
+        area = np.linalg.norm(np.cross(predicted.pos_ecef_m, inertial), axis=1)
         assert area == pytest.approx(np.sqrt(mu * axis * (1 - e**2)), rel=1e-7)
 
 
@@ -150,8 +150,8 @@ def test_what_is_held_of_a_sky():
     old, new = gps_almanac((1, 2, 3), TOA_NS - 10**16), gps_almanac((1,), healthy=False)
     held = orbits.hold(index, [old, new])
     assert held.known.tolist() == [False, True, True]
-    told = held.at(np.array([1, 2]), TOA_NS - 2 * 3600 * 10**9)
-    assert told.healthy.tolist() == [True, False]
-    assert told.age_h == pytest.approx([1e7 / 3600 - 2, 2])
+    predicted = held.at(np.array([1, 2]), TOA_NS - 2 * 3600 * 10**9)
+    assert predicted.healthy.tolist() == [True, False]
+    assert predicted.age_h == pytest.approx([1e7 / 3600 - 2, 2])
     alone = orbits.hold(index[2:], [new]).at(np.array([0]), TOA_NS - 2 * 3600 * 10**9)
-    assert told.pos_ecef_m[1].tolist() == alone.pos_ecef_m[0].tolist()
+    assert predicted.pos_ecef_m[1].tolist() == alone.pos_ecef_m[0].tolist()

@@ -53,8 +53,8 @@ def glonass_of(*rows, minus_tau_c_s=0.0):
 def at(constellation, moment, seconds=0.0):
     """Positions (n, 3), clocks (n,) and what is broadcast (each (n,)) at a GPS calendar instant."""
     middle = np.array([gpstime.from_calendar(moment)])
-    pos, clock, said = constellation.sample(middle, np.array([seconds]))
-    return pos[0, 0], clock[0, 0], {name: getattr(said, name)[0] for name in said.__slots__}
+    pos, clock, broadcast = constellation.sample(middle, np.array([seconds]))
+    return pos[0, 0], clock[0, 0], {name: getattr(broadcast, name)[0] for name in broadcast.__slots__}
 
 
 # --- GPS ----------------------------------------------------------------------------------------------
@@ -130,11 +130,11 @@ def test_gps_broadcast_words():
         (n, TOE, {"health": h, "ura_m": u})
         for n, h, u in ((1, 0, 2.0), (2, 63, 2.8), (3, 0, 11.3), (4, 0, 9e3))
     ]
-    _, _, said = at(gps_of(*rows), TOE)
-    assert said["healthy"].tolist() == [True, False, True, True]
-    assert said["ura"].tolist() == [0, 1, 5, 15]
-    assert said["iod"].tolist() == [77] * 4
-    assert said["frequency"].tolist() == [0] * 4
+    _, _, broadcast = at(gps_of(*rows), TOE)
+    assert broadcast["healthy"].tolist() == [True, False, True, True]
+    assert broadcast["ura"].tolist() == [0, 1, 5, 15]
+    assert broadcast["iod"].tolist() == [77] * 4
+    assert broadcast["frequency"].tolist() == [0] * 4
 
 
 @pytest.mark.parametrize(("written", "half_h"), [(0, 2), (4, 2), (1, 3), (6, 3), (8, 4)])
@@ -186,14 +186,14 @@ def test_glonass_integration_agrees_with_dop853_in_inertial_space(age_s):
 
 def test_glonass_epochs_are_utc_and_the_state_holds_at_tb():
     """16 leap seconds in 2012; PZ-90.02 to WGS-84 shifts by (-0.36, +0.08, +0.18) m (ICD 5.1, 3.3.4)."""
-    pos, _, said = at(glonass_of((3, TOE, {})), TOE + timedelta(seconds=16))
+    pos, _, broadcast = at(glonass_of((3, TOE, {})), TOE + timedelta(seconds=16))
     expected = [
         1e3 * GLONASS_PLAIN[f"{axis}_km"] + s for axis, s in zip("xyz", (-0.36, 0.08, 0.18), strict=True)
     ]
     assert pos[0] == pytest.approx(expected, abs=1e-6)
-    assert said["available"][0]
-    assert said["iod"][0] == (2 + 3) * 4  # quarters of an hour of the Moscow day
-    assert said["frequency"][0] == 5
+    assert broadcast["available"][0]
+    assert broadcast["iod"][0] == (2 + 3) * 4  # quarters of an hour of the Moscow day
+    assert broadcast["frequency"][0] == 5
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ def world(*names):
 
 @pytest.fixture
 def files(tmp_path):
-    """G01 of 2016 said to be ill, R01 of 2011: the run of October 2012 is between, years from both."""
+    """G01 of 2016, unhealthy, R01 of 2011: the run of October 2012 is between, years from both."""
     (tmp_path / "gps.alm").write_text(YUMA.replace("Health:                     000", "Health: 063"))
     (tmp_path / "glonass.agl").write_text(AGL)
     return str(tmp_path / "gps.alm"), str(tmp_path / "glonass.agl")
@@ -61,7 +61,7 @@ def test_age_is_counted_in_hours(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (None, "No such file"),
         ("\n", "file is empty"),
@@ -69,11 +69,11 @@ def test_age_is_counted_in_hours(tmp_path):
         (YUMA.replace(" 01\n", " 63\n"), "no satellite of the sky is in it"),
     ],
 )
-def test_a_bad_almanac_ends_the_run_in_one_line(tmp_path, text, said):
+def test_a_bad_almanac_ends_the_run_in_one_line(tmp_path, text, message):
     path = tmp_path / "bad.alm"
     if text is not None:
         path.write_text(text)
     with pytest.raises(ScenarioError, match=r"^sky\.almanac: ") as fault:
         world(str(path))
-    assert said in str(fault.value)
+    assert message in str(fault.value)
     assert "\n" not in str(fault.value)

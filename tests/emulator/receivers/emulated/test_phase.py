@@ -10,8 +10,8 @@ def phases(factors, epochs=12):
     craft = emulated.craft(receivers=emulated.QUICK, factors={**emulated.QUIET, **factors})
     _, blocks, _ = emulated.run(emulated.world(craft), epochs)
     seen = [emulated.decode(block, "PHASE") for block in blocks]
-    told = [np.array([b[name] for b in seen]) for name in ("phase_cyc", "slips", "half_cycle")]
-    return *told, np.array([emulated.decode(block, "RANGE")["pseudorange_m"] for block in blocks])
+    sent = [np.array([b[name] for b in seen]) for name in ("phase_cyc", "slips", "half_cycle")]
+    return *sent, np.array([emulated.decode(block, "RANGE")["pseudorange_m"] for block in blocks])
 
 
 def test_windup_changes_phases_by_little_and_smoothly_and_ranges_not_at_all():

@@ -1,4 +1,4 @@
-"""From a scenario's words to a field: what is said counts, what contradicts itself is refused."""
+"""From a scenario's words to a field: what is given counts, what contradicts itself is refused."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def at(hour, day=1):
 
 def test_presets_and_what_is_said_in_their_place():
     assert profile_of(Ionosphere(activity="high")) == PRESETS["high"].profile
-    said = profile_of(Ionosphere(peak_height_km=280, plasmasphere_share=0.2))
-    assert (said.peak_m, said.plasmasphere_share) == (280e3, 0.2)
-    assert said.topside_m == PRESETS["low"].profile.topside_m
+    found = profile_of(Ionosphere(peak_height_km=280, plasmasphere_share=0.2))
+    assert (found.peak_m, found.plasmasphere_share) == (280e3, 0.2)
+    assert found.topside_m == PRESETS["low"].profile.topside_m
 
 
 def test_own_coefficients_count():
@@ -51,7 +51,7 @@ def test_own_coefficients_count():
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ({"model": "ionex"}, "name one or more"),
         ({"alpha": (0, 0, 0, 0)}, "belong together"),
@@ -61,8 +61,8 @@ def test_own_coefficients_count():
         ({"hmf2": 300}, "Extra inputs"),
     ],
 )
-def test_contradictions_are_refused(words, said):
-    with pytest.raises(ValidationError, match=said):
+def test_contradictions_are_refused(words, message):
+    with pytest.raises(ValidationError, match=message):
         Ionosphere(**words)
 
 
@@ -75,7 +75,7 @@ def test_days_are_joined_and_the_later_file_counts():
 
 
 @pytest.mark.parametrize(
-    ("files", "span", "said"),
+    ("files", "span", "message"),
     [
         ([maps((0, 2))], (1, 3), "maps from 2017-01-01T00:00:18 to 2017-01-01T02:00:18; the run is from"),
         ([maps((0, 2, 5))], (1, 2), "not evenly spaced"),
@@ -84,8 +84,8 @@ def test_days_are_joined_and_the_later_file_counts():
         ([maps((0, 2)), maps((4, 6), lon=LON[3:])], (1, 2), "grids of the files differ"),
     ],
 )
-def test_maps_that_do_not_serve_are_refused(files, span, said):
-    with pytest.raises(FileError, match=said) as error:
+def test_maps_that_do_not_serve_are_refused(files, span, message):
+    with pytest.raises(FileError, match=message) as error:
         joined(files, "a.17i, b.17i", tuple(at(hour) for hour in span))
     assert str(error.value).startswith("a.17i, b.17i: ")
 
