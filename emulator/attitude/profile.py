@@ -16,15 +16,12 @@ from collections.abc import Callable, Iterable, Sequence
 from math import radians
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.earth.constants import ROTATION_RPS
 from gnss_hil.emulator.numerics.rotations import dcm_321, quaternion_of_dcm, rate_321
 from gnss_hil.emulator.orbits.dynamics import CraftState
-
-Array = NDArray[np.float64]
 
 Triple = tuple[float, float, float]
 
@@ -34,7 +31,7 @@ Turning = Callable[[int], tuple[Triple, Triple]]
 _STILL = (0.0, 0.0, 0.0)
 
 
-def lvlh(state: CraftState) -> tuple[Array, Array]:
+def lvlh(state: CraftState) -> tuple[F64, F64]:
     """The orbital frame of a craft, at one instant or at q of them.
 
     returns  (..., 3, 3) rows x, y, z of the frame in ECEF axes; (..., 3) its rate relative to inertial space,
@@ -67,22 +64,22 @@ class OrbitalAttitude:
     def __init__(self, turning: Turning):
         self._turning = turning
 
-    def at(self, t_ns: int, state: CraftState) -> tuple[Array, Array]:
+    def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
         """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
         return self._turned(*self._turn(t_ns), state)
 
-    def over(self, t_ns: I64, state: CraftState) -> tuple[Array, Array]:
+    def over(self, t_ns: I64, state: CraftState) -> tuple[F64, F64]:
         """The same (q, 4) and (q, 3) at times (q,) with the craft's states (q, 3) there."""
         turns = [self._turn(t) for t in t_ns.tolist()]
         body_from_lvlh, own_rate = (np.stack(part) for part in zip(*turns, strict=True))
         return self._turned(body_from_lvlh, own_rate, state)
 
-    def _turn(self, t_ns: int) -> tuple[Array, Array]:
+    def _turn(self, t_ns: int) -> tuple[F64, F64]:
         (roll, pitch, yaw), (roll_rate, pitch_rate, yaw_rate) = self._turning(t_ns)
         return dcm_321(roll, pitch, yaw), rate_321(roll, pitch, roll_rate, pitch_rate, yaw_rate)
 
     @staticmethod
-    def _turned(body_from_lvlh: Array, own_rate: Array, state: CraftState) -> tuple[Array, Array]:
+    def _turned(body_from_lvlh: F64, own_rate: F64, state: CraftState) -> tuple[F64, F64]:
         lvlh_from_ecef, frame_rate = lvlh(state)
         rate = own_rate + (body_from_lvlh @ frame_rate[..., None])[..., 0]
         return quaternion_of_dcm(body_from_lvlh @ lvlh_from_ecef), rate
@@ -91,18 +88,18 @@ class OrbitalAttitude:
 class InertialAttitude:
     """Attitude fixed in inertial space, given by that at the start."""
 
-    def __init__(self, start_ns: int, body_from_start_ecef: Array):
+    def __init__(self, start_ns: int, body_from_start_ecef: F64):
         self._start_ns = start_ns
         self._dcm = body_from_start_ecef
 
-    def at(self, t_ns: int, state: CraftState) -> tuple[Array, Array]:
+    def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
         """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
         turned = ROTATION_RPS * ((t_ns - self._start_ns) / 1e9)
         # ECEF axes of t to those of the start: back by what the Earth has turned.
         start_from_now = dcm_321(0.0, 0.0, -turned)
         return quaternion_of_dcm(self._dcm @ start_from_now), np.zeros(3)
 
-    def over(self, t_ns: I64, state: CraftState) -> tuple[Array, Array]:
+    def over(self, t_ns: I64, state: CraftState) -> tuple[F64, F64]:
         """The same (q, 4) and (q, 3) at times (q,)."""
         found = [self.at(t, state) for t in t_ns.tolist()]
         return np.stack([quaternion for quaternion, _ in found]), np.zeros((len(found), 3))

@@ -9,17 +9,14 @@ from __future__ import annotations
 from bisect import bisect_right
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.files.csv_table import Table
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion, product, quaternion_of_dcm
 from gnss_hil.emulator.orbits.dynamics import CraftState
-
-Array = NDArray[np.float64]
 
 COLUMNS = tuple(f"quaternion_{part}" for part in "cxyz")
 """Names of the columns read: scalar first, Hamilton, passive, body from EME2000."""
@@ -29,7 +26,7 @@ class AttitudeTableError(ValueError):
     """A table that holds no attitude; the message is for people."""
 
 
-def rotation_vectors(quaternion: Array) -> Array:
+def rotation_vectors(quaternion: F64) -> F64:
     """(..., 3) [rad] of unit quaternions (..., 4) taken the short way."""
     short = np.where(quaternion[..., :1] < 0, -quaternion, quaternion)
     sine = np.linalg.norm(short[..., 1:], axis=-1)
@@ -66,7 +63,7 @@ class TabulatedAttitude:
                 f"{origin}: attitude from {first} to {last}; the run is from {begin} to {end} (GPS time)"
             )
 
-    def at(self, t_ns: int, state: CraftState) -> tuple[Array, Array]:
+    def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
         """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
         row = min(max(bisect_right(self._t_ns, t_ns) - 1, 0), len(self._rate_rps) - 1)
         rate = self._rate_rps[row]
@@ -77,7 +74,7 @@ class TabulatedAttitude:
         ecef_from_eme2000 = frames.ecef_from_eme2000(t_ns, self._measured)
         return quaternion_of_dcm(body_from_eme2000 @ ecef_from_eme2000.T), rate
 
-    def over(self, t_ns: I64, state: CraftState) -> tuple[Array, Array]:
+    def over(self, t_ns: I64, state: CraftState) -> tuple[F64, F64]:
         """The same (q, 4) and (q, 3) at times (q,)."""
         found = [self.at(t, state) for t in t_ns.tolist()]
         return np.stack([quaternion for quaternion, _ in found]), np.stack([rate for _, rate in found])

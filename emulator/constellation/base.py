@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +21,13 @@ class Broadcast:
     group_delay_m   inside the clock for L1 C/A: GPS c T_GD [m], else 0; other signals contain other multiples
     """
 
-    available: NDArray[np.bool_]
-    healthy: NDArray[np.bool_]
-    frequency: NDArray[np.int64]
-    iod: NDArray[np.int64]
-    ura: NDArray[np.int64]
-    ephemeris: NDArray[np.int64]
-    group_delay_m: Array
+    available: Bool
+    healthy: Bool
+    frequency: I64
+    iod: I64
+    ura: I64
+    ephemeris: I64
+    group_delay_m: F64
 
 
 class Constellation(Protocol):
@@ -44,9 +41,9 @@ class Constellation(Protocol):
     """
 
     @property
-    def index(self) -> NDArray[np.int64]: ...
+    def index(self) -> I64: ...
 
-    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]: ...
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]: ...
 
 
 class Spanned(Constellation, Protocol):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from datetime import date
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import Index
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.constellation.space_vehicles import gps_types, gps_vehicles
 
@@ -63,7 +63,7 @@ def gps_blocks(day: date) -> dict[int, str]:
     return found
 
 
-def block_rows(day: date, gps: str, chosen: Mapping[str, str]) -> NDArray[np.intp]:
+def block_rows(day: date, gps: str, chosen: Mapping[str, str]) -> Index:
     """Rows (512,) of BLOCKS over satellite indices; NO_BLOCK for other systems than GPS and GLONASS.
 
     day      whose constellation is meant

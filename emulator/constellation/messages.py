@@ -13,11 +13,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation import nominal_messages
-from gnss_hil.emulator.constellation.base import Array, Constellation
+from gnss_hil.emulator.constellation.base import Constellation
 from gnss_hil.emulator.constellation.broadcast.glonass import GlonassConstellation, derivative, to_wgs84
 from gnss_hil.emulator.constellation.broadcast.gps import GpsConstellation
 from gnss_hil.emulator.constellation.nominal import NominalConstellation
@@ -41,7 +41,7 @@ def records(constellation: Constellation, stretch: Stretch, wgs84: bool = True) 
     return maker(constellation, stretch, wgs84)
 
 
-def _in_use(constellation: Constellation, stretch: Stretch) -> NDArray[np.int64]:
+def _in_use(constellation: Constellation, stretch: Stretch) -> I64:
     """Rows of the ephemerides that hold in some minute of the stretch."""
     minutes_ns = np.arange(stretch.begin_ns, stretch.end_ns + _MINUTE_NS, _MINUTE_NS)
     _, _, broadcast = constellation.sample(minutes_ns, np.zeros(1))
@@ -71,7 +71,7 @@ def _broadcast_glonass(constellation: GlonassConstellation, stretch: Stretch, wg
     )
 
 
-def in_wgs84(state: Array, extra: Array, datum: NDArray[np.int64]) -> tuple[Array, Array]:
+def in_wgs84(state: F64, extra: F64, datum: I64) -> tuple[F64, F64]:
     """States (m, 6) and luni-solar accelerations (m, 3) of records as those of the same motions in WGS-84.
 
     Integrated, the new state has the Earth in the new origin: what that shift changes of its pull goes to the

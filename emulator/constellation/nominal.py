@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.systems import SYSTEMS
-from gnss_hil.emulator.constellation.base import Array, Broadcast
+from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, MU_M3PS2, ROTATION_RPS, sidereal_angle_rad
 
 _GPS_SLOTS_DEG = (
@@ -70,17 +70,17 @@ class NominalConstellation:
     node_rps, latitude_rps   their rates [rad/s]
     """
 
-    index: NDArray[np.int64]
-    frequency: NDArray[np.int64]
+    index: I64
+    frequency: I64
     radius_m: float
     inclination_rad: float
     epoch_ns: int
-    node_rad: Array
-    latitude_rad: Array
+    node_rad: F64
+    latitude_rad: F64
     node_rps: float
     latitude_rps: float
 
-    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]:
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]:
         """See `Constellation.sample`."""
         age_s = ((middles_ns - self.epoch_ns) / gpstime.NS_PER_S)[:, None, None] + nodes_s[:, None]
         node = self.node_rad + self.node_rps * age_s
@@ -98,7 +98,7 @@ class NominalConstellation:
         return positions, LIGHT_MPS * (offset_s + rate * age_s), self._broadcast(len(middles_ns))
 
     @property
-    def clocks(self) -> tuple[Array, Array]:
+    def clocks(self) -> tuple[F64, F64]:
         """Offsets [s] at the epoch and rates [s/s] (n,).
 
         Multiples of the golden ratio, less whole ones, spread them evenly over their ranges.
@@ -117,7 +117,7 @@ class NominalConstellation:
         return Broadcast(yes, yes, frequency, zeros, zeros, zeros, np.zeros(shape))
 
 
-def _advanced(angle_rad: Array, rate_rps: float, age_ns: int) -> Array:
+def _advanced(angle_rad: F64, rate_rps: float, age_ns: int) -> F64:
     """Angles (n,) [rad] after age_ns, within one turn."""
     return (angle_rad + rate_rps * (age_ns / gpstime.NS_PER_S)) % (2 * np.pi)
 

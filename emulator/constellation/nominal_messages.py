@@ -11,10 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.emulator.constellation.base import Array
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.constellation.broadcast.glonass import datum_at, derivative, from_wgs84, propagate
 from gnss_hil.emulator.constellation.broadcast.gps import MU_GPS_M3PS2
 from gnss_hil.emulator.constellation.nominal import NominalConstellation
@@ -43,7 +42,7 @@ class Stretch:
     begin_ns: int
     end_ns: int
 
-    def references_ns(self, spacing_ns: int, origin_ns: int) -> NDArray[np.int64]:
+    def references_ns(self, spacing_ns: int, origin_ns: int) -> I64:
         """Times on a grid, each the nearest to some instant of the stretch."""
         first, last = ((t - origin_ns + spacing_ns // 2) // spacing_ns for t in (self.begin_ns, self.end_ns))
         return origin_ns + spacing_ns * np.arange(first, last + 1)
@@ -80,12 +79,12 @@ def gps_records(c: NominalConstellation, stretch: Stretch, wgs84: bool) -> Recor
     return Records(number, epoch, _columns(known, GPS_FIELDS, len(epoch)))
 
 
-def _half_turns(angle_rad: Array) -> Array:
+def _half_turns(angle_rad: F64) -> F64:
     """Angles within half a turn of zero."""
     return (angle_rad + np.pi) % (2 * np.pi) - np.pi
 
 
-def _columns(known: dict, names: tuple[str, ...], m: int) -> dict[str, Array]:
+def _columns(known: dict, names: tuple[str, ...], m: int) -> dict[str, F64]:
     """All fields (m,) of records, zero where nothing is known."""
     return {name: np.broadcast_to(np.asarray(known.get(name, 0.0), float), m) for name in names}
 
@@ -117,7 +116,7 @@ def glonass_records_of(c: NominalConstellation, stretch: Stretch, wgs84: bool) -
     )
 
 
-def _fitted(c: NominalConstellation, tb_ns: int, begin_s: float, end_s: float, datum: int | None) -> Array:
+def _fitted(c: NominalConstellation, tb_ns: int, begin_s: float, end_s: float, datum: int | None) -> F64:
     """(n, 9) states at tb and extra accelerations that follow the motions best, begin_s to end_s after tb.
 
     Least squares at Chebyshev nodes, by Gauss and Newton from the state of the motion itself; three steps
@@ -147,14 +146,14 @@ def _fitted(c: NominalConstellation, tb_ns: int, begin_s: float, end_s: float, d
 
 
 def glonass_records(
-    number: NDArray[np.int64],
-    tb_ns: NDArray[np.int64],
-    state: Array,
-    extra: Array,
-    clock_s: Array,
-    clock_rate: Array,
-    frequency: NDArray[np.int64],
-    unhealthy: NDArray[np.bool_],
+    number: I64,
+    tb_ns: I64,
+    state: F64,
+    extra: F64,
+    clock_s: F64,
+    clock_rate: F64,
+    frequency: I64,
+    unhealthy: Bool,
 ) -> Records:
     """Records of GLONASS satellites, (m,) and (m, 6), (m, 3) in metres and seconds, as files write them."""
     utc = [gpstime.to_calendar(t - gpstime.leap_seconds(t) * gpstime.NS_PER_S) for t in tb_ns.tolist()]

@@ -9,16 +9,14 @@ from collections.abc import Sequence
 from datetime import date
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.constellation import antenna_offsets as tables
 from gnss_hil.emulator.constellation.space_vehicles import gps_types, gps_vehicles
 
-Array = NDArray[np.float64]
 
-
-def axes_ecef(pos_m: Array, sun_m: Array) -> Array:
+def axes_ecef(pos_m: F64, sun_m: F64) -> F64:
     """Axes of satellites that steer in yaw: rows x, y, z of (..., 3, 3), the satellite's from the given axes.
 
     pos_m   (..., 3) satellite, geocentric [m];  sun_m (..., 3) the Sun, geocentric, in the same axes [m]
@@ -34,7 +32,7 @@ def axes_ecef(pos_m: Array, sun_m: Array) -> Array:
     return np.stack((np.cross(y, z), y, z), axis=-2)
 
 
-def antenna_m(pos_m: Array, sun_m: Array, offset_m: Array) -> Array:
+def antenna_m(pos_m: F64, sun_m: F64, offset_m: F64) -> F64:
     """Phase centres (..., 3) [m] of satellites at pos_m (..., 3), the Sun at sun_m (..., 3).
 
     offset_m  (..., 3) phase centre in the satellite's axes [m]
@@ -42,7 +40,7 @@ def antenna_m(pos_m: Array, sun_m: Array, offset_m: Array) -> Array:
     return pos_m + np.einsum("...ij,...i->...j", axes_ecef(pos_m, sun_m), offset_m)
 
 
-def offsets_m(day: date) -> Array:
+def offsets_m(day: date) -> F64:
     """Phase centres (SATELLITES, 3) [m] by satellite index, in the satellite's axes; nan where it is unknown.
 
     Sources: `antenna_offsets`

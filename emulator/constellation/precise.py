@@ -11,16 +11,13 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.constellation.base import Array
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.constellation.phase_centre import antenna_m
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS, eci_to_ecef
 from gnss_hil.emulator.earth.sun_moon import sun_ecef_m
 from gnss_hil.emulator.files.sp3 import Sp3
-
-Times = NDArray[np.int64]
 
 POINTS = 10
 """Instants of a polynomial, five on either side: at 15 min GPS and GLONASS come out to a millimetre inside a
@@ -28,13 +25,13 @@ product and to centimetres in its last interval; more instants serve the inside,
 
 
 @lru_cache(maxsize=4)
-def _chebyshev_of(points: int) -> Array:
+def _chebyshev_of(points: int) -> F64:
     """(points, points) values at instants evenly over [-1, 1] -> Chebyshev coefficients of the polynomial."""
     values = chebyshev.chebvander(np.linspace(-1, 1, points), points - 1)
     return np.asarray(np.linalg.inv(values), np.float64)
 
 
-def weights(x: Array, points: int) -> tuple[Array, Array]:
+def weights(x: F64, points: int) -> tuple[F64, F64]:
     """Lagrange's polynomials and their derivatives, both (..., points), at x (...,).
 
     The instants lie evenly over [-1, 1]; a value is the sum of weights by the values at the instants.
@@ -44,7 +41,7 @@ def weights(x: Array, points: int) -> tuple[Array, Array]:
     return chebyshev.chebvander(x, points - 1) @ coefficients, chebyshev.chebvander(x, points - 2) @ slopes
 
 
-def arcs(there: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def arcs(there: Bool) -> tuple[I64, I64]:
     """First and last row (t, n) of the unbroken arc that each present element of `there` (t, n) is in;
     first > last where it is not in one."""
     rows = np.arange(len(there))[:, None]
@@ -65,19 +62,19 @@ class PreciseOrbits:
                 centre of mass
     """
 
-    index: NDArray[np.int64]
+    index: I64
     start_ns: int
     step_ns: int
-    pos_ecef_m: Array
-    clock_s: Array
-    offset_m: Array
+    pos_ecef_m: F64
+    clock_s: F64
+    offset_m: F64
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """First and last instant of the grid, GPS time [ns]."""
         return self.start_ns, self.start_ns + (len(self.pos_ecef_m) - 1) * self.step_ns
 
-    def sample(self, middles_ns: Times, nodes_s: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Bool]:
         """Positions, clocks and availability in segments of time.
 
         middles_ns  (s,) middles of segments, GPS time [ns];  nodes_s (k,) relative to them [s]
@@ -106,7 +103,7 @@ class PreciseOrbits:
         turn_rad = (ROTATION_RPS * nodes_s)[:, None]
         return eci_to_ecef(pos_m, turn_rad), clocks_m, available
 
-    def _interpolated(self, middles_ns, nodes_s, window, held) -> tuple[Array, Array]:
+    def _interpolated(self, middles_ns, nodes_s, window, held) -> tuple[F64, F64]:
         """Positions and velocities (s, k, n, 3) in the axes that ECEF has in the middle of each segment."""
         rows = window[..., None] + np.arange(POINTS)
         given_m = self.pos_ecef_m[
@@ -123,7 +120,7 @@ class PreciseOrbits:
             np.einsum("sknp,snpj->sknj", slope / half_s, still_m),
         )
 
-    def _clocks(self, middles_ns, nodes_s, before) -> Array:
+    def _clocks(self, middles_ns, nodes_s, before) -> F64:
         """Clocks (s, k, n) [s] on the lines between two instants, nan where one is missing.
 
         A line, because what moves an atomic clock is above all white frequency noise: between two readings
@@ -139,7 +136,7 @@ _ANYWHERE_M = np.array((2.6e7, 0.0, 0.0))
 """Where satellites are put that are nowhere: numbers stay finite."""
 
 
-def _suns_m(middles_ns: Times, nodes_s: Array) -> Array:
+def _suns_m(middles_ns: I64, nodes_s: F64) -> F64:
     """The Sun (s, k, 3) at the nodes, in the axes that ECEF has in the middle of each segment [m].
 
     In a minute the Sun moves by 12 urad among the stars: one place does for a segment.
@@ -148,7 +145,7 @@ def _suns_m(middles_ns: Times, nodes_s: Array) -> Array:
     return np.broadcast_to(sun_ecef_m(middles_ns, leap_s)[:, None], (len(middles_ns), len(nodes_s), 3))
 
 
-def from_sp3(product: Sp3, offset_m: Array | None = None) -> PreciseOrbits:
+def from_sp3(product: Sp3, offset_m: F64 | None = None) -> PreciseOrbits:
     """The navigation satellites of a product (`sp3.joined` makes one of several).
 
     offset_m  (SATELLITES, 3) by satellite index, nan of satellites to be left out (`phase_centre.offsets_m`);

@@ -12,11 +12,11 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation import phase_centre, precise
-from gnss_hil.emulator.constellation.base import Array, Broadcast
+from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.constellation.precise import PreciseOrbits
 from gnss_hil.emulator.files import sp3
 
@@ -34,16 +34,16 @@ def read(paths: Sequence[Path], day: date) -> PreciseOrbits:
 class PreciseConstellation:
     """One system's satellites of precise orbits; column (n,) of each in them."""
 
-    index: NDArray[np.int64]
+    index: I64
     orbits: PreciseOrbits
-    column: NDArray[np.int64]
+    column: I64
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """First and last GPS time of the orbits."""
         return self.orbits.span_ns
 
-    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]:
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]:
         """See `Constellation.sample`."""
         positions, clocks, available = self.orbits.sample(middles_ns, nodes_s)
         positions, clocks = positions[:, :, self.column], clocks[:, :, self.column]

@@ -22,8 +22,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.config.tables import ScenarioError, Time
-from gnss_hil.emulator.constellation.base import Array, Broadcast, Constellation
+from gnss_hil.emulator.constellation.base import Broadcast, Constellation
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Chunks, Grid
@@ -49,23 +50,23 @@ class SkyState:
     available, healthy, frequency, iod, ura, ephemeris, group_delay_m   (n,) see Broadcast
     """
 
-    index: NDArray[np.int64]
-    pos_ecef_m: Array
-    vel_ecef_mps: Array
-    acc_ecef_mps2: Array
-    clock_truth_m: Array
-    clock_truth_mps: Array
-    clock_m: Array
-    clock_drift_mps: Array
-    off_ecef_m: Array | None
-    off_ecef_mps: Array | None
-    available: NDArray[np.bool_]
-    healthy: NDArray[np.bool_]
-    frequency: NDArray[np.int64]
-    iod: NDArray[np.int64]
-    ura: NDArray[np.int64]
-    ephemeris: NDArray[np.int64]
-    group_delay_m: Array
+    index: I64
+    pos_ecef_m: F64
+    vel_ecef_mps: F64
+    acc_ecef_mps2: F64
+    clock_truth_m: F64
+    clock_truth_mps: F64
+    clock_m: F64
+    clock_drift_mps: F64
+    off_ecef_m: F64 | None
+    off_ecef_mps: F64 | None
+    available: Bool
+    healthy: Bool
+    frequency: I64
+    iod: I64
+    ura: I64
+    ephemeris: I64
+    group_delay_m: F64
 
 
 class TrueOrbits(Protocol):
@@ -74,12 +75,12 @@ class TrueOrbits(Protocol):
     where nothing is available."""
 
     @property
-    def index(self) -> NDArray[np.int64]: ...
+    def index(self) -> I64: ...
 
-    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, NDArray]: ...
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, NDArray]: ...
 
 
-ReportErrors = Callable[[NDArray[np.int64], Array, Array, Array], tuple[Array | float, Array | float]]
+ReportErrors = Callable[[I64, F64, F64, F64], tuple[F64 | float, F64 | float]]
 """An error of what all satellites of a sky report: middles_ns (s,), nodes_s (k,), true positions and
 velocities (s, k, n, 3) -> reported minus true positions (s, k, n, 3) [m] and clocks (s, k, n) [m]."""
 
@@ -89,7 +90,7 @@ class _Chunk:
     """coefficients (s, degree + 1, 4 n or 8 n): positions by satellite and axis, clocks; then, where they
     differ, what the report is off, in the same order."""
 
-    coefficients: Array
+    coefficients: F64
     broadcast: Broadcast
 
 
@@ -131,7 +132,7 @@ class Sky:
             values, {name: getattr(chunk.broadcast, name)[row] for name in Broadcast.__slots__}
         )
 
-    def over(self, t_ns: NDArray[np.int64]) -> SkyState:
+    def over(self, t_ns: I64) -> SkyState:
         """The sky at GPS times (q,), ascending: every field but `index` has an axis of times before its
         own."""
         segments, place = np.unique(GRID.segment(t_ns), return_inverse=True)
@@ -144,11 +145,11 @@ class Sky:
             {name: np.stack([getattr(b, name)[row] for b, row in rows])[place] for name in names},
         )
 
-    def _coefficients(self, segment: int) -> Array:
+    def _coefficients(self, segment: int) -> F64:
         number, row = divmod(segment, GRID.per_chunk)
         return self._chunks[number].coefficients[row]
 
-    def _state(self, values: Array, broadcast: Mapping[str, NDArray]) -> SkyState:
+    def _state(self, values: F64, broadcast: Mapping[str, NDArray]) -> SkyState:
         """The state of values and two derivatives (3, ..., 4 n or 8 n)."""
         n = len(self.index)
         value, rate, acceleration = values
@@ -191,7 +192,7 @@ class Sky:
 
     def _flown(
         self, truth: TrueOrbits, middles_ns, nodes_s, positions, clocks, broadcast
-    ) -> tuple[Broadcast, Array]:
+    ) -> tuple[Broadcast, F64]:
         """Broadcast and columns of a sky that flies `truth` and reports that or what it broadcasts.
 
         A truth without jumps needs no number of its ephemeris: one for all.
@@ -210,7 +211,7 @@ class Sky:
             return broadcast, true
         return broadcast, np.concatenate((true, _columns(positions, clocks) - true), axis=2)
 
-    def _misreported(self, middles_ns, nodes_s, columns: Array) -> Array:
+    def _misreported(self, middles_ns, nodes_s, columns: F64) -> F64:
         """Columns with the errors of the report added to what it is off."""
         s, k, width = columns.shape
         n = len(self.index)
@@ -225,7 +226,7 @@ class Sky:
         return np.concatenate((columns[:, :, : 4 * n], off), axis=2)
 
 
-def _columns(positions: Array, clocks: Array) -> Array:
+def _columns(positions: F64, clocks: F64) -> F64:
     """Positions (s, k, n, 3) and clocks (s, k, n) side by side, (s, k, 4 n)."""
     return np.concatenate((positions.reshape(*positions.shape[:2], -1), clocks), axis=2)
 
@@ -249,7 +250,7 @@ def build_sky(
     sky: Sources,
     time: Time,
     resolve_path: Callable[[str], Path],
-    report_errors: Callable[[NDArray[np.int64]], Sequence[ReportErrors]] = lambda index: (),
+    report_errors: Callable[[I64], Sequence[ReportErrors]] = lambda index: (),
 ) -> Sky:
     """The sky a scenario describes; ScenarioError with one line if it cannot be had.
 

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import SKY_KEY, Stream
-
-Numbers = NDArray[np.int64]
 
 MINUTE_NS = 60_000_000_000
 
@@ -29,19 +28,19 @@ _AGE_MINUTES = 1 << 40
 class Uploads:
     """period_min, phase_min (n,): uploads are at phase + number * period, in minutes of GPS time."""
 
-    period_min: Numbers
-    phase_min: Numbers
+    period_min: I64
+    phase_min: I64
 
-    def number(self, minute: Numbers) -> Numbers:
+    def number(self, minute: I64) -> I64:
         """(s, n) upload in force in each minute (s,)."""
         return (minute[:, None] - self.phase_min) // self.period_min
 
-    def begun(self, number: Numbers) -> Numbers:
+    def begun(self, number: I64) -> I64:
         """(s, n) minute in which uploads of these numbers came."""
         return self.phase_min + number * self.period_min
 
 
-def uploads(seed: int, index: Numbers, period_s: dict[int, float]) -> Uploads:
+def uploads(seed: int, index: I64, period_s: dict[int, float]) -> Uploads:
     """The uploads of satellites index (n,), `dbc.common.satellites`; period_s by system, whole minutes.
 
     Satellites of other systems are never given anything new: one upload serves for an age.
@@ -56,7 +55,7 @@ def uploads(seed: int, index: Numbers, period_s: dict[int, float]) -> Uploads:
     return Uploads(period, phase)
 
 
-def by_number(stream: Stream, number: Numbers, index: Numbers, per_satellite: int) -> NDArray:
+def by_number(stream: Stream, number: I64, index: I64, per_satellite: int) -> NDArray:
     """Standard normal numbers (s, n, per_satellite) of satellites index (n,) and uploads number (s, n)."""
     different, place = np.unique(number, return_inverse=True)
     count = satellites.SATELLITES * per_satellite

@@ -9,11 +9,9 @@ Long et al., GTDS Mathematical Theory, 1989)
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.earth.constants import ECCENTRICITY2, EQUATORIAL_RADIUS_M, POLAR_RADIUS_M
-
-Array = NDArray[np.float64]
 
 # Altitude [km], density [g/km^3] at the antapex and the apex of the bulge.
 _TABLE = np.array((
@@ -39,7 +37,7 @@ _LAG_RAD = np.deg2rad(30.0)
 _SECOND_ECCENTRICITY2 = ECCENTRICITY2 / (1 - ECCENTRICITY2)
 
 
-def altitude_m(pos_m: Array) -> Array:
+def altitude_m(pos_m: F64) -> F64:
     """Height (k,) above the WGS-84 ellipsoid [m] of positions (k, 3) in any axes about the Earth's.
 
     Good to 0.1 mm at all heights of orbits. Source: Bowring, Survey Review 23 (181), 1976
@@ -55,7 +53,7 @@ def altitude_m(pos_m: Array) -> Array:
     return across_m * np.cos(latitude) + z_m * sin - a_m * np.sqrt(1 - ECCENTRICITY2 * sin * sin)
 
 
-def density_kgpm3(pos_eci_m: Array, sun_eci_m: Array, exponent: float) -> Array:
+def density_kgpm3(pos_eci_m: F64, sun_eci_m: F64, exponent: float) -> F64:
     """Density of the air (k,) [kg/m^3] at positions (k, 3), with the Sun at (k, 3), eci [m].
 
     exponent  of the bulge: 2 for orbits of low inclination, 6 for polar ones

@@ -9,7 +9,8 @@ orientation is for files in celestial axes (`frames`), not for orbits that begin
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import F64, I64
 
 LIGHT_MPS = 299_792_458.0
 """Speed of light. IS-GPS-200, 20.3.3.3.3.1."""
@@ -36,7 +37,7 @@ _J2000_NS = 7300 * _DAY_NS + _DAY_NS // 2
 """2000-01-01 12:00 counted from 1980-01-06 00:00 on one uniform calendar."""
 
 
-def rotation_angle_rad(t_ns: int | NDArray[np.int64], leap_s: int) -> NDArray[np.float64]:
+def rotation_angle_rad(t_ns: int | I64, leap_s: int) -> F64:
     """Earth rotation angle at GPS time t_ns, ecef relative to eci.
 
     t_ns     (...,) GPS time [ns]
@@ -50,7 +51,7 @@ def rotation_angle_rad(t_ns: int | NDArray[np.int64], leap_s: int) -> NDArray[np
     return 2 * np.pi * (turns % 1.0)
 
 
-def eci_to_ecef(pos_eci_m: NDArray[np.float64], angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+def eci_to_ecef(pos_eci_m: F64, angle_rad: F64) -> F64:
     """Coordinates (..., 3) turned about z from eci to ecef by the Earth rotation angle (...,) [rad]."""
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     x, y, z = pos_eci_m[..., 0], pos_eci_m[..., 1], pos_eci_m[..., 2]

@@ -18,13 +18,10 @@ from __future__ import annotations
 
 import erfa
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.finals import Orientation
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 _DAY_NS = 86_400_000_000_000
 _GPS_EPOCH_JD = 2_444_244.5
@@ -35,13 +32,13 @@ _GCRS_FROM_EME2000 = erfa.bp06(erfa.DJ00, 0.0)[0].T
 """The frame bias, (3, 3): 0.8 m in low orbit. Source: erfa.bp06 (IERS Conventions 2010, 5.32 and 5.33)"""
 
 
-def tt_jd(t_ns: int | Times) -> tuple[Array, Array]:
+def tt_jd(t_ns: int | I64) -> tuple[F64, F64]:
     """Julian date (TT) of GPS time t_ns (...,) [ns], in two parts: whole days, and the rest."""
     days, rest_ns = np.divmod(np.asarray(t_ns, np.int64), _DAY_NS)
     return _GPS_EPOCH_JD + days, rest_ns / _DAY_NS + _TT_MINUS_GPS_DAYS
 
 
-def cirs_from_gcrs(t_ns: int | Times) -> Array:
+def cirs_from_gcrs(t_ns: int | I64) -> F64:
     """Rotations (..., 3, 3) to the celestial intermediate frame of date.
 
     Source: IAU 2006 precession, 2000A nutation (erfa.c2i06a)
@@ -49,7 +46,7 @@ def cirs_from_gcrs(t_ns: int | Times) -> Array:
     return erfa.c2i06a(*tt_jd(t_ns))
 
 
-def eci_from_gcrs(start_ns: int) -> Array:
+def eci_from_gcrs(start_ns: int) -> F64:
     """Rotation (3, 3) to a run's inertial frame: the celestial intermediate frame of its start, held fixed.
 
     The pole of date leaves it by some 0.1 arcsec a day, 3 m at the Earth's surface; a run's Earth keeps the
@@ -58,7 +55,7 @@ def eci_from_gcrs(start_ns: int) -> Array:
     return cirs_from_gcrs(start_ns)
 
 
-def utc_jd(t_ns: int | Times) -> tuple[Array, Array]:
+def utc_jd(t_ns: int | I64) -> tuple[F64, F64]:
     """Julian date (UTC, taken for UT1) of GPS time t_ns (...,) [ns], in two parts: days, and the rest."""
     t_ns = np.asarray(t_ns, np.int64)
     leap_s = np.vectorize(gpstime.leap_seconds, otypes=[np.int64])(t_ns)
@@ -66,21 +63,21 @@ def utc_jd(t_ns: int | Times) -> tuple[Array, Array]:
     return _GPS_EPOCH_JD + days, rest_ns / _DAY_NS
 
 
-def _about_z(angle_rad: Array) -> Array:
+def _about_z(angle_rad: F64) -> F64:
     """Rotations (..., 3, 3) of coordinates into axes turned about z by angles (...,) [rad]."""
     cos, sin, zero = np.cos(angle_rad), np.sin(angle_rad), np.zeros_like(angle_rad)
     rows = ((cos, sin, zero), (-sin, cos, zero), (zero, zero, zero + 1))
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _ut1_jd(t_ns: int | Times, measured: Orientation | None) -> tuple[Array, Array]:
+def _ut1_jd(t_ns: int | I64, measured: Orientation | None) -> tuple[F64, F64]:
     if measured is None:
         return utc_jd(t_ns)
     days, rest_ns = np.divmod(np.asarray(t_ns, np.int64), _DAY_NS)
     return _GPS_EPOCH_JD + days, rest_ns / _DAY_NS + measured.at(np.asarray(t_ns, np.int64))[0] / 86400
 
 
-def _ecef_from_tirs(t_ns: int | Times, measured: Orientation | None) -> Array:
+def _ecef_from_tirs(t_ns: int | I64, measured: Orientation | None) -> F64:
     """Rotations (..., 3, 3) by which the pole moves in the Earth."""
     if measured is None:
         return np.broadcast_to(np.eye(3), (*np.shape(t_ns), 3, 3))
@@ -88,19 +85,19 @@ def _ecef_from_tirs(t_ns: int | Times, measured: Orientation | None) -> Array:
     return erfa.pom00(pole_rad[..., 0], pole_rad[..., 1], erfa.sp00(*tt_jd(t_ns)))
 
 
-def ecef_from_gcrs(t_ns: int | Times, measured: Orientation | None = None) -> Array:
+def ecef_from_gcrs(t_ns: int | I64, measured: Orientation | None = None) -> F64:
     """Rotations (..., 3, 3) from celestial to terrestrial axes: pole and origin of date, the Earth's rotation
     angle, and, if measured, the pole's motion. Source: IERS Conventions (2010), eq. 5.1"""
     turned = _about_z(erfa.era00(*_ut1_jd(t_ns, measured))) @ cirs_from_gcrs(t_ns)
     return _ecef_from_tirs(t_ns, measured) @ turned
 
 
-def ecef_from_eme2000(t_ns: int | Times, measured: Orientation | None = None) -> Array:
+def ecef_from_eme2000(t_ns: int | I64, measured: Orientation | None = None) -> F64:
     """Rotations (..., 3, 3) from the mean equator and equinox of J2000 to terrestrial axes."""
     return ecef_from_gcrs(t_ns, measured) @ _GCRS_FROM_EME2000
 
 
-def ecef_from_teme(t_ns: int | Times, measured: Orientation | None = None) -> Array:
+def ecef_from_teme(t_ns: int | I64, measured: Orientation | None = None) -> F64:
     """Rotations (..., 3, 3) from true equator, mean equinox of date to terrestrial axes.
 
     Source: Vallado et al., Revisiting Spacetrack Report #3, AIAA 2006-6753, appendix C: by GMST of 1982

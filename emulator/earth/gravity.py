@@ -14,11 +14,9 @@ from itertools import islice
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import C128, F64
 from gnss_hil.emulator.earth.constants import MU_M3PS2
-
-Array = NDArray[np.float64]
 
 REFERENCE_RADIUS_M = 6_378_136.3
 """Radius the EGM2008 coefficients refer to."""
@@ -27,7 +25,7 @@ HIGHEST_DEGREE = 50
 """Degree and order up to which the coefficients ship."""
 
 
-def coefficients(degree: int) -> tuple[Array, Array]:
+def coefficients(degree: int) -> tuple[F64, F64]:
     """C(n,m) and S(n,m) of EGM2008, fully normalised, tide-free, (degree + 1, degree + 1) each.
 
     Degrees 0 and 1 are zero: the point mass is a force of its own, and the origin is the centre of mass.
@@ -50,7 +48,7 @@ def _norm(n: int, m: int) -> float:
     return ((1 if m == 0 else 2) * (2 * n + 1) * factorial(n - m) / factorial(n + m)) ** 0.5
 
 
-def _gradient(c: Array, s: Array) -> Array:
+def _gradient(c: F64, s: F64) -> F64:
     """Matrix (3, 2, n + 1, m + 1) from harmonics one degree higher to the acceleration, in units of mu / R^2.
 
     The second axis is the real part (V) and the imaginary one (W).
@@ -76,7 +74,7 @@ def _gradient(c: Array, s: Array) -> Array:
     return out
 
 
-def field(degree: int) -> Callable[[Array], Array]:
+def field(degree: int) -> Callable[[F64], F64]:
     """Acceleration by the harmonics of degree 2 to `degree`, all orders.
 
     returns  function of positions (k, 3) ecef [m] that gives (k, 3) ecef [m/s^2]
@@ -86,7 +84,7 @@ def field(degree: int) -> Callable[[Array], Array]:
     gradient = scale * _gradient(*coefficients(degree)).reshape(3, 2 * size * size)
     along, back, diagonal = _recursion(size)
 
-    def acceleration(pos_ecef_m: Array) -> Array:
+    def acceleration(pos_ecef_m: F64) -> F64:
         points = len(pos_ecef_m)
         ratio = REFERENCE_RADIUS_M / np.einsum("ij,ij->i", pos_ecef_m, pos_ecef_m)
         square = REFERENCE_RADIUS_M * ratio
@@ -99,7 +97,7 @@ def field(degree: int) -> Callable[[Array], Array]:
             np.multiply(by_z[n], q[n - 1], out=q[n])
             q[n] -= by_square[n] * q[n - 2]
             q[n, n] = diagonal[n]
-        turn: NDArray[np.complex128] = np.empty((size, points), np.complex128)
+        turn: C128 = np.empty((size, points), np.complex128)
         turn[0] = np.sqrt(square)
         turn[1:] = (pos_ecef_m[:, 0] + 1j * pos_ecef_m[:, 1]) * ratio
         np.cumprod(turn, axis=0, out=turn)
@@ -109,7 +107,7 @@ def field(degree: int) -> Callable[[Array], Array]:
     return acceleration
 
 
-def _recursion(size: int) -> tuple[Array, Array, Array]:
+def _recursion(size: int) -> tuple[F64, F64, F64]:
     """Factors along a column of one order, (n, m, 1) for z and for the square of the radius, and the
     harmonics (n,) where m = n, of degrees below `size`; zero where there are none.
 

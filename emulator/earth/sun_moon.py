@@ -10,14 +10,11 @@ from __future__ import annotations
 import erfa
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth.constants import eci_to_ecef, rotation_angle_rad
 from gnss_hil.emulator.earth.frames import cirs_from_gcrs, eci_from_gcrs, tt_jd
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Chunks, Grid, lobatto_nodes
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 AU_M = 149_597_870_700.0
 """Astronomical unit. IAU 2012 resolution B2."""
@@ -29,18 +26,18 @@ MU_MOON_M3PS2 = 4.902800066e12
 _DEGREE = 12
 
 
-def sun_gcrs_m(t_ns: Times) -> Array:
+def sun_gcrs_m(t_ns: I64) -> F64:
     """The Sun (n, 3) [m], GCRS, at GPS times t_ns (n,) [ns]."""
     heliocentric, _ = erfa.epv00(*tt_jd(t_ns))
     return -AU_M * heliocentric["p"]
 
 
-def moon_gcrs_m(t_ns: Times) -> Array:
+def moon_gcrs_m(t_ns: I64) -> F64:
     """The Moon (n, 3) [m], GCRS, at GPS times t_ns (n,) [ns]."""
     return AU_M * erfa.moon98(*tt_jd(t_ns))["p"]
 
 
-def sun_ecef_m(t_ns: Times, leap_s: int) -> Array:
+def sun_ecef_m(t_ns: I64, leap_s: int) -> F64:
     """The Sun (n, 3) [m], ecef of that instant.
 
     t_ns    (n,) GPS time [ns]
@@ -58,7 +55,7 @@ class InertialBodies:
         self._eci_from_gcrs = eci_from_gcrs(start_ns)
         self._chunks = Chunks(self._fit)
 
-    def at(self, t_ns: Times) -> tuple[Array, Array]:
+    def at(self, t_ns: I64) -> tuple[F64, F64]:
         """Sun and Moon (k, 3) each, eci [m], at GPS times t_ns (k,) [ns]."""
         grid = self._grid
         segments = (t_ns - grid.origin_ns) // grid.segment_ns
@@ -70,7 +67,7 @@ class InertialBodies:
             places[rows] = chebyshev.chebvander(x, _DEGREE) @ self._chunks[segment]
         return places[:, :3], places[:, 3:]
 
-    def _fit(self, segment: int) -> Array:
+    def _fit(self, segment: int) -> F64:
         """Coefficients (degree + 1, 6) of one segment."""
         nodes_ns = np.rint(lobatto_nodes(_DEGREE) * self._grid.half_s * NS_PER_S).astype(np.int64)
         t_ns = self._grid.middles_ns(segment) + nodes_ns

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth.sun_moon import sun_ecef_m
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Grid, Table
 
@@ -19,14 +19,14 @@ class Sun:
         self._table = Table(_GRID, lambda chunk: self._sample(chunk, leap_s))
 
     @staticmethod
-    def _sample(chunk: int, leap_s: int) -> NDArray[np.float64]:
+    def _sample(chunk: int, leap_s: int) -> F64:
         t_ns = _GRID.middles_ns(chunk)[:, None] + np.rint(_GRID.nodes_s * NS_PER_S).astype(np.int64)
         return sun_ecef_m(t_ns.ravel(), leap_s).reshape(*t_ns.shape, 3)
 
-    def at(self, t_ns: int) -> NDArray[np.float64]:
+    def at(self, t_ns: int) -> F64:
         """(3,) geocentric place in ECEF of the instant [m]."""
         return self._table.at(t_ns)[0]
 
-    def over(self, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def over(self, t_ns: I64) -> F64:
         """(q, 3) the same at times (q,)."""
         return self._table.over(t_ns)[:, 0]

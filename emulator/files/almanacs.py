@@ -15,12 +15,10 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.files.text import FileError, read_text
-
-Array = NDArray[np.float64]
 
 WEEKS = 1024
 """Weeks are written modulo this; larger numbers are whole."""
@@ -45,10 +43,10 @@ class Almanac:
     """
 
     system: int
-    number: NDArray[np.int64]
-    healthy: NDArray[np.bool_]
-    reference_ns: NDArray[np.int64]
-    elements: dict[str, Array]
+    number: I64
+    healthy: Bool
+    reference_ns: I64
+    elements: dict[str, F64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,8 @@ they take tenths.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import F64, I64, U8, Bool
 
 _BLANK, _PLUS, _MINUS, _POINT, _ZERO = (ord(sign) for sign in " +-.0")
 
@@ -28,14 +29,14 @@ class Lines:
         self._ends = np.flatnonzero(self._bytes == ord("\n"))
         self._starts = np.append(0, self._ends[:-1] + 1)
 
-    def field(self, rows: NDArray[np.int64], column: int, width: int) -> NDArray[np.uint8]:
+    def field(self, rows: I64, column: int, width: int) -> U8:
         """(k, width) characters of lines `rows` from a column on; blanks beyond a line's end."""
         place = self._starts[rows][:, None] + np.arange(column, column + width)
         inside = place < self._ends[rows][:, None]
         return np.where(inside, self._bytes[np.where(inside, place, 0)], _BLANK)
 
 
-def decimals(chars: NDArray[np.uint8], places: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def decimals(chars: U8, places: int) -> tuple[F64, Bool]:
     """Numbers of the form Fw.d.
 
     chars    (k, w) characters
@@ -61,7 +62,7 @@ def decimals(chars: NDArray[np.uint8], places: int) -> tuple[NDArray[np.float64]
     return np.where(good, values, np.nan), ~good & ~blank
 
 
-def flags(chars: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def flags(chars: U8) -> tuple[I64, Bool]:
     """Single digits (k, 1): (k,) values, 0 where blank; (k,) whether a field is neither a digit nor blank."""
     digits = chars[:, 0] - np.uint8(_ZERO)
     return np.where(digits < 10, digits, 0).astype(np.int64), (digits >= 10) & (chars[:, 0] != _BLANK)

@@ -11,9 +11,9 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.text import FileError, read_text
 
 TIME = "UTC"
@@ -23,8 +23,8 @@ TIME = "UTC"
 class Table:
     """t_ns (n,) GPS time [ns], ascending; columns (n, w) as wanted."""
 
-    t_ns: NDArray[np.int64]
-    columns: NDArray[np.float64]
+    t_ns: I64
+    columns: F64
 
 
 def read(path: Path, wanted: Sequence[str]) -> Table:

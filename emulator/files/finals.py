@@ -12,12 +12,10 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.text import FileError, read_text
-
-Array = NDArray[np.float64]
 
 _MJD_EPOCH = datetime(1858, 11, 17)
 _GPS_EPOCH_MJD = 44_244
@@ -36,12 +34,12 @@ class Orientation:
     origin        the file's name, for errors
     """
 
-    t_ns: NDArray[np.int64]
-    ut1_gps_s: Array
-    pole_rad: Array
+    t_ns: I64
+    ut1_gps_s: F64
+    pole_rad: F64
     origin: str
 
-    def at(self, t_ns: NDArray[np.int64]) -> tuple[Array, Array]:
+    def at(self, t_ns: I64) -> tuple[F64, F64]:
         """UT1 - GPS (...,) [s] and pole (..., 2) [rad] at GPS times t_ns (...,), linear between days: tides
         bend them by some 0.1 ms, 5 cm. Outside the table its ends hold, which `check` refuses of a run."""
         first = self.t_ns[0]

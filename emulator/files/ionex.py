@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.files.text import FileError, read_text
 
 NO_VALUE = 9999
@@ -38,9 +38,9 @@ class TecMaps:
     """
 
     epoch: tuple[datetime, ...]
-    lat_deg: NDArray[np.float64]
-    lon_deg: NDArray[np.float64]
-    vtec_tecu: NDArray[np.float64]
+    lat_deg: F64
+    lon_deg: F64
+    vtec_tecu: F64
     height_km: float
     base_radius_km: float
 
@@ -145,7 +145,7 @@ def _needed(reader: _Reader, head: _Head, label: str) -> tuple[str, int]:
     return head[label]
 
 
-def _grid(reader: _Reader, head: _Head, label: str) -> NDArray[np.float64]:
+def _grid(reader: _Reader, head: _Head, label: str) -> F64:
     """Nodes from first, last and step; step 0 is a single one."""
     cells, line = _needed(reader, head, label)
     first, last, step = (reader.number(cells[k : k + 6], label, line=line) for k in (2, 8, 14))
@@ -170,7 +170,7 @@ def _next_map(reader: _Reader) -> str | None:
     return None
 
 
-def _map(reader: _Reader, lat: NDArray[np.float64], columns: int, exponent: int):
+def _map(reader: _Reader, lat: F64, columns: int, exponent: int):
     """Epoch and values (i, j) of a map; a map may set an exponent of its own."""
     where, epoch, rows = "a map of content", None, []
     while not (line := reader.next(where))[60:].startswith("END OF TEC MAP"):

@@ -15,12 +15,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.text import FileError, read_text
-
-Array = NDArray[np.float64]
 
 TIME_SYSTEMS = {"UTC": None, "GPS": 0.0, "TAI": 19.0, "TT": 51.184}
 """Seconds ahead of GPS time; UTC by its leap seconds."""
@@ -42,9 +40,9 @@ class Ephemeris:
 
     name: str
     frame: str
-    t_ns: NDArray[np.int64]
-    pos_m: Array
-    vel_mps: Array
+    t_ns: I64
+    pos_m: F64
+    vel_mps: F64
 
 
 def read(path: Path) -> Ephemeris:

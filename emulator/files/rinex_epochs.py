@@ -13,9 +13,9 @@ from datetime import datetime
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.columns import Lines
 from gnss_hil.emulator.files.rinex_obs_header import Header, satellite_index
 from gnss_hil.emulator.files.text import FileError
@@ -47,11 +47,11 @@ class Epochs:
     per_line, indent   observations on a line, and columns in front of the first
     """
 
-    t_ns: NDArray[np.int64]
-    clock_s: NDArray[np.float64]
-    epoch: NDArray[np.int64]
-    sat: NDArray[np.int64]
-    line: NDArray[np.int64]
+    t_ns: I64
+    clock_s: F64
+    epoch: I64
+    sat: I64
+    line: I64
     per_line: int
     indent: int
 

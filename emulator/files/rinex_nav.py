@@ -16,8 +16,8 @@ from math import isfinite, nan
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.rinex_blocks import blocks
 from gnss_hil.emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
 from gnss_hil.emulator.files.text import FileError, read_text
@@ -42,9 +42,9 @@ class Records:
     fields   name -> (m,) value, as written
     """
 
-    number: NDArray[np.int64]
+    number: I64
     epoch: tuple[datetime, ...]
-    fields: dict[str, NDArray[np.float64]]
+    fields: dict[str, F64]
 
     def __len__(self) -> int:
         return len(self.number)

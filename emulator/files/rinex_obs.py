@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites, systems
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.files.columns import Lines, decimals, flags
 from gnss_hil.emulator.files.rinex_epochs import EPOCHS, Epochs
 from gnss_hil.emulator.files.rinex_obs_header import Header, parse_header
@@ -43,12 +44,12 @@ class Observations:
 
     origin: str
     header: Header
-    t_ns: NDArray[np.int64]
-    clock_s: NDArray[np.float64]
-    epoch: NDArray[np.int64]
-    sat: NDArray[np.int64]
-    obs: dict[str, NDArray[np.float64]]
-    lli: dict[str, NDArray[np.int64]]
+    t_ns: I64
+    clock_s: F64
+    epoch: I64
+    sat: I64
+    obs: dict[str, F64]
+    lli: dict[str, I64]
 
 
 def read(path: Path) -> Observations:
@@ -76,7 +77,7 @@ def parse(text: str, origin: str) -> Observations:
     return Observations(origin, header, epochs.t_ns, epochs.clock_s, epochs.epoch, epochs.sat, obs, lli)
 
 
-def _rows_of(letter: str, sat: NDArray[np.int64]) -> NDArray[np.int64]:
+def _rows_of(letter: str, sat: I64) -> I64:
     """Rows that a list of codes is for; version 2 has one list for all."""
     if not letter:
         return np.arange(len(sat))
@@ -98,9 +99,7 @@ def _column(lines: Lines, epochs: Epochs, rows, k: int, code: str) -> tuple[NDAr
     return values, lost
 
 
-def _refuse(
-    lines: Lines, at, place: int, width: int, bad: NDArray[np.bool_], name: str, allowed: str
-) -> None:
+def _refuse(lines: Lines, at, place: int, width: int, bad: Bool, name: str, allowed: str) -> None:
     if bad.any():
         line = int(at[np.argmax(bad)])
         found = lines.text[line][place : place + width]

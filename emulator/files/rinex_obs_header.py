@@ -12,9 +12,9 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites, systems
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.files.text import FileError
 
 OLDEST, NEWEST = 2.0, 5.0
@@ -56,8 +56,8 @@ class Header:
     marker: str = ""
     receiver: str = ""
     antenna: str = ""
-    position_ecef_m: NDArray[np.float64] = field(default_factory=lambda: np.full(3, nan))
-    delta_hen_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    position_ecef_m: F64 = field(default_factory=lambda: np.full(3, nan))
+    delta_hen_m: F64 = field(default_factory=lambda: np.zeros(3))
     interval_s: float = nan
     clock_applied: bool = False
     wave_factors: tuple[int, int] = (1, 1)

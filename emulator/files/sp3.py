@@ -13,9 +13,9 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.columns import Lines, decimals
 from gnss_hil.emulator.files.text import FileError, read_text
 
@@ -56,17 +56,17 @@ class Sp3:
     """
 
     origin: str
-    t_ns: NDArray[np.int64]
+    t_ns: I64
     name: tuple[str, ...]
-    pos_ecef_m: NDArray[np.float64]
-    clock_s: NDArray[np.float64]
+    pos_ecef_m: F64
+    clock_s: F64
 
     @property
-    def index(self) -> NDArray[np.int64]:
+    def index(self) -> I64:
         """(k,) satellite index of the navigation satellites, ascending: no columns, see `navigation`."""
         return self.navigation()[0]
 
-    def navigation(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def navigation(self) -> tuple[I64, I64]:
         """Satellite index (k,), ascending, and column (k,) of those with a letter of ours."""
         named = ((_index(name), column) for column, name in enumerate(self.name))
         found = {index: column for index, column in named if index is not None}
@@ -124,7 +124,7 @@ def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]]) -
     return Sp3(lines.origin, np.array(t_ns), tuple(name.tolist()), grid[..., :3], grid[..., 3])
 
 
-def _numbers(lines: Lines, at: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _numbers(lines: Lines, at: I64) -> tuple[F64, F64]:
     """Positions (p, 3) [km] and clocks (p,) [us] of the lines `at`; a clock may be blank."""
     columns = []
     for k, name in enumerate(_NUMBERS):

@@ -15,7 +15,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
+
+from gnss_hil.dbc.common.arrays import F64, I64
 
 NS_PER_S = 1_000_000_000
 
@@ -41,7 +42,7 @@ class Chunks(Generic[Built]):
 
 
 @lru_cache(maxsize=16)
-def lobatto_nodes(degree: int) -> NDArray[np.float64]:
+def lobatto_nodes(degree: int) -> F64:
     """(degree + 1,) Chebyshev-Lobatto nodes on [-1, 1], ascending, both ends included."""
     nodes = -np.cos(np.pi * np.arange(degree + 1) / degree)
     nodes.flags.writeable = False
@@ -49,7 +50,7 @@ def lobatto_nodes(degree: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=16)
-def fit_matrix(degree: int) -> NDArray[np.float64]:
+def fit_matrix(degree: int) -> F64:
     """(degree + 1, degree + 1) values at the Lobatto nodes -> Chebyshev coefficients."""
     values = chebyshev.chebvander(lobatto_nodes(degree), degree)
     matrix = np.asarray(np.linalg.solve(values, np.eye(degree + 1)), np.float64)
@@ -58,7 +59,7 @@ def fit_matrix(degree: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=16)
-def _derivative_matrix(degree: int) -> NDArray[np.float64]:
+def _derivative_matrix(degree: int) -> F64:
     """(degree + 1, degree + 1) values at the Lobatto nodes -> derivatives by x there."""
     slopes = chebyshev.chebder(fit_matrix(degree))
     matrix = chebyshev.chebvander(lobatto_nodes(degree), degree - 1) @ slopes
@@ -67,7 +68,7 @@ def _derivative_matrix(degree: int) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=16)
-def _basis_matrix(degree: int, half_s: float) -> NDArray[np.float64]:
+def _basis_matrix(degree: int, half_s: float) -> F64:
     """(degree + 1, 3, degree + 1) powers of x -> T_k and its first and second derivatives by time,
     x = t / half_s."""
     matrix = np.zeros((degree + 1, 3, degree + 1))
@@ -102,7 +103,7 @@ class Grid:
         return (self.segment_ns / 2 + self.margin_ns) / NS_PER_S
 
     @property
-    def nodes_s(self) -> NDArray[np.float64]:
+    def nodes_s(self) -> F64:
         """(degree + 1,) nodes of a segment relative to its middle [s]."""
         return self.half_s * lobatto_nodes(self.degree)
 
@@ -110,20 +111,20 @@ class Grid:
         """Number of the segment that holds t_ns, a number or (q,): [start, end)."""
         return (t_ns - self.origin_ns) // self.segment_ns
 
-    def middles_ns(self, chunk: int) -> NDArray[np.int64]:
+    def middles_ns(self, chunk: int) -> I64:
         """(per_chunk,) GPS times of the middles of a chunk's segments [ns]."""
         first = chunk * self.per_chunk
         return self.origin_ns + (first + np.arange(self.per_chunk)) * self.segment_ns + self.segment_ns // 2
 
-    def fit(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def fit(self, values: F64) -> F64:
         """Values (s, degree + 1, w) at the nodes of s segments -> coefficients of the same shape."""
         return np.matmul(fit_matrix(self.degree), values)
 
-    def derivative(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def derivative(self, values: F64) -> F64:
         """Time derivative at the nodes of s segments of what has these values (s, degree + 1, w) there."""
         return np.matmul(_derivative_matrix(self.degree), values) / self.half_s
 
-    def evaluate(self, coefficients: NDArray[np.float64], segment: int, t_ns: int) -> NDArray[np.float64]:
+    def evaluate(self, coefficients: F64, segment: int, t_ns: int) -> F64:
         """Value, first and second time derivative, (3, w), of one segment (degree + 1, w) at t_ns."""
         half_s = self.half_s
         middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
@@ -132,13 +133,11 @@ class Grid:
         basis = powers @ _basis_matrix(self.degree, half_s).reshape(self.degree + 1, -1)
         return basis.reshape(3, -1) @ coefficients
 
-    def evaluate_many(
-        self, coefficients: Callable[[int], NDArray[np.float64]], t_ns: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def evaluate_many(self, coefficients: Callable[[int], F64], t_ns: I64) -> F64:
         """Values and derivatives (q, 3, w) at times (q,); coefficients of a segment by its number. The same
         numbers as `evaluate`, one product for each segment."""
         segments = self.segment(t_ns)
-        out: NDArray[np.float64] = np.empty((len(t_ns), 3, 0))
+        out: F64 = np.empty((len(t_ns), 3, 0))
         for segment in np.unique(segments).tolist():
             middle_ns = self.origin_ns + segment * self.segment_ns + self.segment_ns // 2
             here = segments == segment
@@ -160,20 +159,20 @@ class Table:
     `sample(chunk)` returns the values (per_chunk, degree + 1, w) at the nodes of the chunk's segments.
     """
 
-    def __init__(self, grid: Grid, sample: Callable[[int], NDArray[np.float64]]):
+    def __init__(self, grid: Grid, sample: Callable[[int], F64]):
         self.grid = grid
         self._chunks = Chunks(lambda chunk: grid.fit(sample(chunk)))
 
-    def at(self, t_ns: int) -> NDArray[np.float64]:
+    def at(self, t_ns: int) -> F64:
         """(3, w) value, first and second time derivative at GPS time t_ns."""
         segment = self.grid.segment(t_ns)
         chunk, row = divmod(segment, self.grid.per_chunk)
         return self.grid.evaluate(self._chunks[chunk][row], segment, t_ns)
 
-    def over(self, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def over(self, t_ns: I64) -> F64:
         """(q, 3, w) the same at times (q,)."""
 
-        def coefficients(segment: int) -> NDArray[np.float64]:
+        def coefficients(segment: int) -> F64:
             chunk, row = divmod(segment, self.grid.per_chunk)
             return self._chunks[chunk][row]
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from gnss_hil.dbc.common.arrays import F64
 
 
-def dcm_321(roll: float, pitch: float, yaw: float) -> Array:
+def dcm_321(roll: float, pitch: float, yaw: float) -> F64:
     """(3, 3) matrix of the turn yaw about z, then pitch about y, then roll about x [rad]."""
     cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
     return np.array(
@@ -25,7 +24,7 @@ def dcm_321(roll: float, pitch: float, yaw: float) -> Array:
     )
 
 
-def rate_321(roll: float, pitch: float, roll_rate: float, pitch_rate: float, yaw_rate: float) -> Array:
+def rate_321(roll: float, pitch: float, roll_rate: float, pitch_rate: float, yaw_rate: float) -> F64:
     """(3,) body rate [rad/s] of 3-2-1 angles [rad] and their rates.
 
     Source: Wertz (ed.), Spacecraft Attitude Determination and Control, appendix E, 3-2-1 sequence
@@ -40,7 +39,7 @@ def rate_321(roll: float, pitch: float, roll_rate: float, pitch_rate: float, yaw
     )
 
 
-def quaternion_of_dcm(dcm: Array) -> Array:
+def quaternion_of_dcm(dcm: F64) -> F64:
     """Unit quaternions (..., 4), scalar first and not negative, of passive rotation matrices (..., 3, 3).
 
     Source: Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1, 1978
@@ -60,12 +59,12 @@ def quaternion_of_dcm(dcm: Array) -> Array:
     return np.where(quaternion[..., :1] < 0, -quaternion, quaternion)
 
 
-def dcm_of_quaternion(quaternion: Array) -> Array:
+def dcm_of_quaternion(quaternion: F64) -> F64:
     """(3, 3) passive rotation matrix C(q) of a unit quaternion (4,), scalar first."""
     return np.array(_rows(*quaternion.tolist()))
 
 
-def dcm_of_quaternions(quaternions: Array) -> Array:
+def dcm_of_quaternions(quaternions: F64) -> F64:
     """(n, 3, 3) matrices of unit quaternions (n, 4)."""
     return np.stack([np.stack(row, axis=-1) for row in _rows(*quaternions.T)], axis=1)
 
@@ -79,7 +78,7 @@ def _rows(w, x, y, z):
     )
 
 
-def product(a: Array, b: Array) -> Array:
+def product(a: F64, b: F64) -> F64:
     """Hamilton product of quaternions (..., 4). Of passive ones: the turn a and then the turn b."""
     a0, a1, a2, a3 = np.moveaxis(a, -1, 0)
     b0, b1, b2, b3 = np.moveaxis(b, -1, 0)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.earth.constants import (
     EQUATORIAL_RADIUS_M,
@@ -47,8 +47,6 @@ _HIGHEST_APOGEE_KM = 101_000.0
 """The bus ends at 109.95e6 m from the Earth's centre (NAV_X, NAV_Y, NAV_Z): 2.4 % above this. Elements given
 over a pole at the lowest perigee leave out the energy of J2 there, and their apogee grows by 2.0 %."""
 
-Array = NDArray[np.float64]
-
 
 class OrbitError(ArithmeticError):
     """The orbit cannot be continued: the craft is inside the Earth or the solution diverges."""
@@ -64,16 +62,16 @@ class CraftState:
     acc_ecef_mps2   [m/s^2], second time derivative of pos_ecef_m
     """
 
-    pos_ecef_m: Array
-    vel_ecef_mps: Array
-    acc_ecef_mps2: Array
+    pos_ecef_m: F64
+    vel_ecef_mps: F64
+    acc_ecef_mps2: F64
 
 
 class Orbit:
     """The orbit of one craft, any instant before or after its start."""
 
     def __init__(
-        self, start_ns: int, pos_eci_m: Array, vel_eci_mps: Array, acceleration, segment_ns: int = _SEGMENT_NS
+        self, start_ns: int, pos_eci_m: F64, vel_eci_mps: F64, acceleration, segment_ns: int = _SEGMENT_NS
     ):
         self.start_ns = start_ns
         self._segment_ns = segment_ns
@@ -87,11 +85,11 @@ class Orbit:
         """State at GPS time t_ns."""
         return CraftState(*self._table.at(t_ns))
 
-    def over(self, t_ns: NDArray[np.int64]) -> CraftState:
+    def over(self, t_ns: I64) -> CraftState:
         """States (q, 3) at GPS times (q,)."""
         return CraftState(*self._table.over(t_ns).swapaxes(0, 1))
 
-    def _sample(self, chunk: int) -> Array:
+    def _sample(self, chunk: int) -> F64:
         """Positions (per_chunk, nodes, 3), ecef [m], at the nodes of a chunk's segments."""
         positions, end = self._solve(chunk, forward=True)
         self._boundary.setdefault(chunk + 1, end)
@@ -100,7 +98,7 @@ class Orbit:
         middles = rotation_angle_rad(grid.middles_ns(chunk), self.leap_s)
         return eci_to_ecef(positions, middles[:, None] + ROTATION_RPS * grid.nodes_s)
 
-    def _state_at_boundary(self, chunk: int) -> tuple[Array, Array]:
+    def _state_at_boundary(self, chunk: int) -> tuple[F64, F64]:
         """Position and velocity, eci, where a chunk begins."""
         step = 1 if chunk > 0 else -1
         known = chunk
@@ -112,7 +110,7 @@ class Orbit:
             self._boundary[known] = end
         return self._boundary[chunk]
 
-    def _solve(self, chunk: int, forward: bool) -> tuple[Array, tuple[Array, Array]]:
+    def _solve(self, chunk: int, forward: bool) -> tuple[F64, tuple[F64, F64]]:
         """Solve a chunk from its beginning (or, backward, from its end).
 
         returns  positions (s, k, 3) eci [m] at the nodes in solving order, and the state at the end
@@ -128,7 +126,7 @@ class Orbit:
         return positions, state
 
 
-def _integration_matrices(degree: int) -> tuple[Array, Array]:
+def _integration_matrices(degree: int) -> tuple[F64, F64]:
     """Matrices (k, k) that turn values at the Lobatto nodes into first and second integrals from x = -1."""
     nodes = lobatto_nodes(degree)
     once, twice = np.empty((2, degree + 1, degree + 1))
@@ -143,8 +141,8 @@ _ONCE, _TWICE = _integration_matrices(_DEGREE)
 
 
 def solve_segment(
-    times_ns: NDArray[np.int64], pos_m: Array, vel_mps: Array, h_s: float, acceleration
-) -> tuple[Array, tuple[Array, Array]]:
+    times_ns: I64, pos_m: F64, vel_mps: F64, h_s: float, acceleration
+) -> tuple[F64, tuple[F64, F64]]:
     """Solve the motion over one segment from its first node.
 
     times_ns  (k,) GPS times of the nodes [ns]
@@ -176,7 +174,7 @@ def semi_major_axis_m(orbit: scenario.Orbit) -> float:
     return EQUATORIAL_RADIUS_M + 1e3 * orbit.altitude_km
 
 
-def state_of_elements(orbit: scenario.Orbit) -> tuple[Array, Array]:
+def state_of_elements(orbit: scenario.Orbit) -> tuple[F64, F64]:
     """Position [m] and velocity [m/s], (3,) each, eci, of osculating elements.
 
     Source: Montenbruck & Gill, Satellite Orbits, 2.2 (eqs. 2.43 to 2.51)

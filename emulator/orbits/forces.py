@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config import tables as scenario
 from gnss_hil.emulator.earth.atmosphere import density_kgpm3
 from gnss_hil.emulator.earth.constants import MU_M3PS2, ROTATION_RPS, eci_to_ecef, rotation_angle_rad
@@ -20,9 +20,7 @@ from gnss_hil.emulator.earth.gravity import REFERENCE_RADIUS_M, field
 from gnss_hil.emulator.earth.sun_moon import MU_MOON_M3PS2, MU_SUN_M3PS2, InertialBodies
 from gnss_hil.emulator.orbits.radiation import pressure_npm2
 
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
-Acceleration = Callable[[Times, Array, Array], Array]
+Acceleration = Callable[[I64, F64, F64], F64]
 """Of GPS times (n,) [ns], positions (n, 3) [m] and velocities (n, 3) [m/s]: (n, 3) [m/s^2]."""
 
 # Fully normalised, tide-free C(n,0) of EGM2008, as in egm2008.csv. J_n = -sqrt(2 n + 1) C(n,0).
@@ -34,7 +32,7 @@ ZONAL = {degree: -np.sqrt(2 * degree + 1) * value for degree, value in _NORMALIS
 _LEGENDRE = {2: (-0.5, 0, 1.5), 3: (0, -1.5, 0, 2.5), 4: (0.375, 0, -3.75, 0, 4.375)}
 
 
-def central(t_ns: Times, pos_eci_m: Array, vel_eci_mps: Array) -> Array:
+def central(t_ns: I64, pos_eci_m: F64, vel_eci_mps: F64) -> F64:
     """Attraction of a point mass."""
     r_m = np.sqrt(np.einsum("ij,ij->i", pos_eci_m, pos_eci_m))
     return pos_eci_m * (-MU_M3PS2 / r_m**3)[:, None]
@@ -80,12 +78,12 @@ class Moment:
     moon_eci_m  (n, 3) the Moon
     """
 
-    angle_rad: Array
-    sun_eci_m: Array
-    moon_eci_m: Array
+    angle_rad: F64
+    sun_eci_m: F64
+    moon_eci_m: F64
 
 
-Force = Callable[[Moment, Array, Array], Array]
+Force = Callable[[Moment, F64, F64], F64]
 """An acceleration from the state of the world instead of the time."""
 
 
@@ -100,7 +98,7 @@ def geopotential(degree: int) -> Force:
     return acceleration
 
 
-def third_body(mu_m3ps2: float, pos_eci_m: Array, body_eci_m: Array) -> Array:
+def third_body(mu_m3ps2: float, pos_eci_m: F64, body_eci_m: F64) -> F64:
     """Attraction of a distant point mass on positions (n, 3), relative to its attraction of the Earth.
 
     Source: Montenbruck & Gill, eq. 3.37

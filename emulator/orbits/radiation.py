@@ -6,12 +6,10 @@ Source: Montenbruck & Gill, Satellite Orbits, 3.4
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.earth.constants import EQUATORIAL_RADIUS_M
 from gnss_hil.emulator.earth.sun_moon import AU_M
-
-Array = NDArray[np.float64]
 
 PRESSURE_AT_AU_NPM2 = 4.56e-6
 """Of sunlight that is absorbed, at one astronomical unit. Montenbruck & Gill, 3.4 (1367 W/m^2 over c)."""
@@ -20,7 +18,7 @@ SUN_RADIUS_M = 696e6
 """Montenbruck & Gill, 3.4.2."""
 
 
-def sunlit_fraction(pos_m: Array, sun_m: Array) -> Array:
+def sunlit_fraction(pos_m: F64, sun_m: F64) -> F64:
     """Visible part of the Sun's disk, 0 to 1, (k,), from positions (k, 3), with the Sun at (k, 3) [m].
 
     The overlap of two disks in the sky; either may be the larger one. The Earth is a sphere as wide as its
@@ -48,7 +46,7 @@ def sunlit_fraction(pos_m: Array, sun_m: Array) -> Array:
     return lit
 
 
-def pressure_npm2(pos_m: Array, sun_m: Array) -> Array:
+def pressure_npm2(pos_m: F64, sun_m: F64) -> F64:
     """Pressure of sunlight (k, 3) [N/m^2] on a body that absorbs it, along its way, shadow included.
 
     pos_m, sun_m  (k, 3) craft and Sun, any one frame about the Earth's centre [m]

@@ -12,17 +12,14 @@ from collections.abc import Callable
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.oem import Ephemeris
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Grid, Table
 from gnss_hil.emulator.orbits.dynamics import CraftState
-
-Array = NDArray[np.float64]
-Times = NDArray[np.int64]
 
 POINTS = 10
 """Of a low orbit at 4 min between points: some millimetres; at 1 min: nothing."""
@@ -36,7 +33,7 @@ class TrajectoryError(ValueError):
     """A trajectory that cannot be used; the message is for people."""
 
 
-def lagrange(t_s: Array, values: Array, at_s: Array, points: int = POINTS) -> Array:
+def lagrange(t_s: F64, values: F64, at_s: F64, points: int = POINTS) -> F64:
     """Values (q, w) at times at_s (q,) from those (n, w) at t_s (n,), ascending, not necessarily evenly.
 
     Lagrange's polynomial through the `points` nearest, in barycentric form.
@@ -63,7 +60,7 @@ class Trajectory:
     pos_ecef_m  (n, 3) [m]
     """
 
-    def __init__(self, t_ns: Times, pos_ecef_m: Array):
+    def __init__(self, t_ns: I64, pos_ecef_m: F64):
         self.span_ns = int(t_ns[0]), int(t_ns[-1])
         self._t_s = (t_ns - t_ns[0]) / NS_PER_S
         self._pos_ecef_m = pos_ecef_m
@@ -78,11 +75,11 @@ class Trajectory:
         """State at GPS time t_ns."""
         return CraftState(*self._table.at(t_ns))
 
-    def over(self, t_ns: Times) -> CraftState:
+    def over(self, t_ns: I64) -> CraftState:
         """States (q, 3) at GPS times (q,)."""
         return CraftState(*self._table.over(t_ns).swapaxes(0, 1))
 
-    def _sample(self, chunk: int) -> Array:
+    def _sample(self, chunk: int) -> F64:
         middles_ns = self._grid.middles_ns(chunk)
         at_s = ((middles_ns - self.span_ns[0]) / NS_PER_S)[:, None] + self._grid.nodes_s
         # The last chunk has segments beyond the table; they are never read.
@@ -99,11 +96,11 @@ class Trajectory:
             )
 
 
-def _earth_fixed(t_ns: Times, measured: Orientation | None) -> Array:
+def _earth_fixed(t_ns: I64, measured: Orientation | None) -> F64:
     return np.broadcast_to(np.eye(3), (len(t_ns), 3, 3))
 
 
-FRAMES: dict[str, Callable[[Times, Orientation | None], Array]] = {
+FRAMES: dict[str, Callable[[I64, Orientation | None], F64]] = {
     "EME2000": frames.ecef_from_eme2000, "J2000": frames.ecef_from_eme2000,
     "GCRF": frames.ecef_from_gcrs, "ICRF": frames.ecef_from_gcrs,
     "TEME": frames.ecef_from_teme,
@@ -112,7 +109,7 @@ FRAMES: dict[str, Callable[[Times, Orientation | None], Array]] = {
 """Name of a reference frame, without its year -> rotations (n, 3, 3) to ECEF at times (n,)."""
 
 
-def in_ecef(frame: str, t_ns: Times, pos_m: Array, measured: Orientation | None) -> Array:
+def in_ecef(frame: str, t_ns: I64, pos_m: F64, measured: Orientation | None) -> F64:
     """Positions (n, 3) [m] at times t_ns (n,), given in one of FRAMES, in ECEF."""
     return np.einsum("nij,nj->ni", FRAMES[frame](t_ns, measured), pos_m)
 

@@ -10,8 +10,8 @@ Source: GLONASS ICD 5.1 (2008), A.3.2.2
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.constellation.broadcast.glonass import (
     J2_PZ90,
     MU_PZ90_M3PS2,
@@ -19,8 +19,6 @@ from gnss_hil.emulator.constellation.broadcast.glonass import (
     ROTATION_PZ90_RPS,
 )
 from gnss_hil.emulator.constellation.broadcast.gps import eccentric_anomaly_rad
-
-Array = NDArray[np.float64]
 
 MEAN_PERIOD_S = 43_200.0
 MEAN_INCLINATION_RAD = np.deg2rad(63.0)
@@ -30,7 +28,7 @@ _ROUNDS = 5
 """Of the axis from the period; each leaves a thousandth of the error, and the first starts 20 km off."""
 
 
-def orbit(elements: dict[str, Array], since_node_s: Array) -> tuple[Array, Array]:
+def orbit(elements: dict[str, F64], since_node_s: F64) -> tuple[F64, F64]:
     """Positions and velocities some seconds after the almanac's ascending node.
 
     elements      see `emulator.files.almanacs.Almanac`, (n,) each
@@ -60,7 +58,7 @@ def orbit(elements: dict[str, Array], since_node_s: Array) -> tuple[Array, Array
     return _cartesian(mean + waves[:, 1] - waves[:, 0])
 
 
-def semi_major_axis_m(period_s: Array, inclination: Array, e: Array, omega: Array) -> Array:
+def semi_major_axis_m(period_s: F64, inclination: F64, e: F64, omega: F64) -> F64:
     """Axis (n,) from the period between nodes (n,) [s]; the period of the osculating orbit is not much
     longer. GLONASS ICD 5.1, A.3.2.2."""
     at_node = 1 + e * np.cos(omega)
@@ -73,12 +71,12 @@ def semi_major_axis_m(period_s: Array, inclination: Array, e: Array, omega: Arra
     return axis_m
 
 
-def _two_body_axis_m(period_s: Array) -> Array:
+def _two_body_axis_m(period_s: F64) -> F64:
     """Kepler's third law, (n,) [m] from (n,) [s]."""
     return np.cbrt((period_s / (2 * np.pi)) ** 2 * MU_PZ90_M3PS2)
 
 
-def periodic(mean: Array, passed: Array) -> Array:
+def periodic(mean: F64, passed: F64) -> F64:
     """What J2 adds to mean elements within a revolution.
 
     mean     (6, ...) axis a [m], h = e sin w, l = e cos w, node, inclination, argument of latitude L [rad]
@@ -119,7 +117,7 @@ def periodic(mean: Array, passed: Array) -> Array:
     )  # fmt: skip
 
 
-def _cartesian(osculating: Array) -> tuple[Array, Array]:
+def _cartesian(osculating: F64) -> tuple[F64, F64]:
     """Positions and Earth-relative velocities (n, 3) of elements (6, n) as in `periodic`."""
     a, h, l, node, i, u = osculating  # noqa: E741
     e, perigee = np.hypot(h, l), np.arctan2(h, l)

@@ -11,18 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.constellation.almanac import glonass
 from gnss_hil.emulator.constellation.broadcast import gps
 from gnss_hil.emulator.files import almanacs
 from gnss_hil.emulator.files.almanacs import Almanac
 from gnss_hil.emulator.files.text import FileError
 
-Array = NDArray[np.float64]
-
-_NOT_IN_ALMANACS: dict[str, Array] = dict.fromkeys(
+_NOT_IN_ALMANACS: dict[str, F64] = dict.fromkeys(
     ("delta_n", "idot", "cus", "cuc", "crs", "crc", "cis", "cic"), np.zeros(())
 )
 """Elements that ephemerides have and almanacs take for zero. IS-GPS-200, 20.3.3.5.2.1."""
@@ -40,10 +38,10 @@ class Predictions:
     age_h                     (p,) hours to the almanac's reference, whichever side
     """
 
-    pos_ecef_m: Array
-    vel_ecef_mps: Array
-    healthy: NDArray[np.bool_]
-    age_h: Array
+    pos_ecef_m: F64
+    vel_ecef_mps: F64
+    healthy: Bool
+    age_h: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,12 +54,12 @@ class HeldAlmanac:
     parts   almanac by system
     """
 
-    known: NDArray[np.bool_]
-    system: NDArray[np.int64]
-    column: NDArray[np.int64]
+    known: Bool
+    system: I64
+    column: I64
     parts: dict[int, Almanac]
 
-    def at(self, rows: NDArray[np.int64], t_ns: NDArray[np.int64] | int) -> Predictions:
+    def at(self, rows: I64, t_ns: I64 | int) -> Predictions:
         """Predictions for known rows (p,) of the sky at GPS times t_ns, (p,) or one."""
         t_ns = np.broadcast_to(t_ns, rows.shape)
         predicted = Predictions(
@@ -82,7 +80,7 @@ class HeldAlmanac:
         return predicted
 
 
-def _gps(elements: dict[str, Array], toa_ns: NDArray[np.int64], since_s: Array) -> tuple[Array, Array]:
+def _gps(elements: dict[str, F64], toa_ns: I64, since_s: F64) -> tuple[F64, F64]:
     """IS-GPS-200, 20.3.3.5.2: the algorithm of ephemerides with fewer elements."""
     toa_s = toa_ns % gpstime.NS_PER_WEEK / gpstime.NS_PER_S
     steps_s = _STEP_S * np.array((-0.5, 0.0, 0.5))[:, None]
@@ -90,18 +88,18 @@ def _gps(elements: dict[str, Array], toa_ns: NDArray[np.int64], since_s: Array) 
     return pos, (after - before) / _STEP_S
 
 
-def _glonass(elements: dict[str, Array], node_ns: NDArray[np.int64], since_s: Array) -> tuple[Array, Array]:
+def _glonass(elements: dict[str, F64], node_ns: I64, since_s: F64) -> tuple[F64, F64]:
     return glonass.orbit(elements, since_s)
 
 
-_ORBIT: dict[int, Callable[[dict[str, Array], NDArray[np.int64], Array], tuple[Array, Array]]] = {
+_ORBIT: dict[int, Callable[[dict[str, F64], I64, F64], tuple[F64, F64]]] = {
     satellites.GPS: _gps,
     satellites.GLONASS: _glonass,
 }
 """System -> positions and velocities (p, 3) from elements (p,), their reference (p,) and the time since."""
 
 
-def hold(index: NDArray[np.int64], found: Sequence[Almanac]) -> HeldAlmanac:
+def hold(index: I64, found: Sequence[Almanac]) -> HeldAlmanac:
     """The almanacs `found` for the satellites (n,) of a sky; of a satellite in several the last has it."""
     parts = {}
     for system in dict.fromkeys(almanac.system for almanac in found):
@@ -116,7 +114,7 @@ def hold(index: NDArray[np.int64], found: Sequence[Almanac]) -> HeldAlmanac:
     return HeldAlmanac(known, system, column, parts)
 
 
-def read(paths: Sequence[Path], index: NDArray[np.int64], near_ns: int) -> HeldAlmanac:
+def read(paths: Sequence[Path], index: I64, near_ns: int) -> HeldAlmanac:
     """The almanac in files for the satellites (n,) of a sky, GPS weeks being those near near_ns.
 
     FileError in one line for a file's fault, or if it has no satellite of the sky.

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime
-
-Times = NDArray[np.int64]
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 
 BEGUN_MINUTE_NS = 30 * gpstime.NS_PER_S
 """Ephemerides are chosen by the middle of each whole minute; one valid in a part of it serves all of it."""
 
 
-def latest_of_each(number: Times, reference_ns: Times, uploaded: NDArray[np.float64]) -> Times:
+def latest_of_each(number: I64, reference_ns: I64, uploaded: F64) -> I64:
     """Rows to keep, sorted by satellite and reference time: of equal ones the last uploaded, the last read.
 
     number        (m,) PRN or slot
@@ -27,8 +25,8 @@ def latest_of_each(number: Times, reference_ns: Times, uploaded: NDArray[np.floa
 
 
 def nearest_valid(
-    number: Times, reference_ns: Times, valid_ns: Times, wanted: Times, moments_ns: Times
-) -> tuple[Times, NDArray[np.bool_]]:
+    number: I64, reference_ns: I64, valid_ns: I64, wanted: I64, moments_ns: I64
+) -> tuple[I64, Bool]:
     """The ephemeris that holds for each satellite at each moment: the nearest valid one, of two the later.
 
     number        (m,) satellite of each ephemeris, sorted, with

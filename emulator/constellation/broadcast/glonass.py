@@ -7,10 +7,10 @@ from datetime import datetime
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.emulator.constellation.base import Array, Broadcast
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.constellation.broadcast.ephemerides import latest_of_each, nearest_valid
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_nav import Records
@@ -72,24 +72,24 @@ class GlonassConstellation:
     datum      (m,) row of DATUMS
     """
 
-    index: NDArray[np.int64]
-    number: NDArray[np.int64]
-    tb_ns: NDArray[np.int64]
-    tb_index: NDArray[np.int64]
-    state: Array
-    luni_solar: Array
-    clock_s: Array
-    clock_rate: Array
-    healthy: NDArray[np.bool_]
-    frequency: NDArray[np.int64]
-    datum: NDArray[np.int64]
+    index: I64
+    number: I64
+    tb_ns: I64
+    tb_index: I64
+    state: F64
+    luni_solar: F64
+    clock_s: F64
+    clock_rate: F64
+    healthy: Bool
+    frequency: I64
+    datum: I64
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """First and last GPS time at which any ephemeris is valid."""
         return int(self.tb_ns.min()) - VALID_NS, int(self.tb_ns.max()) + VALID_NS
 
-    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]:
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]:
         """See `Constellation.sample`."""
         numbers = satellites.number_of(self.index)
         valid_ns = np.full(len(self.number), VALID_NS)
@@ -115,7 +115,7 @@ class GlonassConstellation:
         )
 
 
-def propagate(state: Array, luni_solar: Array, age_s: Array) -> Array:
+def propagate(state: F64, luni_solar: F64, age_s: F64) -> F64:
     """States (..., 6) after age_s (...,), by Runge-Kutta steps of equal number for all."""
     steps = max(1, ceil(np.abs(age_s).max() / _LONGEST_STEP_S))
     h = (age_s / steps)[..., None]
@@ -128,7 +128,7 @@ def propagate(state: Array, luni_solar: Array, age_s: Array) -> Array:
     return state
 
 
-def derivative(state: Array, luni_solar: Array) -> Array:
+def derivative(state: F64, luni_solar: F64) -> F64:
     """Rate of the state (..., 6) in the rotating frame: central force, J2, Earth's rotation, Sun and Moon.
 
     Source: GLONASS ICD 5.1, A.3.1.2, equations (1)
@@ -149,13 +149,13 @@ def derivative(state: Array, luni_solar: Array) -> Array:
     return rate
 
 
-def to_wgs84(pos_pz90_m: Array, datum: NDArray[np.int64]) -> Array:
+def to_wgs84(pos_pz90_m: F64, datum: I64) -> F64:
     """Positions (..., 3) in the PZ-90 of DATUMS[datum] (...,) as WGS-84 [m]."""
     matrices, shifts = _HELMERT
     return np.einsum("...ij,...j->...i", matrices[datum], pos_pz90_m) + shifts[datum]
 
 
-def from_wgs84(pos_wgs84_m: Array, datum: NDArray[np.int64]) -> Array:
+def from_wgs84(pos_wgs84_m: F64, datum: I64) -> F64:
     """Positions (..., 3) in WGS-84 as PZ-90 of DATUMS[datum] (...,) [m]."""
     matrices, shifts = _HELMERT
     moved_m = (pos_wgs84_m - shifts[datum])[..., None]
@@ -167,7 +167,7 @@ def datum_at(utc: datetime) -> int:
     return sum(utc >= datum.since for datum in DATUMS[1:])
 
 
-def _helmert() -> tuple[Array, Array]:
+def _helmert() -> tuple[F64, F64]:
     """(d, 3, 3) matrices and (d, 3) shifts of the DATUMS."""
     matrices = []
     for datum in DATUMS:
@@ -180,7 +180,7 @@ def _helmert() -> tuple[Array, Array]:
 _HELMERT = _helmert()
 
 
-def from_records(records: Records, glonass_to_utc_s: Array) -> GlonassConstellation:
+def from_records(records: Records, glonass_to_utc_s: F64) -> GlonassConstellation:
     """The constellation of the records of one or several files.
 
     glonass_to_utc_s  (m,) -tau_c of the file each record came from [s]: GLONASS time minus UTC

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.emulator.constellation.base import Array, Broadcast
+from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.constellation.broadcast.ephemerides import latest_of_each, nearest_valid
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
 from gnss_hil.emulator.files.rinex_nav import Records
@@ -37,19 +37,19 @@ class GpsConstellation:
     fields   name (`rinex_layouts.GPS_FIELDS`) -> (m,)
     """
 
-    index: NDArray[np.int64]
-    number: NDArray[np.int64]
-    toc_ns: NDArray[np.int64]
-    toe_ns: NDArray[np.int64]
-    valid_ns: NDArray[np.int64]
-    fields: dict[str, Array]
+    index: I64
+    number: I64
+    toc_ns: I64
+    toe_ns: I64
+    valid_ns: I64
+    fields: dict[str, F64]
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """First and last GPS time at which any ephemeris is valid."""
         return int((self.toe_ns - self.valid_ns).min()), int((self.toe_ns + self.valid_ns).max())
 
-    def sample(self, middles_ns: NDArray[np.int64], nodes_s: Array) -> tuple[Array, Array, Broadcast]:
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]:
         """See `Constellation.sample`."""
         numbers = satellites.number_of(self.index)
         rows, valid = nearest_valid(self.number, self.toe_ns, self.valid_ns, numbers, middles_ns)
@@ -75,13 +75,13 @@ class GpsConstellation:
         )
 
 
-def _since(reference_ns, rows, middles_ns, nodes_s) -> Array:
+def _since(reference_ns, rows, middles_ns, nodes_s) -> F64:
     """(s, k, n) seconds from the rows' reference times to all nodes."""
     middle_s = (middles_ns[:, None] - reference_ns[rows]) / gpstime.NS_PER_S
     return middle_s[:, None, :] + nodes_s[:, None]
 
 
-def eccentric_anomaly_rad(mean_rad: Array, ecc: Array) -> Array:
+def eccentric_anomaly_rad(mean_rad: F64, ecc: F64) -> F64:
     """Kepler's equation by Newton's method; converges to rounding in a few steps for GPS eccentricities."""
     anomaly = mean_rad + ecc * np.sin(mean_rad)
     for _ in range(5):
@@ -89,7 +89,7 @@ def eccentric_anomaly_rad(mean_rad: Array, ecc: Array) -> Array:
     return anomaly
 
 
-def orbit(eph: dict[str, Array], toe_s: Array, since_toe_s: Array) -> tuple[Array, Array]:
+def orbit(eph: dict[str, F64], toe_s: F64, since_toe_s: F64) -> tuple[F64, F64]:
     """Positions from broadcast elements.
 
     eph          name -> (..., n), names and units of RINEX, angles [rad]
@@ -121,7 +121,7 @@ def orbit(eph: dict[str, Array], toe_s: Array, since_toe_s: Array) -> tuple[Arra
     return position, anomaly
 
 
-def clock_s(eph: dict[str, Array], since_toc_s: Array, anomaly_rad: Array) -> Array:
+def clock_s(eph: dict[str, F64], since_toc_s: F64, anomaly_rad: F64) -> F64:
     """Satellite clock for L1 C/A: polynomial, relativity, less group delay [s].
 
     Source: IS-GPS-200, 20.3.3.3.3.1 and 20.3.3.3.3.2
@@ -131,7 +131,7 @@ def clock_s(eph: dict[str, Array], since_toc_s: Array, anomaly_rad: Array) -> Ar
     return polynomial + relativity - eph["tgd"]
 
 
-def _fit_h(written: Array) -> Array:
+def _fit_h(written: F64) -> F64:
     """Fit interval [h]; files write hours, or the bare flag 0 or 1."""
     return np.where(written > 1, written, np.where(written == 1, _EXTENDED_FIT_H, _SHORTEST_FIT_H))
 
