@@ -24,7 +24,7 @@ name = "third"
 start_gps = "2012-10-31T00:15:00"
 duration_s = 120
 [sky]
-kepler = "nominal"
+kepler = "{{kepler}}"
 kepler_offset_ns = {OFFSET_NS}
 {{sky}}
 [[craft]]
@@ -41,10 +41,10 @@ policy = "{{policy}}"
 """
 
 
-def started(folder, policy="patent", sky="", *more):
+def started(folder, policy="patent", sky="", *more, kepler="nominal"):
     """A run with the third system, ended."""
     scenario = folder / "third.toml"
-    scenario.write_text(SCENARIO.format(policy=policy, sky=sky))
+    scenario.write_text(SCENARIO.format(policy=policy, sky=sky, kepler=kepler))
     command = [sys.executable, "-m", "tests.support.third_system", str(scenario)]
     return subprocess.run(
         [*command, "--bus", "inline", "--quiet", "--out", str(folder / "run"), *more],
@@ -144,6 +144,6 @@ def test_a_model_without_a_row_of_it_is_refused_in_one_line(tmp_path, factor, wh
 
 def test_messages_without_a_layout_of_it_are_refused_in_one_line(tmp_path):
     (tmp_path / "kepler.rnx").write_text("made up\n")
-    done = started(tmp_path, sky='kepler = "kepler.rnx"')
+    done = started(tmp_path, kepler="kepler.rnx")
     assert done.returncode == 2
     assert "sky.kepler: navigation messages of kepler are not read" in done.stderr
