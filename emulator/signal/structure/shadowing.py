@@ -68,7 +68,8 @@ def stopped(
     origin_m, direction (r, 3);  length_m (r,), None: without end
     """
     if instant is None:
-        return hits(bodies, origin_m, direction, np.inf if length_m is None else length_m).any(axis=-1)
+        blocks = hits(bodies, origin_m, direction, np.inf if length_m is None else length_m)
+        return np.logical_or.reduce(blocks, axis=-1)
     out = np.empty(len(direction), bool)
     for first in range(0, len(direction), RAYS):
         rays = slice(first, first + RAYS)
