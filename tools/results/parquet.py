@@ -6,6 +6,7 @@ A column is an array (n,) or `Labelled` text. Numbers that are nan become nulls 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -18,6 +19,8 @@ BATCH_ROWS = 1 << 16
 
 _MAGIC = b"PAR1"
 _FOOTER_BYTES = 8  # length of the metadata, then the magic again
+_PANICS = "pyo3_runtime"
+"""Module of the exception that a panic of a Rust library raises (PyO3 user guide, "Error handling")."""
 
 
 class Damaged(ValueError):
@@ -70,23 +73,32 @@ def read(path: Path, names: Sequence[str] | None = None) -> Iterator[dict[str, C
     from arro3.io import read_parquet
 
     _check(path)
-    try:
+    with _damage(path):
         reader = read_parquet(path, batch_size=BATCH_ROWS)
-    except OSError:
-        raise
-    except BaseException as error:  # arro3 panics at a footer it does not understand: no Exception
-        if isinstance(error, KeyboardInterrupt):
-            raise
-        raise Damaged(f"{path}: not a Parquet file, or damaged") from None
     names = reader.schema.names if names is None else names
     missing = set(names) - set(reader.schema.names)
     if missing:
         raise Damaged(f"{path}: has no column {', '.join(sorted(missing))}")
-    try:
+    with _damage(path):
         for batch in reader:
             yield {name: _numbers(batch.column(name)) for name in names}
+
+
+@contextmanager
+def _damage(path: Path) -> Iterator[None]:
+    """Damaged for what the library cannot understand; what is no fault of the file passes."""
+    try:
+        yield
+    except (OSError, MemoryError):
+        raise
     except Exception as error:
-        raise Damaged(f"{path}: {str(error).splitlines()[0]}") from None
+        line, _, _ = str(error).partition("\n")
+        raise Damaged(f"{path}: {line or type(error).__name__}") from None
+    except BaseException as error:
+        # The library panics at a footer that it does not understand: no Exception, and no class to import.
+        if type(error).__module__ != _PANICS:
+            raise
+        raise Damaged(f"{path}: not a Parquet file, or damaged") from None
 
 
 def _check(path: Path) -> None:

@@ -107,3 +107,25 @@ def test_a_file_with_another_footer_is_told(table):
     table.write_bytes(whole[:at] + b"\xff" * (len(whole) - 8 - at) + whole[-8:])
     with pytest.raises(Damaged, match="damaged"):
         list(parquet.read(table))
+
+
+@pytest.mark.parametrize("error", [SystemExit, KeyboardInterrupt, MemoryError, PermissionError])
+@pytest.mark.parametrize("during", ["opening", "rows"])
+def test_what_is_no_fault_of_the_file_passes(table, monkeypatch, error, during):
+    def fail(*_, **__):
+        raise error()
+
+    place = "arro3.io.read_parquet" if during == "opening" else "gnss_hil.tools.results.parquet._numbers"
+    monkeypatch.setattr(place, fail)
+    with pytest.raises(error):
+        list(parquet.read(table))
+
+
+@pytest.mark.parametrize(("message", "shown"), [("", "Exception"), ("first\nsecond", "first$")])
+def test_a_fault_in_the_rows_is_one_line(table, monkeypatch, message, shown):
+    def fail(_):
+        raise Exception(message)
+
+    monkeypatch.setattr(parquet, "_numbers", fail)
+    with pytest.raises(Damaged, match=rf"some\.parquet: {shown}"):
+        list(parquet.read(table))
