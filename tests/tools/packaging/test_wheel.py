@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import sysconfig
 import tarfile
+import tomllib
 import venv
 import zipfile
+from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[3]
 
@@ -56,8 +58,35 @@ def test_a_sdist_builds_the_same_wheel(wheel, tmp_path):
     assert contents(again) == contents(wheel)
 
 
+def brought_by(requirements: list[str]) -> dict[str, Distribution]:
+    """What an installer brings for these requirements: their distributions, and what those require."""
+    found: dict[str, Distribution] = {}
+    waiting = [Requirement(text) for text in requirements]
+    while waiting:
+        wanted = waiting.pop()
+        name = wanted.name.lower().replace("_", "-")
+        for extra in ("", *wanted.extras):
+            key = f"{name}[{extra}]"
+            if key in found or (wanted.marker and not wanted.marker.evaluate({"extra": ""})):
+                continue
+            found[key] = distribution(wanted.name)
+            inner = (Requirement(text) for text in found[key].requires or ())
+            waiting += [r for r in inner if r.marker is None or r.marker.evaluate({"extra": extra})]
+    return found
+
+
+def lend(requirements: list[str], place: Path) -> None:
+    """Links to all that these requirements bring, and to nothing else of this environment."""
+    for found in brought_by(requirements).values():
+        for top in {
+            file.parts[0] for file in found.files or () if file.parts[0] not in ("..", "__pycache__")
+        }:
+            if not (place / top).exists():
+                (place / top).symlink_to(Path(str(found.locate_file(top))))
+
+
 def test_an_installed_wheel_runs(wheel, tmp_path):
-    """In an environment of its own; the libraries are those of this one."""
+    """In an environment of its own, with what its dependencies bring and none of the developers' packages."""
     venv.create(tmp_path / "venv", with_pip=False, symlinks=True)
     python = tmp_path / "venv" / "bin" / "python"
     place = subprocess.run(
@@ -66,8 +95,8 @@ def test_an_installed_wheel_runs(wheel, tmp_path):
     ).stdout.strip()  # fmt: skip
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(place)
-    libraries = [path for path in sys.path if path.endswith("site-packages")]
-    Path(place, "libraries.pth").write_text("\n".join(libraries or [sysconfig.get_path("purelib")]))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    lend(project["dependencies"], Path(place))
 
     def run(code, *arguments):
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
@@ -76,6 +105,11 @@ def test_an_installed_wheel_runs(wheel, tmp_path):
             check=True, capture_output=True, text=True,
         ).stdout  # fmt: skip
 
+    developers = [Requirement(text).name for text in project["optional-dependencies"]["dev"]]
+    spec = (
+        "import sys; from importlib.util import find_spec; print([n for n in sys.argv[1:] if find_spec(n)])"
+    )
+    assert run(spec, *developers) == "[]\n"
     assert run("import gnss_hil; print(gnss_hil.__file__)").startswith(place)
     command = "import sys; from gnss_hil.tools.command_line.main import main; sys.exit(main())"
     assert "soyuz" in run(command, "scenarios")
