@@ -1,0 +1,70 @@
+"""Velocity from range rates: what one rate more or less moves, by NumPy's inverse of the geometry."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gnss_hil.flightsw.measurement.noise import rate_variance_m2ps2
+from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
+from tests.support import synthetic_epochs as s
+
+GPS = [sat for sat in SKY if sat < 64]
+CN0 = np.array([50.0, 30.0, 44.0, 36.0, 47.0, 33.0, 41.0, 38.0])
+
+
+def weak_and_strong(c):
+    """Eight satellites, of very different C/N0."""
+    m = measurements(s.observe(c, in_view(c, 8, sats=GPS), SKY))
+    return replace(m, rate_variance_m2ps2=rate_variance_m2ps2(CN0))
+
+
+def geometry(c, m):
+    """(n, 4) direction from each satellite and clock, where the craft is."""
+    away = m.pos_sv_m.T - s.truth_ecef(c)[0]
+    return np.column_stack((-away / np.linalg.norm(away, axis=1)[:, None], np.ones(len(away))))
+
+
+def moved_by(rows, row):
+    """How a fix's velocity and clock rate follow the rate of one of the rows: weighted least squares, with
+    variances of (5 mm/s)^2 and (5 cm/s)^2 at 45 dBHz, ten times that at 35."""
+    h, cn0 = rows
+    weight = 1 / (0.005**2 + 0.05**2 * 10 ** ((45 - cn0) / 10))
+    return (np.linalg.inv(h.T @ (weight[:, None] * h)) @ (h.T * weight))[:, row]
+
+
+@pytest.mark.parametrize("row", range(8))
+def test_each_range_rate_weighs_by_its_own_noise(row):
+    c = craft()
+    m = weak_and_strong(c)
+    more = replace(m, range_rate_mps=m.range_rate_mps + 0.02 * (np.arange(8) == row))
+    found = (fix_of(c, more).velocity_mps - fix_of(c, m).velocity_mps) / 0.02
+    assert found == pytest.approx(moved_by((geometry(c, m), CN0), row)[:3], abs=2e-3)
+
+
+@pytest.mark.parametrize("row", range(1, 8))
+def test_it_does_after_an_exclusion_too(row):
+    """The first satellite is 60 m/s wrong and left out."""
+    c = craft()
+    m = weak_and_strong(c)
+    wrong = replace(m, range_rate_mps=m.range_rate_mps + 60.0 * (np.arange(8) == 0))
+    more = replace(wrong, range_rate_mps=wrong.range_rate_mps + 0.02 * (np.arange(8) == row))
+    found = (fix_of(c, more).velocity_mps - fix_of(c, wrong).velocity_mps) / 0.02
+    rest = geometry(c, m)[1:], CN0[1:]
+    assert found == pytest.approx(moved_by(rest, row - 1)[:3], abs=2e-3)
+
+
+def test_five_satellites_are_enough_to_trust_the_rates_of_all():
+    c = craft()
+    fix = fix_of(c, measurements(s.observe(c, in_view(c, 5, sats=GPS), SKY)))
+    assert fix.velocity_mps is not None and errors(c, fix)[1] < 1e-3
+
+
+def test_dilution_is_that_of_the_geometry():
+    """PDOP^2 is the trace of the inverse of H'H over the position, all measurements alike."""
+    c = craft()
+    m = weak_and_strong(c)
+    h = geometry(c, m)
+    assert fix_of(c, m).pdop == pytest.approx(np.sqrt(np.trace(np.linalg.inv(h.T @ h)[:3, :3])), rel=1e-3)
