@@ -13,7 +13,7 @@ from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix, OrbitState, Solution
 
 MAX_COAST_S = 3600.0
-"""After so long the position is forgotten and the next fix starts cold."""
+"""So long after the last fix the position is forgotten and the next fix starts cold."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,16 +57,17 @@ class SnapshotNavigator:
         if isinstance(fix, NoFix):
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
         velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
-        orbit = OrbitState(state.t_ns, fix.position_m, velocity, 0)
+        orbit = OrbitState(state.t_ns, fix.position_m, velocity, state.t_ns)
         return Snapshot(orbit, antenna, state.t_ns), Solution(NoFix.FIX, fix, orbit)
 
 
 def coasted(orbit: OrbitState | None, t_ns: int) -> OrbitState | None:
-    """The last position propagated to t_ns; without a velocity, or after too long, it is forgotten."""
-    if orbit is None or orbit.velocity_mps is None:
+    """The last position propagated to t_ns; without a velocity, or too long after the last fix, it is
+    forgotten."""
+    if orbit is None or orbit.velocity_mps is None or t_ns < orbit.t_ns:
+        return None
+    if (t_ns - orbit.fix_ns) * 1e-9 > MAX_COAST_S:
         return None
     dt_s = (t_ns - orbit.t_ns) * 1e-9
-    if not 0 <= dt_s <= MAX_COAST_S:
-        return None
     position, velocity = propagate(orbit.position_m, orbit.velocity_mps, dt_s)
-    return OrbitState(t_ns, position, velocity, orbit.age + 1)
+    return OrbitState(t_ns, position, velocity, orbit.fix_ns)

@@ -2,7 +2,7 @@
 
 Navigators exclude satellites while they solve (`integrity.exclusion`), since a solution of less is another
 solution. What is left to be judged is the outcome: ranges that disagree but were to make a fix all the same
-make the uncertainty larger. Protection levels have their place here; no method computes them yet.
+make the uncertainty larger.
 """
 
 from __future__ import annotations

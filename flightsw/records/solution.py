@@ -75,37 +75,27 @@ class OrbitState:
     """Where the craft is, by the last fix or propagated from it; ECEF.
 
     velocity_mps   of the last fix that had one, propagated; None if there was none
-    age            epochs since that fix
+    fix_ns         GPS time of the last fix [ns]
     """
 
     t_ns: int
     position_m: F64
     velocity_mps: F64 | None
-    age: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ProtectionLevels:
-    """Bounds that the position error exceeds with the integrity risk at most [m]."""
-
-    horizontal_m: float
-    vertical_m: float
+    fix_ns: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
     """Of one epoch.
 
-    reason       FIX, or why there is none
-    fix          the estimate; None where reason is not FIX
-    orbit        position and velocity to point antennas by: of the fix, or propagated; None without one
-    protection   None: no method that computes them is in use yet
+    reason   FIX, or why there is none
+    fix      the estimate; None where reason is not FIX
+    orbit    position and velocity to point antennas by: of the fix, or propagated; None without one
     """
 
     reason: NoFix
     fix: Fix | None = None
     orbit: OrbitState | None = None
-    protection: ProtectionLevels | None = None
 
     @property
     def mode(self) -> FixMode:

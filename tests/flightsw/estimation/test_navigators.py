@@ -57,7 +57,7 @@ def at(c, ura_scale=1.0):
 
 def after(start=None, antenna=-1):
     """What an epoch before left behind: a position, a selected antenna."""
-    orbit = None if start is None else OrbitState(s.T0_NS, start, None, 0)
+    orbit = None if start is None else OrbitState(s.T0_NS, start, None, s.T0_NS)
     return Snapshot(orbit, antenna)
 
 

@@ -133,7 +133,7 @@ class Filter:
             x = np.concatenate((fix.position_m, fix.velocity_mps, fix.clock_m, fix.drift_mps))
             return Tracked(snapshot.t_ns, x, np.diag([1e2] * 3 + [1.0] * 3 + [1e2] * 2 + [1.0] * 2)), solution
         if not len(z) or inputs.attitude is None:
-            orbit = OrbitState(state.t_ns, state.x[:3], state.x[3:6], 1)
+            orbit = OrbitState(state.t_ns, state.x[:3], state.x[3:6], state.t_ns)
             return state, Solution(NoFix.TOO_FEW_SATELLITES, None, orbit)
         lever, lever_rate = levers_ecef(inputs.attitude, inputs.lever_arm_body_m)
         rows = z.receiver
@@ -152,7 +152,7 @@ class Filter:
             x[:3], x[3:6], items, x[6:8], x[8:], covariance[:3, :3], np.zeros((3, len(z))), 1.0,
             np.ones(len(z), bool), len(set(z.sat.tolist())), np.zeros(len(z)), 1, 1.0,
         )  # fmt: skip
-        orbit = OrbitState(state.t_ns, x[:3], x[3:6], 0)
+        orbit = OrbitState(state.t_ns, x[:3], x[3:6], state.t_ns)
         return Tracked(state.t_ns, x, covariance), Solution(NoFix.FIX, fix, orbit)
 
 

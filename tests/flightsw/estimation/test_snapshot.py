@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 from gnss_hil.flightsw.estimation.snapshot import MAX_COAST_S, Snapshot, coasted
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.solution import OrbitState
@@ -15,20 +16,40 @@ POSITION, VELOCITY = s.truth_ecef(craft())
 
 
 def orbit(velocity=VELOCITY):
-    return OrbitState(s.T0_NS, POSITION, velocity, 3)
+    return OrbitState(s.T0_NS, POSITION, velocity, s.T0_NS)
+
+
+def later(dt_s):
+    return s.T0_NS + round(dt_s * 1e9)
 
 
 @pytest.mark.parametrize(
     ("dt_s", "known"),
     [(0.0, True), (1.0, True), (3600.0, True), (3600.1, False), (90_000.0, False), (-1.0, False)],
 )
-def test_a_position_is_forgotten_after_an_hour(dt_s, known):
-    now = coasted(orbit(), s.T0_NS + round(dt_s * 1e9))
+def test_a_position_is_forgotten_an_hour_after_the_last_fix(dt_s, known):
+    now = coasted(orbit(), later(dt_s))
     assert MAX_COAST_S == 3600.0 and (now is not None) == known
     if known:
         position, velocity = propagate(POSITION, VELOCITY, dt_s)
         assert np.array_equal(now.position_m, position) and np.array_equal(now.velocity_mps, velocity)
-        assert (now.t_ns, now.age) == (s.T0_NS + round(dt_s * 1e9), 4)
+        assert (now.t_ns, now.fix_ns) == (later(dt_s), s.T0_NS)
+
+
+@pytest.mark.parametrize("step_s", [10.0, 100.0, 3600.0])
+def test_the_hour_runs_on_whether_epochs_come_or_not(step_s):
+    """Epochs that bring no fix move the position on; they do not make it younger."""
+    navigator = NAVIGATORS["all_in_view"].navigator
+    state, epochs = Snapshot(orbit()), round(3600.0 / step_s)
+    for epoch in range(1, epochs + 1):
+        state = navigator.predict(state, later(epoch * step_s))
+        assert state.orbit is not None and state.orbit.fix_ns == s.T0_NS
+    state = navigator.predict(state, later(3600.0 + step_s))
+    assert state.orbit is None and state.start_m is None
+
+
+def test_time_that_goes_back_leaves_no_position():
+    assert coasted(OrbitState(later(10.0), POSITION, VELOCITY, s.T0_NS), later(9.0)) is None
 
 
 def test_a_position_without_velocity_is_forgotten_at_once():
