@@ -21,6 +21,7 @@ pytestmark = [
     pytest.mark.verifies(
         "tools/export/rinex_obs.py",
         "tools/export/rinex.py",
+        "tools/export/rinex_systems.py",
         "tools/export/rinex_text.py",
         "tools/export/codes.py",
         "tools/export/run_data.py",

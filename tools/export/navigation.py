@@ -24,16 +24,13 @@ from gnss_hil.emulator.constellation.sources import from_files, nominal
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_nav import Records
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.export.rinex_text import comments, labelled, leap_seconds, opening
+from gnss_hil.tools.export.rinex_systems import navigation_lines, opening
+from gnss_hil.tools.export.rinex_text import labelled, leap_seconds
 from gnss_hil.tools.export.run_data import CraftData, Rows
 
 _LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2
 _COMPARED = 2000
 """Rows of a craft that are held against the file."""
-
-IN_WGS84 = """GLONASS states are WGS-84, which the receivers report, not PZ-90: a program that takes them as
-they are, without a transformation, gets the coordinates of the bus."""
-IN_PZ90 = "GLONASS states are PZ-90 as of their date."
 
 
 def messages(sky: Mapping[str, Constellation], data: Sequence[CraftData], wgs84: bool) -> dict[str, Records]:
@@ -67,9 +64,7 @@ def constellations(scenario: Scenario) -> dict[str, Constellation]:
 def text_of(found: Mapping[str, Records], t_ns: int, wgs84: bool) -> Iterator[str]:
     """The navigation file of all systems, by time; t_ns: an instant that tells the leap seconds."""
     yield opening("N: GNSS NAV DATA", "".join(found))
-    if SYSTEMS["glonass"].letter in found:
-        yield comments(IN_WGS84 if wgs84 else IN_PZ90)
-        yield labelled(f"GLUT {0:17.10E}{0:16.9E}{0:7d}{0:5d}".replace("E", "D"), "TIME SYSTEM CORR")
+    yield from navigation_lines("".join(found), wgs84)
     yield leap_seconds(t_ns)
     yield labelled("", "END OF HEADER")
     for letter, rows in found.items():

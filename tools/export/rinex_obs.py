@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.tools.export.codes import Codes, codes_of
-from gnss_hil.tools.export.rinex_text import comments, instant, labelled, leap_seconds, opening
+from gnss_hil.tools.export.rinex_systems import observation_lines, opening
+from gnss_hil.tools.export.rinex_text import comments, instant, labelled, leap_seconds
 from gnss_hil.tools.export.run_data import Array, CraftData, Rows
 
 BLANK = " " * 16
@@ -145,23 +145,8 @@ def _header(data: CraftData, rows: Rows, codes: Codes, tags_ns: NDArray[np.int64
         labelled("     0", "RCV CLOCK OFFS APPL"),
         *(labelled(f"{letter} {types[i]}", "SYS / PHASE SHIFT")
           for letter, types in codes.types.items() for i in range(1, len(types), 4)),
-        *(_glonass(rows) if SYSTEMS["glonass"].letter in letters else []),
+        *observation_lines(letters, rows),
         leap_seconds(int(tags_ns[0])),
         labelled("", "END OF HEADER"),
     ]  # fmt: skip
     return "".join(lines)
-
-
-def _glonass(rows: Rows) -> Iterator[str]:
-    """Frequency numbers by slot, eight a line; code-phase biases: none is known of any receiver here."""
-    mine = satellites.system_of(rows.sat) == SYSTEMS["glonass"].value
-    numbers = sorted(
-        dict(
-            zip(satellites.number_of(rows.sat[mine]).tolist(), rows.frequency[mine].tolist(), strict=True)
-        ).items()
-    )
-    for at in range(0, len(numbers), 8):
-        count = f"{len(numbers):3d}" if at == 0 else "   "
-        pairs = "".join(f" R{slot:02d} {k:2d}" for slot, k in numbers[at : at + 8])
-        yield labelled(count + pairs, "GLONASS SLOT / FRQ #")
-    yield labelled("".join(f" {code} {'':8}" for code in ("C1C", "C1P", "C2C", "C2P")), "GLONASS COD/PHS/BIS")

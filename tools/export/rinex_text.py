@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime
 from textwrap import wrap
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.common.systems import by_letter
-from gnss_hil.tools.common.errors import PROGRAM
-
-_NAMES = {"gps": "GPS", "glonass": "GLONASS", "beidou": "BDS", "qzss": "QZSS", "sbas": "SBAS Payload"}
 
 VERSION = 3.04
 """Of both kinds of file: GLONASS navigation records of 3.05 have a line more, which older readers trip on."""
@@ -24,16 +20,6 @@ def comments(text: str) -> str:
     """COMMENT lines of a text, wrapped at words."""
     lines = wrap(text, 60, break_long_words=False, break_on_hyphens=False)
     return "".join(labelled(line, "COMMENT") for line in lines)
-
-
-def opening(kind: str, systems: str) -> str:
-    """First two lines of a file; systems: RINEX letters of what is in it."""
-    only = by_letter(systems) if len(systems) == 1 else None
-    system = f"{only.letter}: {_NAMES.get(only.name, only.name.capitalize())}" if only else "M: MIXED"
-    now = f"{datetime.now(UTC):%Y%m%d %H%M%S} UTC"
-    return labelled(f"{VERSION:9.2f}{'':11}{kind:<20}{system:<20}", "RINEX VERSION / TYPE") + labelled(
-        f"{PROGRAM:<20}{'':20}{now:<20}", "PGM / RUN BY / DATE"
-    )
 
 
 def instant(t_ns: int) -> tuple[datetime, str]:
