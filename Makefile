@@ -16,6 +16,9 @@ DEVELOPMENT := $(VENV)/.development
 INSTALL     := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 PYTEST      := $(BIN)/python -m pytest -q -n auto --dist loadgroup --no-loadscope-reorder
 
+# Programs are compiled once and not at each of a thousand starts, whatever the environment asks for.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: venv run test quick bench mutants docs results clean
 
 run: $(RUNTIME)

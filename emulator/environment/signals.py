@@ -97,7 +97,10 @@ def _disturbed(env: Environment, at: ChannelGeometry) -> tuple[ChannelGeometry, 
     if paths.leading:
         # What is received of a hidden satellite has its level already.
         at = with_level(at, np.where(at.hidden, at.cn0_dbhz, at.cn0_dbhz + led.level_db))
-    return at, led + paths.followed(at)
+    followed = paths.followed(at)
+    if np.any(followed.level_db):
+        at = with_level(at, at.cn0_dbhz + followed.level_db)
+    return at, led + followed
 
 
 def _preamble(env: Environment, at: ChannelGeometry) -> Bool:

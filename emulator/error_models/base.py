@@ -17,12 +17,12 @@ it answers are its stage's; the type checker refuses a row whose model is not of
     VISIBILITY  EpochGeometry              VisibilityTerm     every model has to let a signal pass
     PATH        ChannelGeometry            PathTerm           sum
     TRACKING    ChannelGeometry, None      TrackingTerm       sum; one alone times the collection
-    OBSERVABLE  state, Measured, epoch     state, PathTerm    sum
-    FRAMES      state, FrameBatch, epoch   state, FrameBatch  one after another
+    OBSERVABLE  state, Measured, epoch     ObservableTerm     sum
+    FRAMES      state, FrameBatch, epoch   FrameBatch         one after another
 
 Stages down to PATH are of the environment, which no command changes: they are worked out for a block of
 epochs at once, and their answers are pure functions of the epoch. So is that of TRACKING. The last two are
-stepped with the receivers; a model that remembers has its state handed on from epoch to epoch, None at first.
+stepped with the receivers: their state, None at first, is answered before the term and handed on.
 """
 
 from __future__ import annotations
@@ -164,6 +164,17 @@ class PathTerm:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ObservableTerm:
+    """What is added to measurements, (p,) each or one number for all: to pseudorange [m], carrier phase [m],
+    range rate [m/s], C/N0 [dB]. A channel with a value that the bus cannot carry is left out whole."""
+
+    range_m: F64 | float = 0.0
+    phase_m: F64 | float = 0.0
+    rate_mps: F64 | float = 0.0
+    level_db: F64 | float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class TrackingTerm:
     """How channels track.
 
@@ -207,7 +218,8 @@ class SteppedModel(Protocol[At, Term]):
 class PathModel(ABC):
     """A model of the stage PATH.
 
-    leads     asked before the others, which meet the C/N0 that it leaves
+    leads     asked before the others, which meet the C/N0 that it leaves: its level counts for their noise,
+              that of the others for the C/N0 that is measured
     reaches   asked, too, for signals whose direct ray is hidden, still received at its level
     """
 
@@ -247,7 +259,7 @@ class Stage:
     VISIBILITY: ClassVar[StageOf[BlockModel[EpochGeometry, VisibilityTerm]]] = StageOf("visibility")
     PATH: ClassVar[StageOf[PathModel]] = StageOf("path")
     TRACKING: ClassVar[StageOf[BlockModel[ChannelGeometry | None, TrackingTerm]]] = StageOf("tracking")
-    OBSERVABLE: ClassVar[StageOf[SteppedModel[Measured, PathTerm]]] = StageOf("observable", "step")
+    OBSERVABLE: ClassVar[StageOf[SteppedModel[Measured, ObservableTerm]]] = StageOf("observable", "step")
     FRAMES: ClassVar[StageOf[SteppedModel[FrameBatch, FrameBatch]]] = StageOf("frames", "step")
 
 

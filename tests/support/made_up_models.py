@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.emulator.error_models import registry
-from gnss_hil.emulator.error_models.base import PathModel, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.base import ObservableTerm, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 
 
@@ -47,7 +47,28 @@ class Creeping:
 
     def step(self, state, at, epoch):
         count = (state or 0) + (len(at.sat) > 0)
-        return count, PathTerm(range_m=float(count), phase_m=float(count), rate_mps=1.0)
+        return count, ObservableTerm(range_m=float(count), phase_m=float(count), rate_mps=1.0)
+
+
+class Wild:
+    """Pseudoranges of the first receiver that no frame can carry."""
+
+    def step(self, state, at, epoch):
+        return state, ObservableTerm(range_m=np.where(at.receiver == 0, 1e9, 0.0))
+
+
+class Weak:
+    """6 dB less is measured, by a term on measurements."""
+
+    def step(self, state, at, epoch):
+        return state, ObservableTerm(level_db=-6.0)
+
+
+class Muffled(PathModel):
+    """3 dB less is measured, by a term on the path of a model that does not lead."""
+
+    def block(self, at):
+        return PathTerm(level_db=-3.0)
 
 
 class Silent:
@@ -61,6 +82,9 @@ MODELS = {
     "longer": Row("longer", Metres, Stage.PATH, "made up", lambda params, context: Longer(params)),
     "fast": Row("fast", Factor, Stage.OSCILLATOR, "made up", lambda params, context: Fast()),
     "creeping": Row("creeping", Factor, Stage.OBSERVABLE, "made up", lambda params, context: Creeping()),
+    "wild": Row("wild", Factor, Stage.OBSERVABLE, "made up", lambda params, context: Wild()),
+    "weak": Row("weak", Factor, Stage.OBSERVABLE, "made up", lambda params, context: Weak()),
+    "muffled": Row("muffled", Factor, Stage.PATH, "made up", lambda params, context: Muffled()),
     "silent": Row("silent", Factor, Stage.FRAMES, "made up", lambda params, context: Silent()),
 }
 
@@ -80,12 +104,15 @@ def main() -> None:
             "phase_cyc": np.array([s["phase_cyc"] for s in seen]),
             "frequency": np.where(seen[0]["sat_system"] == 0, None, seen[0]["frequency"]),
             "receiver": seen[0]["receiver"],
+            "cn0_dbhz": np.array([s["cn0_dbhz"] for s in seen]),
+            "counted": emulated.decode(blocks[-1], "STATUS")["channels_tracking"].tolist(),
             "clock_s": float(truths[-1]["clock_s"][0]),
             "heartbeats": len(emulated.decode(blocks[-1], "HEARTBEAT")["receiver"]),
         }
 
     plain = played()
     found = {name: played(**{name: True}) for name in MODELS}
+    wild = found.pop("wild")
     found["twice"] = played(longer={"metres": 2.5}, creeping=True)
     print(
         json.dumps(
@@ -100,8 +127,16 @@ def main() -> None:
                     "frequency": run["frequency"].tolist(),
                     "clock_s": run["clock_s"],
                     "heartbeats": run["heartbeats"],
+                    "stronger_db": np.unique(run["cn0_dbhz"] - plain["cn0_dbhz"]).tolist(),
                 }
                 for name, run in {"plain": plain, **found}.items()
+            }
+            | {
+                "counted": {name: run["counted"] for name, run in {"plain": plain, "wild": wild}.items()},
+                "measured": {
+                    name: np.bincount(run["receiver"], minlength=5)[1:].tolist()
+                    for name, run in {"plain": plain, "wild": wild}.items()
+                },
             }
         )
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.common.arrays import I8, I64, Bool
+from gnss_hil.dbc.common.arrays import F64, I8, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -26,6 +26,7 @@ from gnss_hil.emulator.receivers.emulated import commands, phase, search
 from gnss_hil.emulator.receivers.emulated.channels import FULL, Channels, advance, receivable, retarget
 from gnss_hil.emulator.receivers.emulated.craft import Receivers, Unit, cold
 from gnss_hil.emulator.receivers.emulated.prepared import Layout, Prepared
+from gnss_hil.emulator.signal.bands import wavelength_m
 from gnss_hil.emulator.signal.visibility import View
 
 _EIGHTS = np.full(1 << 14, WIDTH, np.uint8)
@@ -90,7 +91,9 @@ class EmulatedCraft:
             channels, unit.knowledge, signal, receivers.pace, t_ns, self._collection()
         )
         layout, cycles, ambiguity, channels = self._track(prepared, k, channels, begins, knowledge.warm)
-        words, states = self._measured(prepared, k, layout, cycles, ambiguity, channels, unit, epoch)
+        words, fits, states = self._measured(prepared, k, layout, cycles, ambiguity, channels, unit, epoch)
+        if not fits.all():
+            layout, words = _without(prepared, layout, channels, knowledge.warm, fits), words[fits]
         frames_out, sent = self._sent(prepared, k, layout, words, answers, unit, epoch)
         frames_out, states = self._disturbed(frames_out, states, epoch)
         unit = Unit(channels, knowledge, sent, counters, refused, states)
@@ -129,12 +132,13 @@ class EmulatedCraft:
     def _measured(
         self, prepared, k, layout: Layout, cycles, ambiguity, channels: Channels, unit: Unit, epoch: int
     ):
-        """(p, 10) words of the measurement frames, and states of the models that disturb observables."""
+        """(p, 10) words of the measurement frames; (p,) whether they hold all values; states of the models
+        that disturb observables."""
         columns, rows = prepared.columns(), layout.base + k
         slips = channels.slips[layout.receiver, layout.channel]
         templates = self.receivers.templates
         models = acting(self.environment.models, Stage.OBSERVABLE)
-        words = columns.words[rows]
+        words, fits = columns.words[rows], np.True_
         states = list(unit.models)
         if models:
             values = dict(zip(templates.channel.names, columns.values[:, rows], strict=True))
@@ -150,17 +154,17 @@ class EmulatedCraft:
                 states[number], term = model.step(states[number], seen, epoch)
                 values["pseudorange_m"] = values["pseudorange_m"] + term.range_m
                 values["range_rate_mps"] = values["range_rate_mps"] + term.rate_mps
-                wave = self._wave_m(prepared, k, layout)
-                cycles = cycles + term.phase_m / wave
-            data, _ = templates.channel.fill(len(rows), values)
+                level = values["cn0_dbhz"] + term.level_db
+                values["cn0_dbhz"] = np.minimum(level, frames.CN0_TOP_DBHZ)
+                cycles = cycles + term.phase_m / self._wave_m(prepared, k, layout)
+            data, carried = templates.channel.fill(len(rows), values)
+            fits = carried.all(axis=1)
             words = np.ascontiguousarray(data).view("<u8")[..., 0]
         words = words | layout.channel_bits
         words[:, templates.phase.frame] |= templates.phase.word(cycles, slips, ambiguity % 1 != 0)
-        return words, tuple(states)
+        return words, fits, tuple(states)
 
-    def _wave_m(self, prepared: Prepared, k: int, layout: Layout):
-        from gnss_hil.emulator.signal.bands import wavelength_m
-
+    def _wave_m(self, prepared: Prepared, k: int, layout: Layout) -> F64:
         sky = prepared.block.geometry.sky
         return wavelength_m(satellites.system_of(sky.index[layout.row]), sky.frequency[k, layout.row])
 
@@ -247,3 +251,10 @@ class EmulatedCraft:
         )
         answers = (frames.answers_part(receivers.templates, orders, result),) if len(orders) else ()
         return channels, checked.counters, refused, answers
+
+
+def _without(prepared: Prepared, layout: Layout, channels: Channels, warm: bool, fits: Bool) -> Layout:
+    """The layout of those of its channels whose values fit, (p,)."""
+    stays = np.zeros(channels.lock.shape, bool)
+    stays[layout.receiver[fits], layout.channel[fits]] = True
+    return prepared.layout(channels, warm, ~stays[channels.lock == FULL])

@@ -48,6 +48,20 @@ def test_terms_of_stages_add(shown):
     assert shown["twice"]["longer_m"] == [[[3.5], [4.5], [5.5]], [[1.0], [2.0], [3.0]]]
 
 
+def test_levels_of_measurements_and_of_paths_that_do_not_lead_are_measured(shown):
+    assert shown["weak"]["stronger_db"] == [-6.0]
+    assert shown["muffled"]["stronger_db"] == [-3.0]
+    assert shown["longer"]["stronger_db"] == [0.0]
+
+
+def test_a_channel_with_a_value_that_the_bus_cannot_carry_is_left_out_and_not_counted(shown):
+    first, *others = shown["measured"]["plain"]
+    assert first > 0
+    assert shown["measured"]["wild"] == [0, *others]
+    assert shown["counted"]["plain"] == [first, *others]
+    assert shown["counted"]["wild"] == [0, *others]
+
+
 def test_a_model_of_the_bus_has_the_last_word(shown):
     assert shown["plain"]["heartbeats"] == 6
     assert shown["silent"]["heartbeats"] == 0
