@@ -12,10 +12,9 @@ from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
+from gnss_hil.emulator.assemble.shared import Shared
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
-from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
-from gnss_hil.emulator.constellation.sky import Sky
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import rinex_obs
 from gnss_hil.emulator.files.finals import Orientation
@@ -58,24 +57,12 @@ def span_of(path: str, craft: str) -> dict[str, object]:
     }
 
 
-def build_observed(
-    given: scenario.Scenario,
-    craft: scenario.Craft,
-    vehicle: Vehicle,
-    measured: Orientation | None,
-    session: int,
-    sky: Sky,
-    held: HeldAlmanac | None,
-    row_of: I64,
-) -> RecordedCraft:
-    """The craft of a scenario whose observations are played; ScenarioError if they cannot be.
-
-    measured  the Earth's orientation for its reference, None without a file of it
-    """
-    time, settings, key = given.time, craft.observations, f"craft.{craft.name}.observations"
+def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> RecordedCraft:
+    """The craft of a scenario whose observations are played; ScenarioError if they cannot be."""
+    time, settings, key = shared.given.time, craft.observations, f"craft.{craft.name}.observations"
     assert settings is not None, "this kind of receivers is built of them"
     file = observations(settings.file, craft.name)
-    _refuse(given.sky, craft, vehicle)
+    _refuse(shared.given.sky, craft, vehicle)
     epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")
     marks_ns = _marks_ns(file, time, epoch_of)
     played = tracks(file, [SIGNALS[name] for name in settings.signals], epoch_of, int(vehicle.channels[0]))
@@ -83,7 +70,7 @@ def build_observed(
     return RecordedCraft(
         name=craft.name,
         vehicle=vehicle,
-        orbit=_reference(settings, marks_ns, measured, f"{key}.reference"),
+        orbit=_reference(settings, marks_ns, shared.measured, f"{key}.reference"),
         frequency=_frequencies(file),
         tracks=played,
         bounds=np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
@@ -91,10 +78,10 @@ def build_observed(
         epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
         templates=frames.frame_templates(contract, vehicle.antennas, [attitude.ROW.node]),
-        sky=sky,
-        almanac=held,
-        row_of=row_of,
-        session=session,
+        sky=shared.sky,
+        almanac=shared.almanac,
+        row_of=shared.row_of,
+        session=shared.session,
     )
 
 

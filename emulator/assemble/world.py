@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,7 @@ def build_world(
         period_s,
     )
     craft = tuple(
-        KINDS["emulated" if one.observations is None else "recorded"](shared, one, v)
+        next(kind for kind in RECEIVER_KINDS if kind.of(one)).build(shared, one, v)
         for one, v in zip(given.craft, vehicles, strict=True)
     )
     return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft)
@@ -78,18 +79,29 @@ def initial_state(world: World) -> EmulatorState:
 
 def _recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
     # Reading observations is for runs that play them.
-    from gnss_hil.emulator.assemble.recorded import build_observed
+    from gnss_hil.emulator.assemble.recorded import build_recorded
 
-    return build_observed(
-        shared.given, craft, vehicle, shared.measured, shared.session, shared.sky, shared.almanac,
-        shared.row_of,
-    )  # fmt: skip
+    return build_recorded(shared, craft, vehicle)
 
 
-KINDS: dict[str, Callable[[Shared, scenario.Craft, Vehicle], Craft]] = {
-    "emulated": build_emulated, "recorded": _recorded,
-}  # fmt: skip
-"""Kind of receivers -> maker of a craft that has them."""
+@dataclass(frozen=True, slots=True)
+class ReceiverKind:
+    """A kind of receivers.
+
+    of      whether a craft of a scenario has receivers of this kind
+    build   the craft; ScenarioError with one line if there is none
+    """
+
+    name: str
+    of: Callable[[scenario.Craft], bool]
+    build: Callable[[Shared, scenario.Craft, Vehicle], Craft]
+
+
+RECEIVER_KINDS = [
+    ReceiverKind("recorded", lambda craft: craft.observations is not None, _recorded),
+    ReceiverKind("emulated", lambda craft: True, build_emulated),
+]
+"""A craft has receivers of the first kind that it is of."""
 
 
 def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> finals.Orientation | None:

@@ -1,7 +1,7 @@
 """What the emulator steps: a craft and its receivers, of whatever kind.
 
-A kind is a class that has these members, and a row in `emulator.assemble.world.KINDS` that builds it from a
-scenario; the step, the loop and the tools know no kind by name.
+A kind is a class that has these members, and a row in `emulator.assemble.world.RECEIVER_KINDS` that builds it
+from a scenario; the step, the loop and the tools know no kind by name.
 """
 
 from __future__ import annotations
@@ -33,6 +33,10 @@ class Craft(Protocol):
     def vehicle(self) -> Vehicle: ...
     @property
     def codec(self) -> Codec: ...
+    @property
+    def obeys(self) -> bool:
+        """Whether its receivers do what they are commanded."""
+        ...
 
     def fresh(self) -> Any:
         """The unit before the first epoch."""

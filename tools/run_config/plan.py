@@ -69,10 +69,10 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
     loaded = tuple(vehicles.load(file) for file in files)
     texts = tuple(Path(file).read_text("utf-8") for file in files)
     flights = tuple(map(_flight, scenario.craft, loaded))
-    _check_obedience(scenario, flights)
     _check_expectations(scenario, flights, str(path))
     session = session_of(scenario.seed)
     world = build_world(scenario, loaded, session)
+    _check_obedience(scenario, world, flights)
     almanac = len(world.sky.index)
     budgets = tuple(
         budget(v, scenario.time.epoch_interval_s, almanac, craft.receivers.almanac_cycle_s)
@@ -94,10 +94,10 @@ def _flight(craft: scenarios.Craft, vehicle: Vehicle) -> FlightConfig:
         raise Mistake("\n".join(f"craft {craft.name}: {line}" for line in str(error).splitlines())) from None
 
 
-def _check_obedience(scenario: Scenario, flights: Sequence[FlightConfig]) -> None:
-    """A real receiver that is played obeys nobody: a policy that commands it would do so in vain."""
-    for craft, flight in zip(scenario.craft, flights, strict=True):
-        if craft.observations is not None and flight.policy.assign is not None:
+def _check_obedience(scenario: Scenario, world: World, flights: Sequence[FlightConfig]) -> None:
+    """A receiver that is played does nothing that it is commanded: a policy would command it in vain."""
+    for craft, played, flight in zip(scenario.craft, world.craft, flights, strict=True):
+        if not played.obeys and flight.policy.assign is not None:
             free = ", ".join(name for name, row in POLICIES.items() if row.assign is None)
             raise Mistake(
                 f"craft {craft.name}: policy '{craft.flight.policy}' commands receivers; this one is "

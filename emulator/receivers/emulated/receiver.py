@@ -61,6 +61,10 @@ class EmulatedCraft:
     def codec(self) -> Codec:
         return self.receivers.codec
 
+    @property
+    def obeys(self) -> bool:
+        return True
+
     def prepared(self, epoch: int) -> tuple[Prepared, int]:
         """The block of an epoch, and which of its epochs that is."""
         first = self.environment.span(epoch)[0]

@@ -83,6 +83,10 @@ class RecordedCraft:
     row_of: I64
     session: int
 
+    @property
+    def obeys(self) -> bool:
+        return False
+
     def fresh(self) -> RecordedUnit:
         return RecordedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
 
