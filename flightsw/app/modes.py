@@ -1,4 +1,10 @@
-"""Modes of the flight software: a table of transitions, and what each mode does with the receivers."""
+"""Modes of the flight software: a table of transitions, and what each mode does with the receivers.
+
+Every call of the flight step is an epoch, also one whose time mark was lost: the bus hands over whole blocks
+only, never an empty poll. An epoch without a mark has no fix and counts as one without. Nothing can be
+commanded in it, because commands bear the mark's epoch number: what the mode has come to meanwhile, a
+surrender above all, is commanded with the next mark, unless that epoch brings a fix.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +15,7 @@ from typing import Annotated
 from pydantic import Field
 
 from gnss_hil.dbc.common.vehicle import Strict
-from gnss_hil.flightsw.records.solution import Solution
+from gnss_hil.flightsw.records.solution import NoFix, Solution
 
 
 class ModeOptions(Strict):
@@ -23,13 +29,13 @@ class Mode(Enum):
     STANDBY = "no time mark yet"
     START = "no fix yet; receivers search by themselves"
     NAVIGATING = "a fix in this epoch"
-    COASTING = "no fix, the position is propagated"
+    COASTING = "no fix, the position is propagated, or stands where there is no time"
     LOST = "no fix, and no position to propagate; receivers go on as commanded"
     SURRENDERED = "too long without a fix; receivers search by themselves again"
 
 
 class Event(Enum):
-    NO_TIME = "an epoch without a time mark: nothing in it is used"
+    NO_TIME = "an epoch without a time mark: nothing in it is used, the last position stands"
     FIX = "a fix"
     PROPAGATED = "no fix, but a position"
     NO_POSITION = "neither fix nor position"
@@ -69,7 +75,7 @@ TRANSITIONS: Mapping[Mode, Mapping[Event, Mode]] = {
         Event.OVERDUE: Mode.START,
     },
     Mode.NAVIGATING: {
-        Event.NO_TIME: Mode.NAVIGATING,
+        Event.NO_TIME: Mode.COASTING,
         Event.FIX: Mode.NAVIGATING,
         Event.PROPAGATED: Mode.COASTING,
         Event.NO_POSITION: Mode.LOST,
@@ -100,11 +106,13 @@ TRANSITIONS: Mapping[Mode, Mapping[Event, Mode]] = {
 
 
 def event_of(solution: Solution, epochs_without_fix: int, options: ModeOptions) -> Event:
-    """What an epoch with a time mark brought; epochs_without_fix counts it too."""
+    """What an epoch brought; epochs_without_fix counts it too, from the first time mark on."""
     if solution.fix is not None:
         return Event.FIX
     if epochs_without_fix >= options.autonomy_after_epochs:
         return Event.OVERDUE
+    if solution.reason is NoFix.NO_TIME_MARK:
+        return Event.NO_TIME
     return Event.NO_POSITION if solution.orbit is None else Event.PROPAGATED
 
 

@@ -33,7 +33,7 @@ class FlightState:
     solution       of this epoch
     predictions    where satellites are
     channels       what the receivers were commanded and acknowledged
-    without_fix    epochs since the last fix, or since the start
+    without_fix    epochs since the last fix, or since the first time mark; those without a mark count
     """
 
     mode: Mode

@@ -23,7 +23,7 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.flightsw.app import modes
 from gnss_hil.flightsw.app.config import FlightConfig, Options
-from gnss_hil.flightsw.app.modes import GUIDANCE, Event, Guidance, Mode
+from gnss_hil.flightsw.app.modes import GUIDANCE, Guidance, Mode
 from gnss_hil.flightsw.app.state import FlightState, initial_state
 from gnss_hil.flightsw.assignment.boresight_angles import (
     angles_rad,
@@ -58,13 +58,16 @@ def flight_step(
     """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
     state, received, rejected, heard = _received(config, state, inbox)
     if heard.mark is None:
+        solution = replace(state.solution, reason=NoFix.NO_TIME_MARK, fix=None)
+        without_fix = state.without_fix + (state.mark is not None)
         state = replace(
             state,
-            mode=modes.decide(state.mode, Event.NO_TIME),
+            mode=modes.decide(state.mode, modes.event_of(solution, without_fix, config.options)),
             received=received,
             rejected=rejected,
             lost=state.lost + heard.lost,
-            solution=replace(state.solution, reason=NoFix.NO_TIME_MARK, fix=None),
+            solution=solution,
+            without_fix=without_fix,
         )
         frames, sent = _encoded(config, state, state.solution, None, None, state.mark)
         return replace(state, sent=sent), frames
