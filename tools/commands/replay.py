@@ -62,7 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--pace", type=pace, metavar="P", help="lockstep (default with --only emulator), realtime, or xN")
     add("--craft", metavar="NAME", help="which craft, or bus, of a recording that has several")
     add("--vehicle", metavar="FILE", help="vehicle file, or a shipped one by name, instead of the run's")
-    add("--policy", metavar="P", help="policy of our flight software instead of the run's")
+    add(
+        "--policy", metavar="P",
+        help="policy of our flight software instead of the run's, whose navigator and options go with it",
+    )  # fmt: skip
     add(
         "--navigator", metavar="N",
         help="navigator of our flight software instead of the run's, or of the policy's",

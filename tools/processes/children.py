@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -133,20 +133,27 @@ def emulator_command(
     ]  # fmt: skip
 
 
-def flight_command(plan: Plan, vehicle: Path, number: int, spec: str) -> list[str]:
-    flight = plan.scenario.craft[number].flight
-    options = [f"{key}={_option_text(value)}" for key, value in flight.options.items()]
+def flight_command(
+    vehicle: Path, spec: str, policy: str, navigator: str | None, options: Iterable[str]
+) -> list[str]:
+    """Our flight software on a bus, for one run.
+
+    options  of the policy, each KEY=VALUE
+    """
     return [
         sys.executable, "-P", "-m", "gnss_hil.flightsw",
         "--vehicle", str(vehicle), "--bus", spec,
-        "--once", "--quiet", "--policy", flight.policy,
-        *(() if flight.navigator is None else ("--navigator", flight.navigator)),
+        "--once", "--quiet", "--policy", policy,
+        *(() if navigator is None else ("--navigator", navigator)),
         *(word for option in options for word in ("--option", option)),
     ]  # fmt: skip
 
 
-def _option_text(value: float | str | bool) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def option_texts(options: Mapping[str, float | str | bool]) -> list[str]:
+    """Options as a command line has them, each KEY=VALUE."""
+    return [
+        f"{key}={str(value).lower() if isinstance(value, bool) else value}" for key, value in options.items()
+    ]
 
 
 class StatusReader:

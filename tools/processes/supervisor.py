@@ -22,6 +22,7 @@ from gnss_hil.tools.processes.children import (
     bus_environment,
     emulator_command,
     flight_command,
+    option_texts,
     run_environment,
     start,
 )
@@ -119,7 +120,9 @@ class _Processes:
             return self._others("flight software", self._config.flight, {}, "")
         children = []
         for i, (name, spec) in enumerate(self._specs.items()):
-            command = flight_command(self._plan, self._vehicle(i), i, spec)
+            flight = self._plan.scenario.craft[i].flight
+            options = option_texts(flight.options)
+            command = flight_command(self._vehicle(i), spec, flight.policy, flight.navigator, options)
             child = start(f"flight software of {name}", command, self._runtime_dir / f"flight-{i}")
             self._stack.callback(child.leave)
             children.append(child)

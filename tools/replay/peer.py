@@ -15,6 +15,7 @@ from gnss_hil.dbc.bus.open_link import is_shared, open_link
 from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.tools.common.errors import Failed, Mistake
+from gnss_hil.tools.processes import children
 from gnss_hil.tools.processes.bus_tap import LISTEN_S
 from gnss_hil.tools.processes.children import LEAVE_S, Child, bus_environment, start
 from gnss_hil.tools.recording.run_folder import SCENARIO
@@ -128,22 +129,18 @@ def words_of(command: str) -> list[str]:
 def flight_command(
     source: Source, spec: str, policy: str | None, navigator: str | None, options: Sequence[str]
 ) -> list[str]:
-    """Our flight software; as the run had it, unless another policy or navigator is asked for."""
+    """Our flight software; as the run had it, but for what is asked for.
+
+    The run's navigator and options belong to its policy: another policy comes without them, as in a run.
+    An option that is given replaces the run's value of it.
+    """
     if source.scenario is not None and policy is None:
         flight = source.scenario.craft[source.number].flight
         policy, navigator = flight.policy, navigator or flight.navigator
-        options = [*(f"{key}={_text(value)}" for key, value in flight.options.items()), *options]
-    return [
-        sys.executable, "-P", "-m", "gnss_hil.flightsw",
-        "--vehicle", str(need_vehicle(source)), "--bus", spec, "--once",
-        "--quiet", "--policy", policy or "patent",
-        *(() if navigator is None else ("--navigator", navigator)),
-        *(word for o in options for word in ("--option", o)),
-    ]  # fmt: skip
-
-
-def _text(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+        given = {option.partition("=")[0] for option in options}
+        kept = {key: value for key, value in flight.options.items() if key not in given}
+        options = [*children.option_texts(kept), *options]
+    return children.flight_command(need_vehicle(source), spec, policy or "patent", navigator, options)
 
 
 def emulator_command(source: Source, spec: str, wait_s: float) -> list[str]:
