@@ -84,10 +84,7 @@ def _series(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
 
 def _write(path: Path, text) -> None:
     """A file that is there whole or not at all."""
-    draft = path.with_name(f".{path.name}.draft")
-    try:
-        with draft.open("w", encoding="ascii", newline="\n") as stream:
-            stream.writelines(text)
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    from gnss_hil.tools.common.whole_file import draft_of
+
+    with draft_of(path) as draft, draft.open("w", encoding="ascii", newline="\n") as stream:
+        stream.writelines(text)

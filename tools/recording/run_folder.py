@@ -14,6 +14,7 @@ from typing import Any
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common import toml
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.common.whole_file import draft_of
 
 LOG, TRUTH, SUMMARY, SCENARIO, FACTS = "bus.log", "truth", "summary.json", "scenario.toml", "run.json"
 SCHEMA_LINE = re.compile(r"^#:schema .*\n", re.M)
@@ -90,6 +91,5 @@ def naming(path: Path) -> Iterator[None]:
 
 def write_json(path: Path, document: Mapping[str, Any]) -> None:
     """A JSON file that is there whole or not at all."""
-    draft = path.with_name(f".{path.name}.draft")
-    draft.write_text(json.dumps(document, indent=2) + "\n", "utf-8")
-    draft.replace(path)
+    with draft_of(path) as draft:
+        draft.write_text(json.dumps(document, indent=2) + "\n", "utf-8")

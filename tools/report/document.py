@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 
+from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.report.figure import Json, Plot
 from gnss_hil.tools.report.markup import Child, Markup, filled, own, tag, text
 
@@ -73,15 +74,8 @@ class Page:
 
     def write(self, path: Path) -> None:
         """The page, there whole or not at all."""
-        draft = path.with_name(f".{path.name}.draft")
-        try:
+        with draft_of(path) as draft:
             draft.write_text(self.html(), "utf-8")
-            draft.replace(path)
-        except OSError as error:
-            error.filename = str(path)  # the draft is no business of the user's
-            raise
-        finally:
-            draft.unlink(missing_ok=True)
 
 
 def _packed(text: str) -> bytes:

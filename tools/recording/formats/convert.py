@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.formats.order import in_time_order
 from gnss_hil.tools.recording.formats.recording import Channels, Recording, format_of, open_writer
 
@@ -40,8 +40,7 @@ def convert(
     pieces = recording.pieces()
     if not kind.named:
         pieces = in_time_order(pieces, done.strayed)
-    draft = out.with_name(f".{out.name}.draft{out.suffix.lower()}")
-    try:
+    with draft_of(out) as draft:
         writer = open_writer(draft, kind, channels)
         try:
             for piece in pieces:
@@ -50,11 +49,6 @@ def convert(
                 progress(done.frames, recording.share)
         finally:
             writer.close()
-        draft.replace(out)
-    except BaseException:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
-        raise
     done.omitted, done.complaint = +recording.omitted, recording.complaint
     if not kind.named:
         done.renamed = channels.renamed
