@@ -243,6 +243,7 @@ def _tallied(master, state) -> dict:
     percentiles = {f"p{p}": tally.latency.percentile_s(p) for p in (50, 99)}
     return {
         "frames": {"sent": tally.sent, "received": tally.received, "lost": master.lost},
+        "mark_late_ms": round(tally.late_s * 1e3, 3) if master.paced else None,
         "epoch_latency_ms": {k: None if v is None else round(v * 1e3, 4) for k, v in percentiles.items()},
         "latency_histogram": tally.latency.histogram(),
         "commands_rejected": commands_rejected(state),

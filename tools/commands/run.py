@@ -260,6 +260,7 @@ def facts_of(plan, config: RunConfig, outcome) -> dict[str, Any]:
             "p50": milliseconds(outcome.latency_p50_s),
             "p99": milliseconds(outcome.latency_p99_s),
         },
+        "mark_late_ms": milliseconds(outcome.mark_late_s),
         "latency_histogram": [list(bar) for bar in outcome.latency_histogram],
         "frames_sent": outcome.frames_sent,
         "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},

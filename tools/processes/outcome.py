@@ -12,6 +12,7 @@ class Outcome:
     wall_s         from the first epoch to the last
     latency_*_s    last measurement out to fix in, percentiles; None if there was no epoch
     frames_sent    by the senders' own count; None if nobody counted
+    mark_late_s    at a pace: how long after its instant an epoch began, at most; None if not measured
     interrupted    ended before its time
     failure        why it broke off; "" if it did not
     latency_histogram   (upper edge [ms], epochs) of bins, by duration; empty where nobody measured
@@ -26,3 +27,4 @@ class Outcome:
     interrupted: bool = False
     failure: str = ""
     latency_histogram: tuple[tuple[float, int], ...] = ()
+    mark_late_s: float | None = None

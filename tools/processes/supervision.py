@@ -43,6 +43,7 @@ class Figures:
     latency_p50_s: float | None
     latency_p99_s: float | None
     latency_histogram: tuple[tuple[float, int], ...]
+    mark_late_s: float | None = None
 
 
 class Master(Protocol):
@@ -96,7 +97,16 @@ class ReportingMaster:
 
         epochs, unanswered = (said.get(key, 0) for key in ("epoch", "epochs_unanswered"))
         histogram = tuple((edge_ms, count) for edge_ms, count in said.get("latency_histogram", ()))
-        return Figures(epochs, unanswered, said.get("wall_s"), seconds("p50"), seconds("p99"), histogram)
+        late_ms = said.get("mark_late_ms")
+        return Figures(
+            epochs,
+            unanswered,
+            said.get("wall_s"),
+            seconds("p50"),
+            seconds("p99"),
+            histogram,
+            None if late_ms is None else late_ms / 1e3,
+        )
 
 
 class WatchedMaster:
@@ -271,4 +281,5 @@ class Supervision:
             interrupted=interrupted,
             failure=failure,
             latency_histogram=figures.latency_histogram,
+            mark_late_s=figures.mark_late_s,
         )

@@ -46,6 +46,7 @@ class _Facts(BaseModel):
     epochs_unanswered: int | None
     real_time_factor: float | None
     epoch_latency_ms: _Latency
+    mark_late_ms: float | None = None
     frames_sent: int | None
     latency_histogram: list[tuple[float, int]] = []
     expect: dict[str, dict[Literal["min", "max"], float]]
@@ -103,6 +104,7 @@ def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:
         "epochs_unanswered": None,
         "real_time_factor": None,
         "epoch_latency_ms": latency_ms(None, None),
+        "mark_late_ms": None,
         "latency_histogram": [],
         "frames_sent": None,
         "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},

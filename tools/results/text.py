@@ -78,6 +78,8 @@ def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     )
     yield "  load", f"{small(load['mean']):>7} % mean   {small(load['max'])} % at most"
     yield "  epoch latency", f"{small(latency['p50']):>7} ms p50   {small(latency['p99'])} ms p99"
+    if s.get("mark_late_ms") is not None:
+        yield "  time marks late", f"{small(s['mark_late_ms']):>7} ms at most"
     if s["epochs_unanswered"]:
         yield "  epochs unanswered", f"{figure(s['epochs_unanswered'])}: the run is not reproducible"
 

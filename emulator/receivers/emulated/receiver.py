@@ -76,10 +76,12 @@ class EmulatedCraft:
         return cold(self.receivers, self.environment, stepped)
 
     def prepare(self, unit: Unit, epoch: int) -> None:
-        """The epoch's block, and in it the signals of the channels that measure now."""
+        """The epoch's block, and in it the signals that channels measure or search now."""
         prepared, _ = self.prepared(epoch)
-        if (unit.channels.lock == FULL).any():
-            prepared.layout(unit.channels, unit.knowledge.warm)
+        target = unit.channels.target
+        receiver, channel = np.nonzero(target >= 0)
+        if len(receiver):
+            prepared.rows(receiver, target[receiver, channel])
 
     def step(self, unit: Unit, received: FrameBatch, epoch: int) -> tuple[Unit, FrameBatch, NDArray]:
         """One epoch: the next unit, its block of frames, and truth, a row of `emulator.truth.TRUTH`."""
