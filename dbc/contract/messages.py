@@ -64,6 +64,11 @@ VALUES: dict[str, dict[int, str]] = {
 }  # fmt: skip
 
 
+def raw_of(table: str) -> dict[str, int]:
+    """Raw values of a value table by their labels."""
+    return {label: raw for raw, label in VALUES[table].items()}
+
+
 @dataclass(frozen=True, slots=True)
 class Signal:
     name: str
@@ -292,6 +297,12 @@ KINDS: tuple[Kind, ...] = (
 
 KIND_BY_NAME = {kind.name: kind for kind in KINDS}
 MEASUREMENT_KINDS = tuple(k.name for k in KINDS if 0x100 <= k.base < 0x10A)
+
+
+def values_of(kind: str, signal: str) -> int:
+    """How many values a signal of a kind can have."""
+    bits = next(s.bits for s in KIND_BY_NAME[kind].signals if s.name == signal)
+    return 1 << bits
 
 
 def node_names(receivers: int) -> dict[str, int]:

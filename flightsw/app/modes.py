@@ -15,6 +15,7 @@ from typing import Annotated
 from pydantic import Field
 
 from gnss_hil.dbc.common.vehicle import Strict
+from gnss_hil.flightsw.io.encode import NodeState
 from gnss_hil.flightsw.records.solution import NoFix, Solution
 
 
@@ -58,6 +59,16 @@ GUIDANCE: Mapping[Mode, Guidance] = {
     Mode.LOST: Guidance.KEEP,
     Mode.SURRENDERED: Guidance.RELEASE,
 }
+
+NODE_STATE: Mapping[Mode, NodeState] = {
+    Mode.STANDBY: NodeState.READY,
+    Mode.START: NodeState.DEGRADED,
+    Mode.NAVIGATING: NodeState.RUNNING,
+    Mode.COASTING: NodeState.DEGRADED,
+    Mode.LOST: NodeState.DEGRADED,
+    Mode.SURRENDERED: NodeState.DEGRADED,
+}
+"""What the heartbeat says of a mode. The contract has one word for all that is less than a fix."""
 
 TRANSITIONS: Mapping[Mode, Mapping[Event, Mode]] = {
     Mode.STANDBY: {

@@ -21,9 +21,10 @@ from gnss_hil.dbc.common.arrays import I8, I64, Bool
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.messages import raw_of
 from gnss_hil.flightsw.app import modes
 from gnss_hil.flightsw.app.config import FlightConfig, Options
-from gnss_hil.flightsw.app.modes import GUIDANCE, Guidance, Mode
+from gnss_hil.flightsw.app.modes import GUIDANCE, NODE_STATE, Guidance, Mode
 from gnss_hil.flightsw.app.state import FlightState, initial_state
 from gnss_hil.flightsw.assignment.boresight_angles import (
     angles_rad,
@@ -48,7 +49,7 @@ from gnss_hil.flightsw.records.epoch import Epoch, Mark, Measurements
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution
 
-FULL_LOCK = 5
+FULL_LOCK = raw_of("Lock")["FULL"]
 """Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
 
 
@@ -69,7 +70,7 @@ def flight_step(
             solution=solution,
             without_fix=without_fix,
         )
-        frames, sent = _encoded(config, state, state.solution, None, None, state.mark)
+        frames, sent = _encoded(config, state, state.mode, solution, None, None, state.mark)
         return replace(state, sent=sent), frames
     mark, options = heard.mark, config.options
     m, t_ns = heard.measurements, heard.mark.t_ns
@@ -91,7 +92,7 @@ def flight_step(
     without_fix = 0 if solution.fix is not None else state.without_fix + 1
     mode = modes.decide(state.mode, modes.event_of(solution, without_fix, options))
     channels, commands = _commanded(config, mode, channels, predictions, solution, attitude, mark, m)
-    frames, sent = _encoded(config, state, solution, z, commands, mark)
+    frames, sent = _encoded(config, state, mode, solution, z, commands, mark)
     return FlightState(
         mode=mode,
         mark=mark,
@@ -199,6 +200,7 @@ def _permissions(
 def _encoded(
     config: FlightConfig,
     state: FlightState,
+    mode: Mode,
     solution: Solution,
     z: Ranges | None,
     commands: Commands | None,
@@ -207,6 +209,13 @@ def _encoded(
     """The answer of this epoch, protected, and the counters after it."""
     t_ns, number = (mark.t_ns, mark.epoch) if mark is not None else (0, 0)
     frames = encode.encode(
-        config.codec, config.vehicle.antennas, config.boot_count, z, solution, commands, t_ns
+        config.codec,
+        config.vehicle.antennas,
+        config.boot_count,
+        z,
+        solution,
+        commands,
+        NODE_STATE[mode],
+        t_ns,
     )
     return e2e.protect(config.codec, frames, state.sent, number)

@@ -13,19 +13,22 @@ from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, batch, concat
-from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, raw_of
 from gnss_hil.flightsw.records.commands import Commands
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, Solution
+
+_NODE_STATE = raw_of("NodeState")
 
 
 class NodeState(IntEnum):
     """As in the contract's value table."""
 
-    INIT = 0
-    READY = 1
-    RUNNING = 2
-    DEGRADED = 3
+    INIT = _NODE_STATE["INIT"]
+    READY = _NODE_STATE["READY"]
+    RUNNING = _NODE_STATE["RUNNING"]
+    DEGRADED = _NODE_STATE["DEGRADED"]
+    STOPPING = _NODE_STATE["STOPPING"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +50,7 @@ def _page(codec: Codec, mode: FixMode, items: int, receivers: int) -> Page:
     """Navigation of a fix with so many clock items, and the heartbeat."""
     moving = mode is FixMode.POSITION_VELOCITY
     kinds = ["NAV_STATUS"]
-    if mode is not FixMode.NONE:
+    if mode is not FixMode.NO_FIX:
         kinds += [f"NAV_{v}{axis}" for v in ("", "V")[: 1 + moving] for axis in "XYZ"]
         kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * (items * moving) + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
@@ -114,17 +117,18 @@ def encode(
     m: Ranges | None,
     solution: Solution,
     commands: Commands | None,
+    node_state: NodeState,
     t_ns: int,
 ) -> FrameBatch:
     """Navigation, commands, heartbeat; unprotected yet. `m` are the ranges offered to the navigator; None
     where there are none, and hence no fix."""
     fix = solution.fix
     if fix is None or m is None:
-        page = _page(codec, FixMode.NONE, 0, 0)
-        values = [FixMode.NONE, solution.reason, 0, 0, 0.0, NodeState.DEGRADED]
+        page = _page(codec, FixMode.NO_FIX, 0, 0)
+        values = [FixMode.NO_FIX, solution.reason, 0, 0, 0.0, node_state]
     else:
         page = _page(codec, solution.mode, len(fix.items), receivers)
-        values = [*_fix_values(m, fix, solution.mode, receivers), NodeState.RUNNING]
+        values = [*_fix_values(m, fix, solution.mode, receivers), node_state]
     frames = page.frames([*values, boot_count, codec.hash], t_ns)
     if commands is None or not len(commands):
         return frames

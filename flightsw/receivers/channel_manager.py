@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.contract.messages import raw_of, values_of
 from gnss_hil.flightsw.measurement.signals import commanded_signal
 from gnss_hil.flightsw.receivers import channel_table, satellite_table
 from gnss_hil.flightsw.receivers.channel_table import AUTO, IDLE, ChannelTable
@@ -38,12 +39,12 @@ from gnss_hil.flightsw.receivers.satellite_table import SatelliteTable
 from gnss_hil.flightsw.records.commands import Commands
 from gnss_hil.flightsw.records.epoch import Acks, Measurements
 
-RELEASE, TRACK, AUTONOMOUS = 0, 1, 2
-ACCEPTED = 0
-CHANNEL_REFUSALS = (1, 7, 8)
-"""NO_SUCH_CHANNEL, NO_SUCH_SIGNAL, BAD_ACTION: the channel's fault; all others are the satellite's."""
-TRANSACTIONS = 4096
-RESULTS = 16
+_ACTION, _RESULT = raw_of("Action"), raw_of("AckResult")
+RELEASE, TRACK, AUTONOMOUS = _ACTION["RELEASE"], _ACTION["TRACK"], _ACTION["AUTONOMOUS"]
+ACCEPTED = _RESULT["ACCEPTED"]
+CHANNEL_REFUSALS = (_RESULT["NO_SUCH_CHANNEL"], _RESULT["NO_SUCH_SIGNAL"], _RESULT["BAD_ACTION"])
+"""The channel's fault; all others are the satellite's."""
+TRANSACTIONS, RESULTS = values_of("COMMAND", "transaction"), values_of("ACK", "result")
 _NONE = np.zeros(0, np.int64)
 NO_COMMANDS = Commands(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE)
 

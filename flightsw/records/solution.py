@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from gnss_hil.dbc.common.arrays import F64, Bool
+from gnss_hil.dbc.contract.messages import raw_of
 
 FARTHEST_M = LATEST_M = 109_900_000.0
 """What NAV_X..NAV_Z and NAV_CLOCK can carry."""
@@ -17,25 +18,28 @@ MAX_PDOP = 655.35
 """The contract cannot state more; a geometry this poor is called singular."""
 
 
+_NO_FIX, _NAV_MODE = raw_of("NoFix"), raw_of("NavMode")
+
+
 class NoFix(IntEnum):
     """Why there is no fix, as in the contract's value table."""
 
-    FIX = 0
-    TOO_FEW_SATELLITES = 1
-    SINGULAR_GEOMETRY = 2
-    NO_CONVERGENCE = 3
-    NO_TIME_MARK = 4
-    NO_ATTITUDE = 5
-    INCONSISTENT_RANGES = 6
-    NO_VELOCITY = 7
+    FIX = _NO_FIX["FIX"]
+    TOO_FEW_SATELLITES = _NO_FIX["TOO_FEW_SATELLITES"]
+    SINGULAR_GEOMETRY = _NO_FIX["SINGULAR_GEOMETRY"]
+    NO_CONVERGENCE = _NO_FIX["NO_CONVERGENCE"]
+    NO_TIME_MARK = _NO_FIX["NO_TIME_MARK"]
+    NO_ATTITUDE = _NO_FIX["NO_ATTITUDE"]
+    INCONSISTENT_RANGES = _NO_FIX["INCONSISTENT_RANGES"]
+    NO_VELOCITY = _NO_FIX["NO_VELOCITY"]
 
 
 class FixMode(IntEnum):
     """What a solution has, as in the contract's value table."""
 
-    NONE = 0
-    POSITION = 1
-    POSITION_VELOCITY = 2
+    NO_FIX = _NAV_MODE["NO_FIX"]
+    POSITION = _NAV_MODE["POSITION"]
+    POSITION_VELOCITY = _NAV_MODE["POSITION_VELOCITY"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +104,7 @@ class Solution:
     @property
     def mode(self) -> FixMode:
         if self.fix is None:
-            return FixMode.NONE
+            return FixMode.NO_FIX
         return FixMode.POSITION if self.fix.velocity_mps is None else FixMode.POSITION_VELOCITY
 
 

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.flightsw.app import modes
 from gnss_hil.flightsw.app.config import configure
-from gnss_hil.flightsw.app.modes import GUIDANCE, TRANSITIONS, Event, Guidance, Mode, ModeOptions
-from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution
+from gnss_hil.flightsw.app.modes import GUIDANCE, NODE_STATE, TRANSITIONS, Event, Guidance, Mode, ModeOptions
+from gnss_hil.flightsw.io.encode import NodeState
+from gnss_hil.flightsw.records.solution import FixMode, NoFix, OrbitState, Solution
 from tests.flightsw.app.test_step import AUTONOMOUS, SKY, drop, fly, soyuz
-from tests.support.flown import FakeBus
+from tests.support.flown import FakeBus, decoded
 
 pytestmark = pytest.mark.verifies(
     "flightsw/app/modes.py",
@@ -35,6 +37,34 @@ def test_every_mode_is_reached_and_left():
         assert (row[Event.NO_TIME] is mode) == (mode is not Mode.NAVIGATING), "there was no fix in it"
         assert row[Event.FIX] is Mode.NAVIGATING
         assert any(after is not mode for after in row.values())
+
+
+@pytest.mark.parametrize(
+    ("enum", "table"), [(NoFix, "NoFix"), (FixMode, "NavMode"), (NodeState, "NodeState")]
+)
+def test_words_on_the_bus_are_all_of_the_contracts_value_tables(enum, table):
+    assert {word.value: word.name for word in enum} == VALUES[table]
+
+
+def test_what_a_node_says_of_its_mode():
+    """RUNNING is a fix, READY is waiting for time, and all between is DEGRADED."""
+    assert set(NODE_STATE) == set(Mode)
+    assert [mode for mode, state in NODE_STATE.items() if state is NodeState.RUNNING] == [Mode.NAVIGATING]
+    assert [mode for mode, state in NODE_STATE.items() if state is NodeState.READY] == [Mode.STANDBY]
+    assert set(NODE_STATE.values()) == {NodeState.READY, NodeState.RUNNING, NodeState.DEGRADED}
+
+
+def test_the_heartbeat_says_what_the_mode_is():
+    config = configure(SOYUZ, "patent")
+    no_ranges, no_time = drop(["RANGE"], (1, 3)), drop(["TIME_FINE"], (0, 5))
+    states, answers, _ = fly(
+        FakeBus(soyuz(), SKY), config, 6, tamper=lambda epoch, block: no_time(epoch, no_ranges(epoch, block))
+    )
+    said = [NodeState(int(decoded(answer, "HEARTBEAT")["state"][0])).name for answer in answers]
+    assert said == ["READY", "DEGRADED", "RUNNING", "DEGRADED", "RUNNING", "DEGRADED"]
+    assert [state.mode.name for state in states] == [
+        "STANDBY", "START", "NAVIGATING", "COASTING", "NAVIGATING", "COASTING",
+    ]  # fmt: skip
 
 
 def test_what_was_never_commanded_is_not_surrendered():

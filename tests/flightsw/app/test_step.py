@@ -10,6 +10,7 @@ import pytest
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import EMPTY, concat
+from gnss_hil.dbc.contract.messages import raw_of
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.state import heartbeat, initial_state
 from gnss_hil.flightsw.app.step import flight_step
@@ -28,7 +29,7 @@ pytestmark = pytest.mark.verifies(
 
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
 SKY = s.constellation()
-TRACK, AUTONOMOUS = 1, 2
+TRACK, AUTONOMOUS = (raw_of("Action")[word] for word in ("TRACK", "AUTONOMOUS"))
 
 
 def soyuz(rate=(0.0, -0.00113, 0.0), **more):
