@@ -119,8 +119,12 @@ def bus_of(spec: str | None) -> dict[str, str | None]:
 
 def latency_ms(p50_s: float | None, p99_s: float | None) -> dict[str, float | None]:
     """Percentiles of the epochs' latency [s] as figures [ms]."""
-    percentiles = {"p50": p50_s, "p99": p99_s}
-    return {name: None if s is None else float(f"{s * 1e3:.4g}") for name, s in percentiles.items()}
+    return {"p50": milliseconds(p50_s), "p99": milliseconds(p99_s)}
+
+
+def milliseconds(seconds: float | None) -> float | None:
+    """A duration [s] as a figure [ms]."""
+    return None if seconds is None else float(f"{seconds * 1e3:.4g}")
 
 
 def real_time_factor(simulated_s: float, wall_s: float) -> float | None:

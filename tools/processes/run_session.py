@@ -1,0 +1,193 @@
+"""A run from its plan to its folder: played, recorded, decoded, put into tables and summary."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
+from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.live.display import Display, open_display
+from gnss_hil.tools.processes.outcome import Outcome
+from gnss_hil.tools.recording.recorder import Recorder
+from gnss_hil.tools.recording.run_folder import LOG, TRUTH, RunFolder, default_path, naming
+from gnss_hil.tools.results import assemble
+from gnss_hil.tools.results.run_digest import RunDigest, bus_names
+from gnss_hil.tools.run_config import plan as plans
+from gnss_hil.tools.run_config import sides
+from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig
+from gnss_hil.tools.run_config.plan import Plan
+
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ran:
+    """What a run left.
+
+    folder   with tables and summary in it
+    facts    what the run alone knows
+    digests  by craft
+    """
+
+    folder: Path
+    facts: Mapping[str, Any]
+    summary: Mapping[str, Any]
+    digests: Mapping[str, Digest]
+    outcome: Outcome
+
+
+def play(config: RunConfig) -> Ran | None:
+    """Plays what is configured; None if it was interrupted before it began, which leaves nothing."""
+    plan = plans.make(config.scenario, config.overrides)
+    _note_dropped(plan)
+    _check_bus(plan, config)
+    folder = RunFolder(config.out or default_path(plan.scenario.name))
+    recording = _Recording()
+    try:
+        with naming(folder.path):
+            folder.describe(plan.scenario, plan.vehicle_texts)
+            outcome, digests = _play(plan, config, folder, recording)
+    except BaseException:
+        if recording.begun:
+            print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
+        else:
+            folder.discard()
+        raise
+    if not outcome.epochs:  # interrupted before it began
+        folder.discard()
+        return None
+    with naming(folder.path):
+        facts = _facts(plan, config, outcome)
+        summary = assemble.write(folder.path, facts, digests)
+    return Ran(folder.path, facts, summary, digests, outcome)
+
+
+def _note_dropped(plan: Plan) -> None:
+    """Observations of a played receiver that cannot be used."""
+    for craft in plan.world.craft:
+        tracks = getattr(craft, "tracks", None)
+        if tracks is not None and tracks.dropped:
+            print(
+                f"{PROGRAM}: {craft.name}: {tracks.dropped} of {tracks.dropped + len(tracks)} observations "
+                "are left out: alone in time, hence without a range rate, or without a channel",
+                file=sys.stderr,
+            )
+
+
+def _check_bus(plan: Plan, config: RunConfig) -> None:
+    """Mistake if the craft do not fit on the bus, or others are on it."""
+    if config.bus in ("inline", "embedded"):
+        return
+    if len(plan.names) > 1:
+        raise Mistake(f"--bus {config.bus}: each of {len(plan.names)} craft has its own bus; use embedded")
+    if not config.bus.startswith("embedded:"):
+        from gnss_hil.tools.processes.bus_tap import check_bus
+
+        awaited = sides.awaited(plan.codecs[0], config.flight, config.emulator)
+        check_bus(config.bus, plan.codecs[0], awaited)
+
+
+@contextmanager
+def interruptible() -> Iterator[Stop]:
+    """A function that tells whether Ctrl-C or SIGTERM came; a second Ctrl-C ends at once."""
+    came: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        if len(came) > 1:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class _Recording:
+    """Whether anything is on record: then the folder is kept, whatever happens."""
+
+    recorder: Recorder | None = None
+
+    @property
+    def begun(self) -> bool:
+        return self.recorder is not None and self.recorder.frames > 0
+
+
+def _play(
+    plan: Plan, config: RunConfig, folder: RunFolder, recording: _Recording
+) -> tuple[Outcome, dict[str, Digest]]:
+    """The run itself: outcome, and digests by craft, made of the frames as they are recorded."""
+    time = plan.scenario.time
+    # What another's program prints goes to the same terminal, and must not be drawn over.
+    foreign = {config.flight, config.emulator} - {OURS, EXTERNAL}
+    display = open_display(plan, folder / TRUTH, config.quiet, config.plain or bool(foreign))
+    with ExitStack() as stack:
+        stop = stack.enter_context(interruptible())
+        stack.callback(display.close)
+        log = stack.enter_context((folder / LOG).open("wb")) if config.log else None
+        digest = RunDigest(folder.path if config.log else None, plan.names, plan.codecs)
+        stack.callback(digest.discard)
+        recorder = Recorder(
+            dict(zip(bus_names(plan.names), plan.codecs, strict=True)),
+            time.start_ns,
+            time.interval_ns,
+            log,
+            digest.feed,
+        )
+        recording.recorder = recorder
+        stack.callback(recorder.flush)
+        way = _play_inline if config.bus == "inline" else _play_processes
+        outcome = way(plan, config, folder, recorder, display, stop)
+        recorder.flush()
+        return outcome, digest.finish()
+
+
+def _play_inline(
+    plan: Plan, config: RunConfig, folder: RunFolder, recorder: Recorder, display: Display, stop: Stop
+) -> Outcome:
+    from gnss_hil.emulator.journal import TruthLog
+    from gnss_hil.emulator.truth import TRUTH as ROW
+    from gnss_hil.tools.processes import inline
+
+    with TruthLog(folder / TRUTH, ROW, plan.names) as truth:
+        return inline.play(plan, recorder, truth, display, stop)
+
+
+def _play_processes(
+    plan: Plan, config: RunConfig, folder: RunFolder, recorder: Recorder, display: Display, stop: Stop
+) -> Outcome:
+    from gnss_hil.tools.processes import supervisor
+
+    return supervisor.play(plan, config, folder, recorder, display, stop)
+
+
+def _facts(plan: Plan, config: RunConfig, outcome: Outcome) -> dict[str, Any]:
+    """What the run alone knows; the first part of summary.json."""
+    scenario = plan.scenario
+    clean = not outcome.unanswered and not outcome.interrupted and not outcome.failure
+    simulated_s = outcome.epochs * scenario.time.epoch_interval_s
+    return assemble.facts_of(
+        scenario,
+        outcome.epochs,
+        emulator=config.emulator,
+        policy=scenario.craft[0].flight.policy if config.flight == OURS else config.flight,
+        pace=config.pace,
+        bus=assemble.bus_of(config.bus),
+        reproducible=config.pace == "lockstep" and clean,
+        interrupted=outcome.interrupted,
+        epochs_unanswered=outcome.unanswered,
+        real_time_factor=assemble.real_time_factor(simulated_s, outcome.wall_s),
+        epoch_latency_ms=assemble.latency_ms(outcome.latency_p50_s, outcome.latency_p99_s),
+        mark_late_ms=assemble.milliseconds(outcome.mark_late_s),
+        latency_histogram=[list(bar) for bar in outcome.latency_histogram],
+        frames_sent=outcome.frames_sent,
+    )
