@@ -174,7 +174,7 @@ def _dispatch(argv: Sequence[str]) -> int:
     return import_module(command.module).run(arguments)
 
 
-def _told(error: BaseException) -> tuple[int, str] | None:
+def _status_and_text(error: BaseException) -> tuple[int, str] | None:
     """Exit status and text of an error that people can understand; None if it is a fault of the program.
 
     The classes are looked up among loaded modules: what is not loaded cannot have been raised.
@@ -236,10 +236,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has left
         return 0
     except Exception as error:
-        told = _told(error)
+        known = _status_and_text(error)
         if "--debug" in argv:
             raise
-        status, text = told or (1, f"internal error: {type(error).__name__}: {error} (--debug shows where)")
+        status, text = known or (1, f"internal error: {type(error).__name__}: {error} (--debug shows where)")
         for line in text.splitlines() or [type(error).__name__]:
             print(f"{PROGRAM}: {line}", file=sys.stderr)
         return status

@@ -82,7 +82,7 @@ def _contract(arguments: Namespace) -> int:
 
 
 def _listen(arguments: Namespace, spec: str, link, contract, wanted, formatter, stop) -> int:
-    """Until the time is over, somebody says stop, or the bus ends; the exit status."""
+    """Until the time is over, it is interrupted, or the bus ends; the exit status."""
     from gnss_hil.dbc.bus.base import LinkClosed
     from gnss_hil.tools.live.terminal import Terminal, can_draw
     from gnss_hil.tools.monitor.output import Piped, Table

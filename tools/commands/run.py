@@ -94,7 +94,7 @@ def check_combination(config: RunConfig) -> None:
 
 
 def _check_junit(path: Path) -> None:
-    """A verdict that could not be written is told before the run, not after it."""
+    """A verdict that could not be written is a mistake before the run, not after it."""
     if not path.absolute().parent.is_dir():
         raise Mistake(f"--junit {path}: no such folder {path.parent}")
     if path.is_dir():

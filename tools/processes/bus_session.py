@@ -25,7 +25,7 @@ from gnss_hil.tools.recording.sequence import Epoch, Sequencer
 class BusSession:
     """One bus: its tap, the order of its frames, the record.
 
-    watched  the emulator is somebody else's: the bus alone tells times, latency and the end
+    watched  the emulator is another's: times, latency and the end are known from the bus alone
     end_ns   simulated time [ns since the first mark] at which the run is over, where it is watched
     last     the last epoch on record; first: its first one's number
     begun_ns, heard_ns  wall time of the first and the last frame on record
@@ -48,7 +48,7 @@ class BusSession:
     heard_ns: int = 0
     over: bool = False
     latency: Latency = field(default_factory=Latency)
-    _first_said_ns: int = -1
+    _first_mark_ns: int = -1
     _heard_s: float = field(default_factory=time.monotonic)
 
     def take(self) -> None:
@@ -96,12 +96,14 @@ class BusSession:
         delay_s = answer_s(self.codec, frames, epoch.number)
         if delay_s is not None:
             self.latency.add(delay_s)
-        said = int(epoch_times_ns(self.codec, frames, np.array([len(frames)]), np.array([epoch.number]))[0])
-        if said < 0:
+        mark_ns = int(
+            epoch_times_ns(self.codec, frames, np.array([len(frames)]), np.array([epoch.number]))[0]
+        )
+        if mark_ns < 0:
             return
-        if self._first_said_ns < 0:
-            self._first_said_ns = said - (epoch.number - self.first) * self.interval_ns
-        self.over = said - self._first_said_ns + self.interval_ns >= self.end_ns
+        if self._first_mark_ns < 0:
+            self._first_mark_ns = mark_ns - (epoch.number - self.first) * self.interval_ns
+        self.over = mark_ns - self._first_mark_ns + self.interval_ns >= self.end_ns
 
 
 @cache

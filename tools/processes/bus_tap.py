@@ -1,4 +1,4 @@
-"""What the recorder hears: a tap on a bus of our own, or a listener on somebody else's."""
+"""Where the recorder's frames come from: a tap on a bus of our own, or a listener on another's."""
 
 from __future__ import annotations
 
@@ -46,16 +46,16 @@ def check_bus(spec: str, codec: Codec, awaited: Collection[str] = ()) -> None:
 
 
 class BusTap:
-    """What the bus says, from another thread to the supervisor's.
+    """Frames of the bus, from another thread to the supervisor's.
 
-    laggards  peers (number, process) that have held the bus back for so many seconds; a bus of ours knows
+    holding_back  peers (number, process) that have held the bus back for so many seconds; a bus of ours knows
 
     Frames come out with the instant they were heard in `t_ns`: nanoseconds of `time.perf_counter_ns`.
     """
 
     def __init__(self):
         self._pieces: queue.Queue[tuple[int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
-        self.laggards: Callable[[float], list[tuple[int, int]]] = lambda seconds: []
+        self.holding_back: Callable[[float], list[tuple[int, int]]] = lambda seconds: []
         self.closing = False
         self.failure = ""
 
@@ -85,7 +85,7 @@ class BusTap:
 def embedded_bus(path: Path, tap: BusTap) -> Iterator[str]:
     """A hub of our own with the recorder inside; its specification."""
     hub = Hub(path, taps=(lambda sender, wire: tap.hear(wire),))
-    tap.laggards = hub.holding_back
+    tap.holding_back = hub.holding_back
     try:
         yield f"embedded:{path}"
     finally:

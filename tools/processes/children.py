@@ -41,14 +41,14 @@ class Child:
     def running(self) -> bool:
         return self.process.poll() is None
 
-    def obituary(self) -> str:
+    def how_it_ended(self) -> str:
         """How it ended, for people."""
         code = self.process.returncode
         how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
         return f"{self.name} {how}{self.last_words(': ')}"
 
     def last_words(self, before: str = "") -> str:
-        if self.words is None or not self.words.exists():  # whoever cleans /tmp must not hide who died
+        if self.words is None or not self.words.exists():  # a cleaner of /tmp must not hide which one died
             return ""
         lines = self.words.read_text("utf-8", "replace").strip().splitlines()
         return before + lines[-1] if lines else ""
@@ -56,7 +56,7 @@ class Child:
     def refusal(self) -> Exception:
         """Why it never began, as an error of the class its exit status stands for."""
         known = _CLASS_OF_STATUS.get(self.process.returncode)
-        return known(self.last_words() or self.obituary()) if known else Failed(self.obituary())
+        return known(self.last_words() or self.how_it_ended()) if known else Failed(self.how_it_ended())
 
     def wait(self, seconds: float) -> bool:
         """Give it time to leave by itself; whether it did."""

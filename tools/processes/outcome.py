@@ -11,11 +11,11 @@ class Outcome:
     unanswered     epochs whose wall-clock limit passed
     wall_s         from the first epoch to the last
     latency_*_s    last measurement out to fix in, percentiles; None if there was no epoch
-    frames_sent    by the senders' own count; None if nobody counted
+    frames_sent    by the senders' own count; None if not counted
     mark_late_s    at a pace: how long after its instant an epoch began, at most; None if not measured
     interrupted    ended before its time
     failure        why it broke off; "" if it did not
-    latency_histogram   (upper edge [ms], epochs) of bins, by duration; empty where nobody measured
+    latency_histogram   (upper edge [ms], epochs) of bins, by duration; empty where not measured
     """
 
     epochs: int

@@ -20,14 +20,14 @@ NO_ANSWER = (
     "the flight software does not answer BENCH_SYNC, every epoch waits for it in vain; use --pace realtime"
 )
 
-FAREWELL_S = 1.0
+EARLY_LEAVE_S = 1.0
 """At the end of a run the flight software may be gone this much before the emulator."""
 
 HELD_BACK_S = 5.0
 """A bus of ours loses nothing: a peer that never reads stops it, and is named after this long."""
 
 SETTLE_S = 1.0
-"""Where no BENCH_END tells that all is said, the last answers may come this long after the emulator left."""
+"""Where no BENCH_END ends the run, the last answers may come this long after the emulator left."""
 
 SILENCE_S = 2.0
 """An emulator that played all epochs and is silent so long has no more to say."""
@@ -35,7 +35,7 @@ SILENCE_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What the master of time, or whoever watched it, counted; as in `Outcome`."""
+    """What the master of time, or its watcher, counted; as in `Outcome`."""
 
     epochs: int
     unanswered: int
@@ -89,19 +89,19 @@ class ReportingMaster:
         return not self.children[0].running
 
     def figures(self) -> Figures:
-        said = self._status.last
-        latency = said.get("epoch_latency_ms", {})
+        status = self._status.last
+        latency = status.get("epoch_latency_ms", {})
 
         def seconds(name: str) -> float | None:
             return None if latency.get(name) is None else latency[name] / 1e3
 
-        epochs, unanswered = (said.get(key, 0) for key in ("epoch", "epochs_unanswered"))
-        histogram = tuple((edge_ms, count) for edge_ms, count in said.get("latency_histogram", ()))
-        late_ms = said.get("mark_late_ms")
+        epochs, unanswered = (status.get(key, 0) for key in ("epoch", "epochs_unanswered"))
+        histogram = tuple((edge_ms, count) for edge_ms, count in status.get("latency_histogram", ()))
+        late_ms = status.get("mark_late_ms")
         return Figures(
             epochs,
             unanswered,
-            said.get("wall_s"),
+            status.get("wall_s"),
             seconds("p50"),
             seconds("p99"),
             histogram,
@@ -110,7 +110,7 @@ class ReportingMaster:
 
 
 class WatchedMaster:
-    """Somebody else's emulator: the bus tells how it goes. The run is over with its process, with BENCH_END,
+    """Another's emulator, which is followed on the bus. The run is over with its process, with BENCH_END,
     or when the scenario's time is up on the bus."""
 
     def __init__(self, children: Sequence[Child], sessions: Sequence[BusSession], epochs: int):
@@ -135,7 +135,7 @@ class WatchedMaster:
 
     @property
     def trouble(self) -> str:
-        """One of ours to start that never said a thing."""
+        """One that we started and that never sent a time mark."""
         if self.children and time.monotonic() - self._begun_s > BARRIER_S:
             for child, session in zip(self.children, self._sessions, strict=True):
                 if not session.sequencer.opened:
@@ -170,8 +170,8 @@ class Supervision:
     def until_over(self, stop: Callable[[], bool]) -> str:
         """Rounds until all have left; why the run broke off, "" if it did not.
 
-        A run that never began is an error: of the one who refused, in his words, else of the first to end
-        by itself. Whoever we sent away is to blame for nothing.
+        A run that never began is an error: of the process that refused, by its last line, else of the first
+        to end by itself. A process that we ended is to blame for nothing.
         """
         failure = ""
         while not failure and not stop() and not self.master.over:
@@ -192,13 +192,13 @@ class Supervision:
         """The regular end: emulators leave, then the flight software; who did not end well."""
         for child in self.master.children:
             if self._leaves(child, LEAVE_S, stop) and child.process.returncode:
-                return child.obituary()
+                return child.how_it_ended()
         heard_end = all(session.sequencer.ended for session in self.sessions)
         if not heard_end:
             self._rounds_until(lambda: False, SETTLE_S, stop)
         for flight in self.flights if heard_end else ():
             if self._leaves(flight, LEAVE_S, stop) and flight.process.returncode:
-                return flight.obituary()
+                return flight.how_it_ended()
         return ""
 
     def _leaves(self, child: Child, seconds: float, stop: Callable[[], bool]) -> bool:
@@ -218,7 +218,7 @@ class Supervision:
         if refused:
             raise refused.refusal()
         if failure or by_themselves:
-            raise Failed(failure or by_themselves[0].obituary())
+            raise Failed(failure or by_themselves[0].how_it_ended())
 
     def _trouble(self) -> str:
         """Who broke off while the run goes on."""
@@ -227,30 +227,30 @@ class Supervision:
                 return session.tap.failure
         for child in self.master.children:
             if not child.running and child.process.returncode:
-                return child.obituary()
+                return child.how_it_ended()
         for flight in self.flights:
             if not flight.running and (flight.process.returncode or not self._ends_well()):
-                return flight.obituary()
+                return flight.how_it_ended()
         return self.master.trouble
 
     def _ends_well(self) -> bool:
         """Whether the run is over within the time by which the flight software may leave before it."""
-        self._rounds_until(lambda: self.master.over, FAREWELL_S, lambda: False)
+        self._rounds_until(lambda: self.master.over, EARLY_LEAVE_S, lambda: False)
         return self.master.over and not any(c.process.returncode for c in self.master.children)
 
     def round(self) -> None:
         time.sleep(TURN_S)
         for session in self.sessions:
             session.take()
-            self._name_laggards(session)
+            self._name_holding_back(session)
         self.master.look()
         figures = self.master.figures()
         self._advise(figures)
         self.display.refresh(figures.unanswered)
 
-    def _name_laggards(self, session: BusSession) -> None:
+    def _name_holding_back(self, session: BusSession) -> None:
         """Once each: peers for whom the whole bus waits."""
-        for number, process in session.tap.laggards(HELD_BACK_S):
+        for number, process in session.tap.holding_back(HELD_BACK_S):
             if (session.number, number) not in self.named:
                 self.named.add((session.number, number))
                 self.display.note(

@@ -1,7 +1,7 @@
 """Emulator and flight software as processes on buses, and their supervision.
 
 The supervisor owns the embedded buses' hubs (or listens on a foreign bus) and starts what is to be started on
-either side, ours or somebody else's. `tools.processes.supervision` has its rounds.
+either side, ours or another's. `tools.processes.supervision` has its rounds.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _way(bus: str, runtime_dir: Path, tap: BusTap) -> Iterator[str]:
 
 
 class _Processes:
-    """Starts the processes of a run; whoever is still there when `stack` closes is sent away."""
+    """Starts the processes of a run; those that still run when `stack` closes are ended."""
 
     def __init__(
         self,
@@ -109,13 +109,13 @@ class _Processes:
         return child, StatusReader(reading)
 
     def other_emulators(self) -> list[Child]:
-        """One process for each craft, unless somebody starts them."""
+        """One process for each craft, unless they are started elsewhere."""
         scenario = self._folder / SCENARIO
-        told = run_environment(self._plan, scenario, self._config.pace)
-        return self._others("emulator", self._config.emulator, told, f"scenario file {scenario}, ")
+        added = run_environment(self._plan, scenario, self._config.pace)
+        return self._others("emulator", self._config.emulator, added, f"scenario file {scenario}, ")
 
     def flights(self) -> list[Child]:
-        """The flight software of each craft, unless somebody starts it."""
+        """The flight software of each craft, unless it is started elsewhere."""
         if self._config.flight != OURS:
             return self._others("flight software", self._config.flight, {}, "")
         children = []
@@ -128,8 +128,8 @@ class _Processes:
             children.append(child)
         return children
 
-    def _others(self, role: str, command: str, told: Mapping[str, str], also: str) -> list[Child]:
-        """Somebody else's software; its words pass through: a traceback is for its author."""
+    def _others(self, role: str, command: str, added: Mapping[str, str], also: str) -> list[Child]:
+        """Another's software; its stderr passes through: a traceback is for its author."""
         children = []
         for i, (name, spec) in enumerate(self._specs.items()):
             vehicle = self._vehicle(i)
@@ -137,7 +137,7 @@ class _Processes:
                 files = f"{also}vehicle file {vehicle}"
                 self._display.note(f"waiting for the {role} of {name} on {spec}, {files}")
                 continue
-            environment = {**bus_environment(spec, vehicle, name), **told}
+            environment = {**bus_environment(spec, vehicle, name), **added}
             child = start(f"{role} of {name}", shlex.split(command), None, environment)
             self._stack.callback(child.leave)
             children.append(child)

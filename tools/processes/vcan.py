@@ -244,6 +244,6 @@ def _status(folder: Path) -> int:
     with suppress(OSError, ValueError):
         return int((folder / "status").read_text())
     boot = folder / "boot"
-    said = boot.read_text(errors="replace").strip().splitlines() if boot.exists() else []
-    print(f"gnss-hil vcan shell: the kernel did not boot{': ' + said[-1] if said else ''}", file=sys.stderr)
+    lines = boot.read_text(errors="replace").strip().splitlines() if boot.exists() else []
+    print(f"gnss-hil vcan shell: the kernel did not boot{': ' + lines[-1] if lines else ''}", file=sys.stderr)
     return MISSING

@@ -18,7 +18,7 @@ from gnss_hil.dbc.lockstep.messages import Bench
 from gnss_hil.tools.decoder.time_marks import marks_in
 
 _FARTHEST = 10_000
-"""Epochs by which a mark may be ahead of the last one. Nobody misses more and goes on listening."""
+"""Epochs by which a mark may be ahead of the last one. A listener that misses more has left."""
 
 
 @dataclass(frozen=True, slots=True)

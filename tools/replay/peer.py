@@ -21,7 +21,7 @@ from gnss_hil.tools.processes.children import LEAVE_S, Child, bus_environment, s
 from gnss_hil.tools.recording.run_folder import SCENARIO
 from gnss_hil.tools.replay.source import Source, scenario_of
 
-FAREWELL_S = 1.0
+DRAIN_S = 1.0
 """Its last frames may still be under way when a process is gone."""
 
 
@@ -86,7 +86,7 @@ class Other:
             return False
         now_s = time.monotonic()
         self._gone_s = now_s if self._gone_s is None else self._gone_s
-        return now_s - self._gone_s >= FAREWELL_S
+        return now_s - self._gone_s >= DRAIN_S
 
     def end(self, complete: bool, interrupted: bool) -> None:
         """Lets it leave after a replay that went to its end; Failed or its own refusal if it broke off."""
@@ -99,7 +99,7 @@ class Other:
         if not complete and not child.running:
             raise child.refusal()
         if not child.sent_away and child.process.returncode:
-            raise Failed(child.obituary())
+            raise Failed(child.how_it_ended())
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 OURS, EXTERNAL = "ours", "external"
-"""Whose software is on a side of the bus: ours, or one that somebody starts; else a command to start."""
+"""Whose software is on a side of the bus: ours, or one that is started elsewhere; else a command to start."""
 
 OptionValue = float | str | bool
 

@@ -93,9 +93,9 @@ def _time(document: dict[str, Any], craft: dict[str, Any], overrides: Overrides)
     from gnss_hil.emulator.assemble.recorded import span_of
 
     found = span_of(craft["observations"]["file"], craft.get("name", ""))
-    said = {
+    given = {
         "duration_s": overrides.duration_s,
         "epoch_interval_s": overrides.interval_s,
         "orientation": document.get("time", {}).get("orientation"),
     }
-    document["time"] = found | {name: value for name, value in said.items() if value is not None}
+    document["time"] = found | {name: value for name, value in given.items() if value is not None}

@@ -1,4 +1,4 @@
-"""The two sides of a bus, each ours, a command to start, or external: one that somebody else starts."""
+"""The two sides of a bus, each ours, a command to start, or external: one that is started elsewhere."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gnss_hil.tools.run_config.config import EXTERNAL, OURS
 
 
 def check(flight: str, emulator: str, bus: str, own: Mapping[str, object]) -> None:
-    """Mistake if somebody else's software cannot be started, or other options leave it no place.
+    """Mistake if another's software cannot be started, or other options leave it no place.
 
     own   arguments that belong to our own flight software, by name
     """

@@ -14,7 +14,7 @@ def run(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def told(run):
-    """Scenario and craft of the run, as its bus told them."""
+def decoded(run):
+    """Scenario and craft of the run, as its bus has them."""
     scenario, (craft,) = run_data.read(run)
     return scenario, craft

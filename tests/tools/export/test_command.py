@@ -41,8 +41,8 @@ def test_a_mistake_is_one_line(words, said, run, tmp_path, capsys):
         for file in ("scenario.toml", "vehicle.toml", *needed):
             (places[name] / file).write_bytes((run / file).read_bytes())
     assert main([word.format(**places) for word in words]) == 2
-    told = capsys.readouterr().err
-    assert said in told and len(told.splitlines()) == 1
+    shown = capsys.readouterr().err
+    assert said in shown and len(shown.splitlines()) == 1
 
 
 def test_a_signal_without_a_code_is_named(run, capsys, monkeypatch):

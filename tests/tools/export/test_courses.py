@@ -23,8 +23,8 @@ pytestmark = pytest.mark.verifies(
 
 
 @pytest.fixture(scope="module")
-def fixes(told) -> TimeSeries:
-    (course_of_craft,) = time_series.of_fixes([told[1]])
+def fixes(decoded) -> TimeSeries:
+    (course_of_craft,) = time_series.of_fixes([decoded[1]])
     return course_of_craft
 
 
@@ -84,8 +84,8 @@ def test_uneven_epochs_make_no_table(fixes):
         sp3.of_craft([uneven])
 
 
-def test_truth_is_where_the_craft_was(run, told, fixes):
-    (true,) = time_series.of_truth(run, [told[1]])
+def test_truth_is_where_the_craft_was(run, decoded, fixes):
+    (true,) = time_series.of_truth(run, [decoded[1]])
     rows = np.searchsorted(true.t_ns, fixes.t_ns)
     assert len(true.t_ns) == 90
     assert np.abs(true.position_m[rows] - fixes.position_m).max() < 0.01

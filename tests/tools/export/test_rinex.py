@@ -19,8 +19,8 @@ from gnss_hil.tools.export.run_data import Rows
 
 
 @pytest.fixture(scope="module")
-def files(told) -> dict[str, str]:
-    made, remarks = rinex.files_of(*[told[0], [told[1]]], rinex.Choices())
+def files(decoded) -> dict[str, str]:
+    made, remarks = rinex.files_of(*[decoded[0], [decoded[1]]], rinex.Choices())
     assert remarks == []
     return {file.name: "".join(file.text) for file in made}
 
@@ -31,9 +31,9 @@ def test_one_file_an_antenna_one_of_the_craft_and_two_of_the_sky(files):
 
 
 @pytest.mark.parametrize("antenna", ["fore", "port"])
-def test_an_antennas_file_says_what_the_bus_said(files, told, antenna):
+def test_an_antennas_file_says_what_the_bus_said(files, decoded, antenna):
     """Read back by the bench's reader, which real files judge; signs and steps by RINEX 3.04, table A3."""
-    craft = told[1]
+    craft = decoded[1]
     number = craft.vehicle.names.index(antenna)
     rows = craft.rows[craft.rows.receiver == number]
     read = rinex_obs.parse(files[f"soyuz_{antenna}.obs"], "written")
@@ -49,7 +49,7 @@ def test_an_antennas_file_says_what_the_bus_said(files, told, antenna):
 
 
 @pytest.mark.verifies(what="Tables of a run: almanac as told, clocks as shown")
-def test_epochs_are_tagged_with_the_receivers_clock(files, run, told):
+def test_epochs_are_tagged_with_the_receivers_clock(files, run, decoded):
     """The clock's offset is known to truth; the tag has it to its counter's 100 ns."""
     read = rinex_obs.parse(files["soyuz_fore.obs"], "written")
     truth = polars.read_parquet(run / "truth.parquet")
@@ -84,10 +84,10 @@ def test_every_line_keeps_to_its_columns(files):
         assert len(lines) > 5 and max(map(len, lines)) <= 80, name
 
 
-def test_range_and_phase_of_the_centre_of_mass_belong_together(told):
+def test_range_and_phase_of_the_centre_of_mass_belong_together(decoded):
     """Doppler is the phase's rate: over an epoch the phase grows by the mean of two range rates, and
     nothing but the third derivative, 1 mm, is between them."""
-    found = reduced(told[1], shapiro=True).rows
+    found = reduced(decoded[1], shapiro=True).rows
     wave_m = codes_of(found).wave_m
     order = np.lexsort((found.epoch, found.sat))
     r, wave = found[order], wave_m[order]
@@ -100,8 +100,8 @@ def test_range_and_phase_of_the_centre_of_mass_belong_together(told):
     assert np.abs(grown_m - mean_mps)[on].max() < 5e-3
 
 
-def test_a_satellite_measured_twice_is_there_once_by_the_measurement_in_the_fix(told):
-    craft = told[1]
+def test_a_satellite_measured_twice_is_there_once_by_the_measurement_in_the_fix(decoded):
+    craft = decoded[1]
     first = craft.rows.epoch == craft.rows.epoch[0]
     twice = craft.rows[first]
     stronger = replace(
@@ -132,9 +132,9 @@ def test_loss_of_lock_is_told_where_a_phase_does_not_go_on():
     assert loss_of_lock(rows).tolist() == [0, 0, 1, 1, 1, 0, 0]
 
 
-def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files, told):
+def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files, decoded):
     read = rinex_nav.parse(files["broadcast.nav"], "written")
-    wanted = navigation.messages(navigation.constellations(told[0]), [told[1]], wgs84=True)
+    wanted = navigation.messages(navigation.constellations(decoded[0]), [decoded[1]], wgs84=True)
     for letter, records in wanted.items():
         got = read.records[letter]
         order = np.lexsort((records.number, [e.timestamp() for e in records.epoch]))
@@ -144,8 +144,8 @@ def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files
     assert read.glonass_to_utc_s == 0
 
 
-def test_satellites_of_another_sky_get_no_navigation_file(told):
-    scenario, craft = told
+def test_satellites_of_another_sky_get_no_navigation_file(decoded):
+    scenario, craft = decoded
     off = replace(craft, rows=replace(craft.rows, pos_sv_m=craft.rows.pos_sv_m + np.array((0, 0, 150.0))))
     known = navigation.messages(navigation.constellations(scenario), [craft], wgs84=True)
     assert navigation.disagreement_m(known, craft) < 1e-3
@@ -158,11 +158,11 @@ def test_satellites_of_another_sky_get_no_navigation_file(told):
     assert "broadcast.nav" in {file.name for file in made} and "2 m" in remarks[0]
 
 
-def test_several_clocks_have_no_file_of_the_centre_of_mass(told):
-    craft = told[1]
+def test_several_clocks_have_no_file_of_the_centre_of_mass(decoded):
+    craft = decoded[1]
     assert one_clock(craft)
     late = craft.tag_offset_ns + np.array((0, 0, 100, 0))
     for other in (replace(craft, domain=craft.domain + np.arange(4)), replace(craft, tag_offset_ns=late)):
         assert not one_clock(other)
-        made, remarks = rinex.files_of(told[0], [other], rinex.Choices(navigation=False))
+        made, remarks = rinex.files_of(decoded[0], [other], rinex.Choices(navigation=False))
         assert len(made) == 4 and "several clocks" in remarks[0]

@@ -9,8 +9,8 @@ from gnss_hil.tools.export.rinex_systems import SystemHeader, navigation_lines, 
 from gnss_hil.tools.export.rinex_text import labelled
 
 
-def test_only_rows_of_a_system_are_given_to_it(told, monkeypatch):
-    _, craft = told
+def test_only_rows_of_a_system_are_given_to_it(decoded, monkeypatch):
+    _, craft = decoded
     given = []
 
     def note(system, rows):
@@ -26,14 +26,14 @@ def test_only_rows_of_a_system_are_given_to_it(told, monkeypatch):
     np.testing.assert_array_equal(satellites.system_of(rows.sat), SYSTEMS["gps"].value)
 
 
-def test_a_system_that_is_not_in_the_file_has_no_lines(told):
-    _, craft = told
+def test_a_system_that_is_not_in_the_file_has_no_lines(decoded):
+    _, craft = decoded
     assert not list(observation_lines("GE", craft.rows))
     assert not list(navigation_lines("GE", wgs84=True))
 
 
-def test_glonass_has_its_frame_and_its_frequencies(told):
-    _, craft = told
+def test_glonass_has_its_frame_and_its_frequencies(decoded):
+    _, craft = decoded
     text = "".join(observation_lines("GR", craft.rows))
     mine = craft.rows[satellites.system_of(craft.rows.sat) == SYSTEMS["glonass"].value]
     slots = dict(zip(satellites.number_of(mine.sat).tolist(), mine.frequency.tolist(), strict=True))

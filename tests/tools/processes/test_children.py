@@ -16,7 +16,7 @@ def ended(tmp_path, lose_the_words: bool) -> str:
         words.unlink()
     child.process.send_signal(signal.SIGKILL)
     child.process.wait()
-    return child.obituary()
+    return child.how_it_ended()
 
 
 def test_who_died_is_told_with_its_last_words(tmp_path):
