@@ -8,8 +8,8 @@ from gnss_hil.dbc.common.arrays import Index
 from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.dbc.common.satellites import name as satellite_name
 from gnss_hil.tools.report.craft import Craft
-from gnss_hil.tools.report.figure import Json, Plot, antenna_colour, numbers
 from gnss_hil.tools.report.markup import Markup, tag
+from gnss_hil.tools.report.plot import Json, Plot, antenna_colour, numbers
 from gnss_hil.tools.report.sky_plot import Sightings, side_names
 from gnss_hil.tools.report.time_series import NO_CHANNELS
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.satellites import name as satellite_name
 from gnss_hil.tools.report.craft import Craft
-from gnss_hil.tools.report.figure import Json, Plot, antenna_colour, axis, milliseconds, time_axis
+from gnss_hil.tools.report.plot import Json, Plot, antenna_colour, axis, milliseconds, time_axis
 from gnss_hil.tools.report.time_series import NO_CHANNELS
 from gnss_hil.tools.report.tracking_arcs import Lanes, lanes
 

@@ -14,9 +14,9 @@ from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.run_folder import SUMMARY
 from gnss_hil.tools.report.document import Page, card, lead
-from gnss_hil.tools.report.figure import Json, Plot, axis, overlaid
-from gnss_hil.tools.report.figures import shown
 from gnss_hil.tools.report.markup import table, tag
+from gnss_hil.tools.report.plot import Json, Plot, axis, overlaid
+from gnss_hil.tools.report.summary_tables import shown
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH
 from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.summary import metrics

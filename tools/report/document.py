@@ -11,8 +11,8 @@ from importlib import resources
 from pathlib import Path
 
 from gnss_hil.tools.common.whole_file import draft_of
-from gnss_hil.tools.report.figure import Json, Plot
 from gnss_hil.tools.report.markup import Child, Markup, filled, own, tag, text
+from gnss_hil.tools.report.plot import Json, Plot
 
 
 def slot(plot: Plot, name: str) -> Markup:

@@ -13,8 +13,8 @@ from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.decimate import evenly
-from gnss_hil.tools.report.figure import Json, Plot, axis, layout, line, numbers
 from gnss_hil.tools.report.frames import geodetic, inertial
+from gnss_hil.tools.report.plot import Json, Plot, axis, layout, line, numbers
 
 _POINTS = 4000
 

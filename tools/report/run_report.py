@@ -14,11 +14,11 @@ from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH
-from gnss_hil.tools.report import antenna_skies, assignment, figures, ground_track, time_series
+from gnss_hil.tools.report import antenna_skies, assignment, ground_track, summary_tables, time_series
 from gnss_hil.tools.report.craft import Craft, gather
 from gnss_hil.tools.report.document import Page, card, lead
-from gnss_hil.tools.report.figure import Plot
 from gnss_hil.tools.report.markup import Markup, tag
+from gnss_hil.tools.report.plot import Plot
 from gnss_hil.tools.results import truth
 
 REPORT = "report.html"
@@ -68,18 +68,21 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
         tag.h1(s["scenario"]),
         lead(scenario.description) if scenario.description else None,
         lead(f"{'; '.join(facts)}."),
-        figures.verdict(s),
-        figures.bus_tiles(s),
+        summary_tables.verdict(s),
+        summary_tables.bus_tiles(s),
     )
-    judged = card("Expectations", figures.expectations(s)), card("Frame faults", figures.faults(s))
+    judged = (
+        card("Expectations", summary_tables.expectations(s)),
+        card("Frame faults", summary_tables.faults(s)),
+    )
     page.add(tag.div(judged, class_="grid"))
 
 
 def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> None:
     own = s["craft"][craft.name]
     page.add(tag.h2(f"Craft {craft.name}, vehicle {craft.vehicle.name}"))
-    page.add(figures.craft_tiles(own, s["epochs"]))
-    page.add(card("Figures", figures.craft_table(own)))
+    page.add(summary_tables.craft_tiles(own, s["epochs"]))
+    page.add(card("Figures", summary_tables.craft_table(own)))
     page.add_plots([assignment.assignment(craft)], craft.name)
     page.add_plots(antenna_skies.skies(craft))
     if craft.sightings is not None:

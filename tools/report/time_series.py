@@ -9,7 +9,7 @@ from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.decimate import extremes
-from gnss_hil.tools.report.figure import (
+from gnss_hil.tools.report.plot import (
     Json,
     Plot,
     antenna_colour,

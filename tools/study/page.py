@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from gnss_hil.tools.report.document import Page, card, lead, note
-from gnss_hil.tools.report.figure import Plot, axis, overlaid
-from gnss_hil.tools.report.figures import aligned
 from gnss_hil.tools.report.markup import table, tag
+from gnss_hil.tools.report.plot import Plot, axis, overlaid
+from gnss_hil.tools.report.summary_tables import aligned
 from gnss_hil.tools.study.factors import COLUMNS, Effect
 
 _NOTE = (

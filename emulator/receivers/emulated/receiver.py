@@ -144,7 +144,7 @@ class EmulatedCraft:
         slips = channels.slips[layout.receiver, layout.channel]
         templates = self.receivers.templates
         models = acting(self.environment.models, Stage.OBSERVABLE)
-        words, fits = columns.words[rows], np.True_
+        words, fits = columns.words[rows], columns.whole[rows]
         states = list(unit.models)
         if models:
             values = dict(zip(templates.channel.names, columns.values[:, rows], strict=True))
@@ -164,7 +164,7 @@ class EmulatedCraft:
                 values["cn0_dbhz"] = np.minimum(level, frames.CN0_TOP_DBHZ)
                 cycles = cycles + term.phase_m / self._wave_m(prepared, k, layout)
             data, carried = templates.channel.fill(len(rows), values)
-            fits = carried.all(axis=1)
+            fits = np.logical_and.reduce(carried, axis=1)
             words = np.ascontiguousarray(data).view("<u8")[..., 0]
         words = words | layout.channel_bits
         words[:, templates.phase.frame] |= templates.phase.word(cycles, slips, ambiguity % 1 != 0)
