@@ -34,6 +34,7 @@ from gnss_hil.flightsw.assignment.boresight_angles import (
 )
 from gnss_hil.flightsw.attitude.attitude import Attitude, attitude_now
 from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.io import decode, encode
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
@@ -85,7 +86,7 @@ def flight_step(
     navigator = config.navigator.navigator
     inputs = _fix_inputs(config, heard, mark, attitude)
     nav, solution = navigator.update(navigator.predict(state.nav, t_ns), z, inputs)
-    solution = assess(solution)
+    solution = assess(with_dilution(solution, z, inputs))
     if solution.fix is not None and channels.commanded:
         channels = channel_manager.used(channels, z.sat[solution.fix.used], mark.epoch)
 

@@ -10,10 +10,10 @@ from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import Fix, NoFix
+from gnss_hil.flightsw.records.solution import NoFix, SnapshotFix
 
 
-def antenna_alone(m: Ranges, antenna: int, inputs: FixInputs, start_m: F64 | None) -> Fix | NoFix:
+def antenna_alone(m: Ranges, antenna: int, inputs: FixInputs, start_m: F64 | None) -> SnapshotFix | NoFix:
     """The fix of one antenna; its arrays are over all n measurements of m."""
     rows = np.flatnonzero(m.receiver == antenna)
     none = np.zeros((3, len(rows)))
@@ -22,7 +22,7 @@ def antenna_alone(m: Ranges, antenna: int, inputs: FixInputs, start_m: F64 | Non
     return fix if isinstance(fix, NoFix) else _spread(fix, rows, len(m))
 
 
-def _spread(fix: Fix, rows: Index, n: int) -> Fix:
+def _spread(fix: SnapshotFix, rows: Index, n: int) -> SnapshotFix:
     """A fix from some rows as one from all n, the others unused."""
     used, residual, gain = np.zeros(n, bool), np.full(n, np.nan), np.zeros((3, n))
     used[rows], residual[rows], gain[:, rows] = fix.used, fix.residual_m, fix.gain

@@ -24,7 +24,7 @@ from gnss_hil.flightsw.measurement.noise import range_variance_m2
 from gnss_hil.flightsw.measurement.range_model import Rays
 from gnss_hil.flightsw.measurement.range_rate import range_rates
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import MAX_PDOP, Fix, NoFix, carriable
+from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, SnapshotFix, carriable
 
 MAX_ITERATIONS = 12
 CONVERGED_M = 10.0
@@ -145,7 +145,7 @@ def solve(
     start_m: F64 | None = None,
     ura_scale: float = 1.0,
     rules: Rules = STRICT,
-) -> Fix | NoFix:
+) -> SnapshotFix | NoFix:
     """The fix of an epoch, or why there is none.
 
     m                         ranges offered, n rows
@@ -168,7 +168,7 @@ def solve(
     used = offered[rows]
     rates = range_rates(used.ranges, found.design, found.rays, used.lever_rate_mps)
     velocity, drift = velocity_and_drift(rates, used.ranges.sat, rules)
-    return Fix(
+    return SnapshotFix(
         position_m=found.position_m,
         velocity_mps=velocity,
         items=found.items,

@@ -24,7 +24,7 @@ from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.measurement.noise import URA_M
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, NoFix, SnapshotFix, carriable
 
 NEAREST_FIRST = (
     NoFix.INCONSISTENT_RANGES,
@@ -36,18 +36,18 @@ NEAREST_FIRST = (
 contradict each other, an iteration that ends nowhere, a geometry that has no solution, too few ranges."""
 
 
-def receiver_mean(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | NoFix, int]:
+def receiver_mean(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[SnapshotFix | NoFix, int]:
     """The mean of the receivers' own solutions; no antenna is selected."""
     antennas = range(len(inputs.domain))
     found = [antenna_alone(m, antenna, inputs, prior.start_m) for antenna in antennas]
-    fixes = [fix for fix in found if isinstance(fix, Fix)]
+    fixes = [fix for fix in found if isinstance(fix, SnapshotFix)]
     if fixes:
         return mean_fix(m, fixes, inputs.ura_scale), prior.antenna
     reasons = {reason for reason in found if isinstance(reason, NoFix)}
     return next(reason for reason in NEAREST_FIRST if reason in reasons), prior.antenna
 
 
-def mean_fix(m: Ranges, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
+def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], ura_scale: float) -> SnapshotFix | NoFix:
     """The mean of at least one fix of receivers alone.
 
     The dilution is that of the mean for errors of the same size, independent from measurement to measurement,
@@ -64,7 +64,7 @@ def mean_fix(m: Ranges, fixes: Sequence[Fix], ura_scale: float) -> Fix | NoFix:
     velocity, drift = _mean_rates(fixes, systems)
     used = np.any([fix.used for fix in fixes], axis=0)
     gain = share * _sum([fix.gain for fix in fixes])
-    return Fix(
+    return SnapshotFix(
         position_m=position,
         velocity_mps=velocity,
         items=items,
@@ -89,7 +89,7 @@ def _sum(arrays: Sequence[F64]) -> F64:
     return total
 
 
-def _residuals_m(fixes: Sequence[Fix], n: int) -> F64:
+def _residuals_m(fixes: Sequence[SnapshotFix], n: int) -> F64:
     """(n,) of each measurement from its own receiver's solution, nan where not used."""
     residual = np.full(n, np.nan)
     for fix in fixes:
@@ -98,7 +98,7 @@ def _residuals_m(fixes: Sequence[Fix], n: int) -> F64:
 
 
 def _mean_rates(
-    fixes: Sequence[Fix], systems: Sequence[frozenset[int]]
+    fixes: Sequence[SnapshotFix], systems: Sequence[frozenset[int]]
 ) -> tuple[F64, F64] | tuple[None, None]:
     """Velocity (3,) and drifts (c,); None if a solution lacks them or the bus cannot carry them."""
     velocities = [fix.velocity_mps for fix in fixes if fix.velocity_mps is not None]

@@ -78,6 +78,7 @@ def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[floa
     sigma = np.sqrt(np.diagonal(fix.covariance_m2)).tolist()
     (_, xy, xz), (_, _, yz), _ = fix.covariance_m2.tolist()
     used = _used(m, fix, receivers)
+    assert fix.pdop is not None, "estimation.dilution has seen to it"
     velocity = [] if fix.velocity_mps is None else fix.velocity_mps.tolist()
     return [
         mode, NoFix.FIX, fix.satellites, sum(mask.bit_count() for mask in used[1::2]), fix.pdop,

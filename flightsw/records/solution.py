@@ -42,7 +42,7 @@ class FixMode(IntEnum):
     POSITION_VELOCITY = _NAV_MODE["POSITION_VELOCITY"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Fix:
     """An estimate for the point the lever arms are counted from, ECEF WGS-84, at the time mark.
 
@@ -50,13 +50,11 @@ class Fix:
     clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
     velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
     covariance_m2        (3, 3) of the position, by the variances of the measurements
-    misfit       chi-square for each degree of freedom where ranges that disagree made the fix; else 1
-    gain                 (3, n) what a metre of each pseudorange moves the position, zero where not used
-    pdop         over the measurements used
     used         (n,) bool, which of the measurements offered are in the fix
     satellites   distinct ones among them
     residual_m   (n,) measured minus predicted pseudorange, nan where not used
-    iterations   Gauss-Newton steps taken
+    pdop         over the measurements used; None where the navigator has none: `estimation.dilution` does
+    misfit       chi-square for each degree of freedom where ranges that disagree made the fix; else 1
     """
 
     position_m: F64
@@ -65,13 +63,24 @@ class Fix:
     clock_m: F64
     drift_mps: F64 | None
     covariance_m2: F64
-    gain: F64
-    pdop: float
     used: Bool
     satellites: int
     residual_m: F64
+    pdop: float | None
+    misfit: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class SnapshotFix(Fix):
+    """What a least-squares solution of one epoch has besides.
+
+    gain         (3, n) what a metre of each pseudorange moves the position, zero where not used
+    iterations   Gauss-Newton steps taken
+    """
+
+    pdop: float
+    gain: F64
     iterations: int
-    misfit: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

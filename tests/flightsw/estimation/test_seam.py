@@ -149,8 +149,9 @@ class Filter:
             x = x + gain @ (kind.value - kind.predict(point))
             covariance = covariance - gain @ h @ covariance
         fix = Fix(
-            x[:3], x[3:6], items, x[6:8], x[8:], covariance[:3, :3], np.zeros((3, len(z))), 1.0,
-            np.ones(len(z), bool), len(set(z.sat.tolist())), np.zeros(len(z)), 1, 1.0,
+            position_m=x[:3], velocity_mps=x[3:6], items=items, clock_m=x[6:8], drift_mps=x[8:],
+            covariance_m2=covariance[:3, :3], used=np.ones(len(z), bool), satellites=len(set(z.sat.tolist())),
+            residual_m=np.zeros(len(z)), pdop=None,
         )  # fmt: skip
         orbit = OrbitState(state.t_ns, x[:3], x[3:6], state.t_ns)
         return Tracked(state.t_ns, x, covariance), Solution(NoFix.FIX, fix, orbit)
@@ -197,6 +198,9 @@ def test_a_filter_of_the_tests_flies_through_the_same_step(monkeypatch):
     bus = FakeBus(soyuz(), SKY)
     states, answers, _ = fly(bus, config, 14)
     assert isinstance(states[-1].nav, Tracked) and status(answers[-1], "satellites") >= 22
+    _, snapshots, _ = fly(FakeBus(soyuz(), SKY), configure(SOYUZ, "patent"), 14)
+    dilutions = [decoded(answer[-1], "NAV_STATUS")["pdop"][0] for answer in (answers, snapshots)]
+    assert dilutions[0] == pytest.approx(dilutions[1], abs=0.011), "a filter need not know its dilution"
     # Its orbit has J2, the sky of the tests has not: 1 cm/s^2.
     assert error_m(bus.craft, answers[-1], 13) < 0.2
     assert decoded(answers[-1], "NAV_CLOCK")["item"].tolist() == [0, 8]

@@ -1,0 +1,59 @@
+"""PDOP of a fix whose navigator states none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.dilution import with_dilution
+from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, Solution
+from tests.flightsw.estimation.test_position import craft, in_view, measurements
+from tests.support import synthetic_epochs as s
+
+pytestmark = pytest.mark.verifies(
+    "flightsw/estimation/dilution.py",
+    what="PDOP of navigators that state none",
+    by="a snapshot of the same measurements",
+    status="modelled",
+)
+
+
+@pytest.fixture(scope="module")
+def offered():
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 40), s.constellation()))
+    none = np.zeros((3, len(m)))
+    fix = solve(m, none, none, c.domain[m.receiver])
+    return m, fix, FixInputs(None, c.lever_body, c.domain, 1.0)
+
+
+def stated(m, fix, inputs):
+    return with_dilution(Solution(NoFix.FIX, fix), m, inputs).fix.pdop
+
+
+def test_it_is_that_of_a_snapshot(offered):
+    m, fix, inputs = offered
+    assert stated(m, replace(fix, pdop=None), inputs) == pytest.approx(fix.pdop, rel=1e-6)
+
+
+def test_measurements_not_used_do_not_count(offered):
+    m, fix, inputs = offered
+    fewer = replace(fix, pdop=None, used=np.arange(len(m)) % 2 == 0)
+    assert stated(m, fewer, inputs) > 1.1 * fix.pdop
+
+
+def test_what_a_navigator_states_stands(offered):
+    m, fix, inputs = offered
+    assert stated(m, replace(fix, pdop=7.0), inputs) == 7.0
+    nothing = Solution(NoFix.TOO_FEW_SATELLITES)
+    assert with_dilution(nothing, m, inputs) is nothing
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_too_few_for_a_fix_of_the_epoch_alone_are_the_most_the_contract_can_state(offered, count):
+    m, fix, inputs = offered
+    assert stated(m, replace(fix, pdop=None, used=np.arange(len(m)) < count), inputs) == MAX_PDOP
