@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from argparse import Namespace
+from collections.abc import Iterable
 from pathlib import Path
 
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
@@ -82,7 +83,7 @@ def _series(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
     return [File(f"{c.name}.oem", oem.text_of(c), f"{len(c.t_ns)} states") for c in series]
 
 
-def _write(path: Path, text) -> None:
+def _write(path: Path, text: Iterable[str]) -> None:
     """A file that is there whole or not at all."""
     from gnss_hil.tools.common.whole_file import draft_of
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 
@@ -73,7 +75,13 @@ def _again(folder: Path, out: Path | None) -> int:
     return 1 if lines else 0
 
 
-def draw(folder: Path, facts, summary, digests, out: Path | None = None) -> list[str]:
+def draw(
+    folder: Path,
+    facts: Mapping[str, Any],
+    summary: Mapping[str, Any],
+    digests: Mapping[str, Any],
+    out: Path | None = None,
+) -> list[str]:
     """report.html, its path on stdout; a line if it cannot be written: the figures are safe by then."""
     from gnss_hil.tools.recording.run_folder import SUMMARY
     from gnss_hil.tools.report import run_report

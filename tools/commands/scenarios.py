@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from argparse import Namespace
+from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +23,7 @@ def run(arguments: Namespace) -> int:
     return 0
 
 
-def _description(path) -> str:
+def _description(path: Path) -> str:
     from gnss_hil.emulator.config.scenario import parse, read
 
     scenario = parse(read(path), str(path))

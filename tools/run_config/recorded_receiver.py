@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.files.text import FileError
+from gnss_hil.flightsw.measurement import signals as flight_signals
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import Overrides
 
-PAIRS = {"gps": ("L1P", "L2P"), "glonass": ("L1OF", "L2OF")}
-"""Signals of two frequencies, by system."""
+_NAME_OF = {signal.value: signal.name for signal in signals.SIGNALS.values()}
+PAIRS = {
+    signals.SIGNALS[_NAME_OF[first]].system: (_NAME_OF[first], _NAME_OF[second])
+    for first, second in reversed(flight_signals.PAIRS)
+}
+"""Signals of two frequencies that the flight software prefers, by system: the first of its pairs stands."""
 
 SINGLE = {system.name: (signals.of_system(system)[0].name,) for system in systems.tracked()}
 """The preferred signal, by system."""
@@ -52,7 +57,7 @@ def _refuse(overrides: Overrides) -> None:
             )
 
 
-def _reported(paths) -> dict[str, Any]:
+def _reported(paths: Sequence[Path]) -> dict[str, Any]:
     """[sky] of precise orbits: each system has the files that hold its satellites, or is "none"."""
     from gnss_hil.emulator.files import sp3
 
