@@ -8,6 +8,13 @@ import pytest
 
 from gnss_hil.tools.common.whole_file import draft_of
 
+pytestmark = pytest.mark.verifies(
+    "tools/common/whole_file.py",
+    what="Files written whole or not at all",
+    by="rules of ours",
+    status="modelled",
+)
+
 
 @pytest.fixture
 def path(tmp_path):

@@ -12,6 +12,10 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.processes import run_session
 from gnss_hil.tools.run_config.config import OURS, Overrides, RunConfig
 
+pytestmark = pytest.mark.verifies(
+    "tools/processes/run_session.py", what="A run's folder, or nothing", by="rules of ours", status="modelled"
+)
+
 
 @pytest.fixture
 def config(tmp_path) -> RunConfig:
