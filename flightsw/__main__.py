@@ -137,24 +137,15 @@ def _tell_rejections(codec, rejected) -> None:
         print(f"flightsw: {count} x {reason} at {where}: {consequence}", file=sys.stderr, flush=True)
 
 
-def _options(pairs: Sequence[str]) -> dict[str, float | bool | str]:
+def _options(pairs: Sequence[str]) -> dict[str, command_line.Value]:
     """Options of the command line; numbers and true/false are taken as such."""
     options = {}
     for pair in pairs:
         key, equals, text = pair.partition("=")
         if not equals or not key or key in options:
             raise ValueError(f"--option {pair}: each option once, as KEY=VALUE")
-        options[key] = _value(text)
+        options[key] = command_line.option_value(text)
     return options
-
-
-def _value(text: str) -> float | bool | str:
-    if text in ("true", "false"):
-        return text == "true"
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import argparse
 import math
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 
 from gnss_hil.dbc.process.shutdown import INTERRUPTED, Stop
 
@@ -35,6 +36,21 @@ def parser_of(program: str, description: str, examples: str) -> Parser:
         epilog=examples,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+
+
+Value = bool | int | float | str
+"""Of an option."""
+
+
+def option_value(text: str) -> Value:
+    """What the text of an option means, as in a TOML file: true and false, whole numbers, numbers; else it is
+    itself."""
+    if text in ("true", "false"):
+        return text == "true"
+    for number in (int, float):
+        with suppress(ValueError):
+            return number(text)
+    return text
 
 
 def seconds(text: str) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from gnss_hil.dbc.process.command_line import seconds
-from gnss_hil.tools.run_config.config import OptionValue, Overrides
+from gnss_hil.dbc.process.command_line import Value, option_value, seconds
+from gnss_hil.tools.run_config.config import Overrides
 
 DEFAULT_SCENARIO = "soyuz"
 
@@ -38,17 +38,12 @@ def seed(text: str) -> int:
     return int(text)
 
 
-def option(text: str) -> tuple[str, OptionValue]:
+def option(text: str) -> tuple[str, Value]:
     """'hysteresis_deg=2', 'overflow=next', 'flag=true'."""
     key, equals, value = text.partition("=")
     if not (key and equals and value):
         raise argparse.ArgumentTypeError(f"'{text}': not of the form KEY=VALUE")
-    if value in ("true", "false"):
-        return key, value == "true"
-    try:
-        return key, float(value)
-    except ValueError:
-        return key, value
+    return key, option_value(value)
 
 
 def add_scenario(parser: argparse.ArgumentParser) -> None:

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.process.command_line import Value
+
 OURS, EXTERNAL = "ours", "external"
 """Whose software is on a side of the bus: ours, or one that is started elsewhere; else a command to start."""
-
-OptionValue = float | str | bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Overrides:
     vehicle: str | None = None
     policy: str | None = None
     navigator: str | None = None
-    options: tuple[tuple[str, OptionValue], ...] = ()
+    options: tuple[tuple[str, Value], ...] = ()
     autonomous: str | None = None
     on: tuple[str, ...] = ()
     off: tuple[str, ...] = ()

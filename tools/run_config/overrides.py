@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.common import systems
+from gnss_hil.dbc.process.command_line import Value
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.error_models.registry import of_scope
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config import recorded_receiver
-from gnss_hil.tools.run_config.config import OptionValue, Overrides
+from gnss_hil.tools.run_config.config import Overrides
 
 _LETTERS = {system.name: system.letter for system in systems.tracked()}
 
@@ -78,7 +79,7 @@ def _switch(owner: Any, scope: str, overrides: Overrides) -> None:
         factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
 
 
-def _once(options: Sequence[tuple[str, OptionValue]]) -> dict[str, OptionValue]:
+def _once(options: Sequence[tuple[str, Value]]) -> dict[str, Value]:
     for key, _ in options:
         values = [str(v) for k, v in options if k == key]
         if len(values) > 1:

@@ -1,0 +1,31 @@
+"""Options as the text of a command line: what a TOML file would make of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.process.command_line import option_value
+from gnss_hil.flightsw.app.config import configure
+
+pytestmark = pytest.mark.verifies(
+    "dbc/process/command_line.py", what="Options of a command line", by="rules of ours", status="modelled"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("0", 0), ("-3", -3), ("2.0", 2.0), ("1e3", 1000.0), ("true", True), ("false", False), ("next", "next")],
+)
+def test_an_option_has_the_type_that_its_text_shows(text, value):
+    found = option_value(text)
+    assert found == value and type(found) is type(value)
+
+
+def test_whole_numbers_are_taken_where_counts_and_where_measures_are_asked_for():
+    texts = {"exclude_satellites": "0", "autonomy_after_epochs": "5", "hysteresis_deg": "2"}
+    given = {name: option_value(text) for name, text in texts.items()}
+    options = configure(vehicle.load(vehicle.find("soyuz-ms")), "patent", given).options
+    assert (options.autonomy_after_epochs, options.hysteresis_deg) == (5, 2.0)
+    with pytest.raises(ValueError, match="autonomy_after_epochs: input should be a valid integer"):
+        configure(vehicle.load(vehicle.find("soyuz-ms")), "patent", {"autonomy_after_epochs": 5.5})
