@@ -199,7 +199,7 @@ class Flight(Strict):
 
     policy: str = "patent"
     navigator: str | None = None
-    options: dict[str, float | str | bool] = Field(default_factory=dict)
+    options: dict[str, bool | int | float | str] = Field(default_factory=dict)
 
 
 class Craft(Strict):

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.process.command_line import Value
 from gnss_hil.tools.common.errors import Failed, Missing, Mistake
 from gnss_hil.tools.processes import parent_death
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder
@@ -149,7 +150,7 @@ def flight_command(
     ]  # fmt: skip
 
 
-def option_texts(options: Mapping[str, float | str | bool]) -> list[str]:
+def option_texts(options: Mapping[str, Value]) -> list[str]:
     """Options as a command line has them, each KEY=VALUE."""
     return [
         f"{key}={str(value).lower() if isinstance(value, bool) else value}" for key, value in options.items()

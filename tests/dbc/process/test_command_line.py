@@ -6,6 +6,7 @@ import pytest
 
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.process.command_line import option_value
+from gnss_hil.emulator.config.scenario import Flight
 from gnss_hil.flightsw.app.config import configure
 
 pytestmark = pytest.mark.verifies(
@@ -29,3 +30,11 @@ def test_whole_numbers_are_taken_where_counts_and_where_measures_are_asked_for()
     assert (options.autonomy_after_epochs, options.hysteresis_deg) == (5, 2.0)
     with pytest.raises(ValueError, match="autonomy_after_epochs: input should be a valid integer"):
         configure(vehicle.load(vehicle.find("soyuz-ms")), "patent", {"autonomy_after_epochs": 5.5})
+
+
+def test_a_scenario_keeps_the_type_of_its_options():
+    given = {"flight": True, "count": 3, "metres": 0.5, "rule": "next"}
+    flight = Flight(options=given)
+    assert {name: type(value) for name, value in flight.options.items()} == {
+        name: type(value) for name, value in given.items()
+    }
