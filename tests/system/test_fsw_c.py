@@ -5,6 +5,7 @@ Two implementations that share no code agree on every fix; what differs is told 
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import subprocess
@@ -149,6 +150,7 @@ def test_it_flies_at_twenty_times_real_time_without_lockstep(fsw, tmp_path):
     assert flown["valid"].sum() > 20
     both = flown.join(truth.with_columns(valid=True), on="t_gps_s", suffix="_other")
     assert np.median(distances_m(both)) < 5
+    assert json.loads((folder / "summary.json").read_text("utf-8"))["mark_late_ms"] > 0
 
 
 def test_a_repeated_sync_gets_the_same_answer(fsw, epochs, tmp_path):

@@ -54,3 +54,12 @@ def test_lockstep_counts_unanswered_epochs():
     assert summary["epochs_unanswered"] == 3
     assert "3: the run is not reproducible" in render(summary)
     assert "unanswered" not in render(build(facts("lockstep", 0), {"a": counted(1, 0)}, None))
+
+
+def test_a_run_at_a_pace_says_how_late_its_marks_were():
+    late = build(facts("realtime") | {"mark_late_ms": 62.6}, {"a": counted(1, 0)}, None)
+    assert late["mark_late_ms"] == 62.6
+    assert "62.6 ms at most" in render(late)
+    assert "marks late" not in render(
+        build(facts("lockstep") | {"mark_late_ms": None}, {"a": counted(1, 0)}, None)
+    )
