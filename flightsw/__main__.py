@@ -42,7 +42,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--bus", metavar="BUS", required=True, help="where the emulator is, or will be")
     add("--policy", metavar="NAME", default="patent", help="which antenna tracks which satellite")
     add("--navigator", metavar="NAME", help="how measurements become a fix, if not as the policy has it")
-    add("--option", metavar="K=V", action="append", default=[], help="an option of the policy")
+    add(
+        "--option",
+        metavar="K=V",
+        action="append",
+        default=[],
+        help="an option of the policy, of the navigator, or of any flight",
+    )
     add("--boot-count", metavar="N", type=int, default=0, help="starts since commissioning")
     add("--once", action="store_true", help="leave when the first run is over, or the bus is gone")
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")

@@ -191,10 +191,9 @@ class ObservationFile(Strict):
 class Flight(Strict):
     """Handed to the flight software on its command line.
 
-    policy   "patent", "prototype", "analogue", "single": see docs/patent.md; `--policy` counts more
-    navigator  "all_in_view", "receiver_mean", "best_antenna"; by default the
-               policy's; `--navigator` counts more
-    options  of the policy, by name; `--option NAME=VALUE` counts more
+    policy   which antenna tracks which satellite, see docs/patent.md; `--policy` counts more
+    navigator  how measurements become a fix; by default the policy's; `--navigator` counts more
+    options  of the policy, of the navigator or of any flight, by name; `--option NAME=VALUE` counts more
     """
 
     policy: str = "patent"

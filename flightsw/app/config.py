@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import cast
+from typing import Any, cast
 
 from pydantic import ValidationError, create_model
 
@@ -16,7 +16,8 @@ from gnss_hil.flightsw.app.modes import ModeOptions
 from gnss_hil.flightsw.assignment.options import AssignmentOptions
 from gnss_hil.flightsw.assignment.registry import Policy, policy
 from gnss_hil.flightsw.attitude.options import AttitudeOptions
-from gnss_hil.flightsw.estimation.registry import NavigatorRow, navigator
+from gnss_hil.flightsw.estimation.base import Navigator
+from gnss_hil.flightsw.estimation.registry import navigator
 from gnss_hil.flightsw.integrity.options import IntegrityOptions
 from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.receivers.options import ChannelOptions
@@ -31,20 +32,32 @@ class Options(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightConfig:
+    """navigator   built from the options; its row of `estimation.registry` is navigator_name"""
+
     vehicle: Vehicle
     codec: Codec
     policy: Policy
-    navigator: NavigatorRow
+    navigator_name: str
+    navigator: Navigator[Any]
     options: Options
     boot_count: int
 
 
+def options_of(policy_name: str, navigator_name: str | None = None) -> type[Options]:
+    """The options of all flights with a policy's and a navigator's own; where several declare one, the
+    policy's counts, then the navigator's. Without a navigator's name it is the policy's.
+
+    ValueError says which name is not known.
+    """
+    row = policy(policy_name)
+    own = (row.options, navigator(navigator_name or row.navigator).options)
+    return _merged(tuple(dict.fromkeys(model for model in own if not issubclass(Options, model))))
+
+
 @cache
-def options_of(own: type[Strict]) -> type[Options]:
-    """The options of all flights with a policy's own; where both declare one, the policy's counts."""
-    if issubclass(Options, own):
-        return Options
-    return cast(type[Options], create_model(own.__name__, __base__=(own, Options)))
+def _merged(own: tuple[type[Strict], ...]) -> type[Options]:
+    """Models of options of their own with those of all flights."""
+    return cast(type[Options], create_model("FlightOptions", __base__=(*own, Options)))
 
 
 def configure(
@@ -60,8 +73,40 @@ def configure(
     """
     row = policy(policy_name)
     estimator = navigator(row.navigator if navigator_name is None else navigator_name)
+    values = _checked(dict(options or {}), row.name, estimator.name)
+    built = estimator.build(values)
+    return FlightConfig(
+        vehicle, codec(vehicle.antennas), row, estimator.name, built, values, boot_count % 256
+    )
+
+
+def _checked(options: Mapping[str, object], policy_name: str, navigator_name: str) -> Options:
+    """The options as their models have them; ValueError has a line for each that is wrong."""
+    model = options_of(policy_name, navigator_name)
+    origin = f"policy '{policy_name}', navigator '{navigator_name}'"
+    allowed = ", ".join(sorted(model.model_fields))
+    lines = [
+        f"{origin}: {name}: unknown option; there are {allowed}"
+        for name in options
+        if name not in model.model_fields
+    ]
     try:
-        values = options_of(row.options).model_validate(dict(options or {}))
+        known = {name: value for name, value in options.items() if name in model.model_fields}
+        values = model.model_validate(known)
     except ValidationError as error:
-        raise ValueError("\n".join(faults(error, f"policy '{row.name}'"))) from None
-    return FlightConfig(vehicle, codec(vehicle.antennas), row, estimator, values, boot_count % 256)
+        raise ValueError("\n".join([*lines, *faults(error, origin)])) from None
+    if lines:
+        raise ValueError("\n".join(lines))
+    return values
+
+
+def carried_over(
+    options: Mapping[str, Any], policy_name: str, before: str | None, after: str | None
+) -> dict[str, Any]:
+    """Options of a flight whose navigator `before` gives way to `after`, None the policy's: without those
+    that the former alone has. What neither knows stays, to be refused.
+
+    ValueError says which name is not known.
+    """
+    had, has = (options_of(policy_name, name).model_fields for name in (before, after))
+    return {name: value for name, value in options.items() if name in has or name not in had}

@@ -65,7 +65,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         rejected=no_rejections(),
         lost=0,
         attitude=None,
-        nav=config.navigator.navigator.initial(),
+        nav=config.navigator.initial(),
         solution=Solution(NoFix.NO_TIME_MARK),
         predictions=almanac.no_predictions(),
         channels=channel_manager.autonomous(config.vehicle.channels, MAX_RECEIVERS),

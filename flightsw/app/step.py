@@ -83,7 +83,7 @@ def flight_step(
     predictions = almanac.updated(state.predictions, heard.almanac, m.where(sound), t_ns)
     z = _form(m.where(sound & (m.health == 0) & channel_manager.usable(channels, m)), options)
 
-    navigator = config.navigator.navigator
+    navigator = config.navigator
     inputs = _fix_inputs(config, heard, mark, attitude)
     nav, solution = navigator.update(navigator.predict(state.nav, t_ns), z, inputs)
     solution = assess(with_dilution(solution, z, inputs))

@@ -23,7 +23,7 @@ Assign = Callable[[F64, Bool, F64, I64, I64, Any], I64]
 class Policy:
     """assign is None where the receivers choose for themselves: no commands are sent.
 
-    options     its own options, among those of all flights
+    options     its own options, among those of all flights and of the navigator
     navigator   by default, a row of `estimation.registry`; any other can be chosen
     """
 

@@ -140,7 +140,7 @@ unknown policy in the file
     policy 'patnet': not known; there are .*patent
 unknown option in the file
     $ run {option}.toml
-    policy 'patent': hysterisis_deg: unknown key
+    policy 'patent', navigator 'all_in_view': hysterisis_deg: unknown option; there are .*hysteresis_deg
 vehicle of the file missing
     $ run {no_vehicle}.toml
     vehicle 'sojuz-ms\.toml': no such file; shipped are .*soyuz-ms

@@ -94,7 +94,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--option", action="append", type=option, default=[], metavar="K=V",
-        help="option of the policy; repeatable",
+        help="option of the flight software: of its policy, its navigator or any flight; repeatable",
     )  # fmt: skip
     add(
         "--autonomous",

@@ -70,7 +70,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--navigator", metavar="N",
         help="navigator of our flight software instead of the run's, or of the policy's",
     )  # fmt: skip
-    add("--option", action="append", default=[], metavar="K=V", help="option of the policy; repeatable")
+    add(
+        "--option", action="append", default=[], metavar="K=V",
+        help="option of our flight software; repeatable",
+    )  # fmt: skip
     add("--session", type=_session, metavar="N", help="time marks with this session, their CRC made anew")
     add(
         "--require", choices=("FLIGHT", "none"), default="FLIGHT",

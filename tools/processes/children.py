@@ -139,7 +139,7 @@ def flight_command(
 ) -> list[str]:
     """Our flight software on a bus, for one run.
 
-    options  of the policy, each KEY=VALUE
+    options  of the flight, each KEY=VALUE
     """
     return [
         sys.executable, "-P", "-m", "gnss_hil.flightsw",

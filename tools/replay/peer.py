@@ -6,7 +6,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from gnss_hil.dbc.bus.base import Link, LinkClosed, LinkError, NotYet
@@ -14,6 +14,7 @@ from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.bus.open_link import is_shared, open_link
 from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.flightsw.app.config import carried_over
 from gnss_hil.tools.common.errors import Failed, Mistake
 from gnss_hil.tools.processes import children
 from gnss_hil.tools.processes.bus_tap import LISTEN_S
@@ -131,14 +132,17 @@ def flight_command(
 ) -> list[str]:
     """Our flight software; as the run had it, but for what is asked for.
 
-    The run's navigator and options belong to its policy: another policy comes without them, as in a run.
-    An option that is given replaces the run's value of it.
+    The run's navigator and options belong to its policy: another policy comes without them, as in a run;
+    another navigator comes without the options that the run's alone has. An option that is given replaces
+    the run's value of it.
     """
     if source.scenario is not None and policy is None:
         flight = source.scenario.craft[source.number].flight
         policy, navigator = flight.policy, navigator or flight.navigator
         given = {option.partition("=")[0] for option in options}
         kept = {key: value for key, value in flight.options.items() if key not in given}
+        with suppress(ValueError):  # a name that is not known is the flight software's to refuse
+            kept = carried_over(kept, policy, flight.navigator, navigator)
         options = [*children.option_texts(kept), *options]
     return children.flight_command(need_vehicle(source), spec, policy or "patent", navigator, options)
 

@@ -22,7 +22,7 @@ class Overrides:
 
     nav, sp3     navigation files and precise orbits: together the sky
     obs, reference, ionosphere_free   of a recorded receiver
-    options      of the policy, in the order in which they were given
+    options      of the flight software, in the order in which they were given
     on, off      error models switched, "all" among them; a name counts more than "all"
     attitudes    number of a craft -> its [craft.attitude]
     """
@@ -75,7 +75,7 @@ class ReplayConfig:
     pace              None: the emulator on the bus has the time
     policy, navigator   of our flight software, None: as the run had them; another policy brings its own
                       navigator and none of the run's options
-    options           of the policy, as typed: KEY=VALUE
+    options           of our flight software, as typed: KEY=VALUE
     session           of the time marks, None: as recorded
     wait_s            for the heartbeat, None: as long as the other side is expected to take
     """

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.process.command_line import Value
-from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config.scenario import Flight, ScenarioError
 from gnss_hil.emulator.error_models.registry import of_scope
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.text import FileError
+from gnss_hil.flightsw.app.config import carried_over
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config import recorded_receiver
 from gnss_hil.tools.run_config.config import Overrides
@@ -45,7 +47,7 @@ def _override_craft(craft: dict[str, Any], number: int, overrides: Overrides) ->
         for own in ("options", "navigator"):  # they belong to the policy that was replaced
             craft["flight"].pop(own, None)
     if overrides.navigator is not None:
-        craft.setdefault("flight", {})["navigator"] = overrides.navigator
+        _replace_navigator(craft.setdefault("flight", {}), overrides.navigator)
     if overrides.options:
         options = craft.setdefault("flight", {}).setdefault("options", {})
         options.update(_once(overrides.options))
@@ -54,6 +56,15 @@ def _override_craft(craft: dict[str, Any], number: int, overrides: Overrides) ->
     _switch(craft, "craft", overrides)
     if number in overrides.attitudes:
         craft["attitude"] = dict(overrides.attitudes[number])
+
+
+def _replace_navigator(flight: dict[str, Any], name: str) -> None:
+    """Another navigator, without the options that only the one it replaces has."""
+    former, policy = flight.get("navigator"), flight.get("policy", Flight().policy)
+    flight["navigator"] = name
+    if isinstance(flight.get("options"), dict):
+        with suppress(ValueError):  # a name that is not known has its line when the flight is configured
+            flight["options"] = carried_over(flight["options"], policy, former, name)
 
 
 def _switch(owner: Any, scope: str, overrides: Overrides) -> None:

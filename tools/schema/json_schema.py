@@ -22,6 +22,9 @@ from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.signal.structure import file as structure
+from gnss_hil.flightsw.app.config import Options
+from gnss_hil.flightsw.assignment.registry import POLICIES
+from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -44,7 +47,33 @@ def file_name(kind: str) -> str:
 
 def schema(kind: str) -> Schema:
     """The JSON schema of a kind of file."""
-    return {"$schema": DIALECT, "title": f"gnss-hil {kind} file", **of_model(KINDS[kind].model)}
+    made = {"$schema": DIALECT, "title": f"gnss-hil {kind} file", **of_model(KINDS[kind].model)}
+    if kind == "scenario":
+        _open_flight(made)
+    return made
+
+
+def _open_flight(made: Schema) -> None:
+    """[craft.flight] with the names and the options of our flight software, which the scenario, the truth's
+    side, does not know: in place."""
+    flight = made["$defs"]["Flight"]["properties"]
+    flight["policy"]["enum"], flight["navigator"]["enum"] = list(POLICIES), list(NAVIGATORS)
+    flight["options"] |= {"properties": flight_options(), "additionalProperties": False}
+
+
+def flight_options() -> Schema:
+    """Option -> its schema: those of any flight, then those that one policy or navigator alone has, whose
+    meaning ends with the owner. A policy that narrows an option of any flight is checked when it is flown."""
+    found: dict[str, Schema] = dict(of_model(Options)["properties"])
+    own = [(f"of policy `{row.name}`", row.options) for row in POLICIES.values()]
+    own += [(f"of navigator `{row.name}`", row.options) for row in NAVIGATORS.values()]
+    for owner, model in own:
+        for name, value in of_model(model).get("properties", {}).items():
+            if name in Options.model_fields:
+                continue
+            marked = {**value, "description": f"{value.get('description', '')} ({owner})".strip()}
+            found[name] = {"anyOf": [found[name], marked]} if name in found else marked
+    return found
 
 
 def text(kind: str) -> str:

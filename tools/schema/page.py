@@ -13,11 +13,10 @@ from importlib import resources
 from typing import Any
 
 from gnss_hil.emulator.error_models.registry import FACTORS
-from gnss_hil.flightsw.app.config import Options
 from gnss_hil.flightsw.assignment.registry import POLICIES
 from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 from gnss_hil.tools.schema.examples import examples
-from gnss_hil.tools.schema.json_schema import KINDS, Schema, of_model, resolved, schema, table_in, tables
+from gnss_hil.tools.schema.json_schema import KINDS, Schema, resolved, schema, table_in, tables
 from gnss_hil.tools.schema.units import unit
 
 SWITCH = "enabled"
@@ -40,16 +39,6 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join([top, rule.replace(" ", ""), *body])
 
 
-def _options() -> str:
-    """Options of `[craft.flight]`: those of every policy, then those of one alone."""
-    models = [of_model(model) for model in (Options, *(policy.options for policy in POLICIES.values()))]
-    rows: dict[str, Sequence[str]] = {}
-    for made in models:
-        for name, value in made["properties"].items():
-            rows.setdefault(name, _row(made, made, "", name, value, {}))
-    return _table(_HEAD, rows.values())
-
-
 def _kind(kind: str) -> str:
     """Keys of a kind of file, a section for each table."""
     made, shown = schema(kind), examples(kind)
@@ -67,7 +56,6 @@ _PARTS: dict[str, Callable[[], str]] = {
         ("navigator", "how measurements become a fix", "source"),
         ((f"`{n.name}`", n.summary, n.source) for n in NAVIGATORS.values()),
     ),
-    "options": _options,
 }
 """What may stand in a place."""
 

@@ -355,14 +355,18 @@ def test_unhealthy_and_unlocked_channels_stay_out(flight):
     ("policy", "options", "line"),
     [
         ("best", {}, "policy 'best': not known; there are patent, prototype, analogue, single"),
-        ("patent", {"hysteresis": 3}, "policy 'patent': hysteresis: unknown key"),
+        (
+            "patent",
+            {"hysteresis": 3},
+            "hysteresis: unknown option; there are attitude_hold_epochs, auto",
+        ),
         (
             "patent",
             {"hysteresis_deg": -1},
             "hysteresis_deg: input should be greater than or equal to 0, found -1",
         ),
         ("patent", {"overflow": "bump"}, "overflow: input should be 'drop' or 'next', found 'bump'"),
-        ("prototype", {"overflow": "drop"}, "policy 'prototype': overflow: unknown key"),
+        ("prototype", {"overflow": "drop"}, "policy 'prototype', navigator 'all_in_view': overflow: unknown"),
     ],
 )
 def test_mistakes_in_options_get_one_line(policy, options, line):

@@ -39,7 +39,7 @@ def test_a_position_is_forgotten_an_hour_after_the_last_fix(dt_s, known):
 @pytest.mark.parametrize("step_s", [10.0, 100.0, 3600.0])
 def test_the_hour_runs_on_whether_epochs_come_or_not(step_s):
     """Epochs that bring no fix move the position on; they do not make it younger."""
-    navigator = NAVIGATORS["all_in_view"].navigator
+    navigator = NAVIGATORS["all_in_view"].build({})
     state, epochs = Snapshot(orbit()), round(3600.0 / step_s)
     for epoch in range(1, epochs + 1):
         state = navigator.predict(state, later(epoch * step_s))

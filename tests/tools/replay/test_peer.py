@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.flightsw.estimation.registry import NAVIGATORS, NavigatorRow
 from gnss_hil.tools.replay import peer
 from gnss_hil.tools.replay.source import Source
 
@@ -57,3 +60,16 @@ def test_an_option_that_is_given_replaces_the_runs(source):
 def test_an_option_given_twice_is_left_to_the_flight_software_to_refuse(source):
     twice = ["ray_height_km=60", "ray_height_km=50"]
     assert command(source, options=twice)[2] == [IONOSPHERE_FREE, *twice]
+
+
+def test_another_navigator_comes_without_the_options_of_the_runs_alone(source, monkeypatch):
+    class Fading(Strict):
+        fading: float = 1.0
+
+    row = NavigatorRow("fading", NAVIGATORS["best_antenna"].build, "", "", Fading)
+    monkeypatch.setitem(NAVIGATORS, "fading", row)
+    flight = {"policy": "patent", "navigator": "fading", "options": {"fading": 0.9, "hysteresis_deg": 1}}
+    craft = source.scenario.craft[0].model_copy(update={"flight": scenarios.Flight(**flight)})
+    faded = replace(source, scenario=source.scenario.model_copy(update={"craft": [craft]}))
+    assert command(faded)[2] == ["fading=0.9", "hysteresis_deg=1"]
+    assert command(faded, navigator="all_in_view")[2] == ["hysteresis_deg=1"]
