@@ -83,8 +83,8 @@ def _config(arguments: argparse.Namespace):
 
 def _fly(arguments: argparse.Namespace, config, stop) -> int:
     from gnss_hil.dbc.bus.base import LinkClosed
-    from gnss_hil.dbc.lockstep.slave import Slave
     from gnss_hil.dbc.lockstep.slave_loop import run_slave
+    from gnss_hil.dbc.lockstep.slave_protocol import Slave
     from gnss_hil.dbc.process.bus_link import regain_link
     from gnss_hil.dbc.process.shutdown import INTERRUPTED
     from gnss_hil.flightsw.app.state import heartbeat, initial_state

@@ -13,7 +13,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.dbc.lockstep.latency import Latency
-from gnss_hil.dbc.lockstep.master import Barrier, Exchange
+from gnss_hil.dbc.lockstep.master_protocol import Barrier, Exchange
 
 SLICE_S = 0.1
 """Longest wait at a stretch, so that a signal is noticed."""

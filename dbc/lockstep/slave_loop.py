@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from gnss_hil.dbc.bus.base import Link
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.lockstep.slave import Slave, Task, Work
+from gnss_hil.dbc.lockstep.slave_protocol import Slave, Task, Work
 
 HEARTBEAT_S = 0.1
 SILENCE_S = 5.0

@@ -17,8 +17,8 @@ from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, concat
 from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
 from gnss_hil.dbc.lockstep.messages import SYNC_ID
-from gnss_hil.dbc.lockstep.slave import Slave
 from gnss_hil.dbc.lockstep.slave_loop import run_slave
+from gnss_hil.dbc.lockstep.slave_protocol import Slave
 from tests.support.lockstep_frames import CODEC, SESSION, block, heartbeat, mark, navigation, statuses
 from tests.support.waiting import HANG_S, finished, pause, until
 

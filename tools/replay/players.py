@@ -17,8 +17,8 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.dbc.lockstep.master_loop import SLICE_S, Bus, MasterLoop, MissingNodes, Tally
-from gnss_hil.dbc.lockstep.slave import Slave
 from gnss_hil.dbc.lockstep.slave_loop import run_slave
+from gnss_hil.dbc.lockstep.slave_protocol import Slave
 from gnss_hil.flightsw.io import encode
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.decoder.block import of_frames

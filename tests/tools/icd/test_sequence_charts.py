@@ -9,8 +9,8 @@ import pytest
 
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
-from gnss_hil.dbc.lockstep.master import Barrier, Exchange
-from gnss_hil.dbc.lockstep.slave import Slave, Task
+from gnss_hil.dbc.lockstep.master_protocol import Barrier, Exchange
+from gnss_hil.dbc.lockstep.slave_protocol import Slave, Task
 from gnss_hil.tools.icd.sequence import EMULATOR, FLIGHT, Chart, Sent, charts
 from tests.support import lockstep_frames
 from tests.support.icd_pages import tree

@@ -1,4 +1,7 @@
-"""Lockstep, the flight node's side, without I/O or clock: cuts what is heard into epochs."""
+"""Lockstep, the flight node's side as a state machine, without I/O or clock: cuts what is received into epochs.
+
+`dbc.lockstep.slave_loop` runs it on a bus.
+"""
 
 from __future__ import annotations
 

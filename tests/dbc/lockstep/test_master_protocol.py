@@ -8,7 +8,7 @@ import pytest
 from gnss_hil.dbc.contract.frames import EMPTY, ERR_FLAG, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, TIME_NODE
 from gnss_hil.dbc.lockstep import messages
-from gnss_hil.dbc.lockstep.master import Barrier, Exchange
+from gnss_hil.dbc.lockstep.master_protocol import Barrier, Exchange
 from gnss_hil.dbc.lockstep.messages import Bench
 from tests.support.lockstep_frames import (
     CODEC,
@@ -23,8 +23,8 @@ from tests.support.lockstep_frames import (
 
 pytestmark = pytest.mark.verifies(
     "dbc/lockstep/messages.py",
-    "dbc/lockstep/master.py",
-    "dbc/lockstep/slave.py",
+    "dbc/lockstep/master_protocol.py",
+    "dbc/lockstep/slave_protocol.py",
     "dbc/lockstep/master_loop.py",
     "dbc/lockstep/slave_loop.py",
     what="Lockstep: barrier, epochs, repetitions, both sides",

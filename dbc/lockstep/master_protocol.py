@@ -1,8 +1,8 @@
-"""Lockstep, the time master's side of one bus, without I/O or clock.
+"""Lockstep, the time master's side of one bus as a state machine, without I/O or clock.
 
 The master opens an epoch with its block and SYNC{session, epoch, count}; each flight node answers with
 its block and DONE{session, epoch, count}. A repeated SYNC gets the same answer again.
-The flight node's side is `dbc.lockstep.slave`.
+The flight node's side is `dbc.lockstep.slave_protocol`; `dbc.lockstep.master_loop` runs this one on buses.
 """
 
 from __future__ import annotations

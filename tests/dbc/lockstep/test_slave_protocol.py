@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, batch, concat
 from gnss_hil.dbc.lockstep import messages
-from gnss_hil.dbc.lockstep.slave import Slave, Task
+from gnss_hil.dbc.lockstep.slave_protocol import Slave, Task
 from tests.support.lockstep_frames import (
     CODEC,
     SESSION,
