@@ -1,4 +1,4 @@
-"""Lockstep, the flight node's side as a state machine, without I/O or clock: cuts what is received into epochs.
+"""Lockstep, the flight node's side as a state machine, without I/O or clock: frames cut into epochs.
 
 `dbc.lockstep.slave_loop` runs it on a bus.
 """
