@@ -63,13 +63,9 @@ def least_squares(design: F64, y: F64, weight: F64) -> Estimate | None:
 
 
 def adjusted(design: F64, y: F64, weight: F64) -> F64:
-    """The x (u,) alone, by QR, for unknowns already known to be observable."""
-    unknowns = design.shape[1]
-    rows = np.empty((len(y), unknowns + 1))
-    rows[:, :unknowns], rows[:, unknowns] = design, y
-    rows *= np.sqrt(weight)[:, None]
-    upper: F64 = np.asarray(np.linalg.qr(rows, mode="r"))
-    return np.asarray(np.linalg.solve(upper[:unknowns, :unknowns], upper[:unknowns, unknowns]), np.float64)
+    """The x (u,) alone, for unknowns already known to be observable."""
+    weighted = design.T * weight
+    return np.asarray(np.linalg.solve(weighted @ design, weighted @ y), np.float64)
 
 
 def _diagonals(square: F64) -> F64:

@@ -91,7 +91,7 @@ def intersect(z: CodeRanges, items: tuple[int, ...], start_m: F64) -> Intersecti
         if length < CONVERGED_M:
             residual = misfit - design @ estimate.x
             # The direction from 10 m aside costs 4 mm/s of velocity: rays from where the craft is.
-            rays = z.rays(position)
+            rays = rays.from_aside(step)
             return Intersection(
                 position, estimate.x[3:], items, estimate, z.design(rays), rays, residual, iteration
             )

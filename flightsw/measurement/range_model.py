@@ -30,8 +30,13 @@ class EarthTurn:
         return np.array((self.cos * x + self.sin * y, self.cos * y - self.sin * x, v[2]))
 
 
+def dot(a: F64, b: F64) -> F64:
+    """(n,) of vectors (3, n)."""
+    return np.add.reduce(a * b)
+
+
 def _norm(v: F64) -> F64:
-    return np.sqrt(np.einsum("in,in->n", v, v))
+    return np.sqrt(dot(v, v))
 
 
 def flight_angle_rad(pos_sv_m: F64, antenna_m: F64) -> F64:
@@ -79,15 +84,24 @@ class Rays:
         """(n,) with Shapiro delay."""
         return self.distance_m + shapiro_m(self.pos_sv_m, self.antenna_m, self.distance_m)
 
+    def from_aside(self, step_m: F64) -> Rays:
+        """From the same satellites to antennas that are a step (3,) away, by the same turn of the Earth: ten
+        metres would change it by 2e-12 rad."""
+        return _rays(self.pos_sv_m, self.antenna_m + step_m[:, None], self.turn)
+
 
 def rays(pos_sv_m: F64, antenna_m: F64) -> Rays:
     """pos_sv_m (3, n) ECEF of the transmission instant; antenna_m (3, n) ECEF of the reception."""
     angle = flight_angle_rad(pos_sv_m, antenna_m)
     turn = EarthTurn(np.cos(angle), np.sin(angle))
-    turned = turn(pos_sv_m)
-    away = turned - antenna_m
+    return _rays(turn(pos_sv_m), antenna_m, turn)
+
+
+def _rays(turned_m: F64, antenna_m: F64, turn: EarthTurn) -> Rays:
+    """Both in the frame of the reception."""
+    away = turned_m - antenna_m
     distance = _norm(away)
-    return Rays(antenna_m, distance, away / distance, turned, turn)
+    return Rays(antenna_m, distance, away / distance, turned_m, turn)
 
 
 def rate_terms(ray: Rays, vel_sv_mps: F64) -> tuple[F64, F64]:
@@ -99,6 +113,6 @@ def rate_terms(ray: Rays, vel_sv_mps: F64) -> tuple[F64, F64]:
     The rate of the Shapiro delay, 1e-5 m/s, is below the bus's 1e-4 and left out.
     """
     los, pos = ray.los, ray.pos_sv_m
-    along = np.einsum("in,in->n", los, ray.turn(vel_sv_mps))
+    along = dot(los, ray.turn(vel_sv_mps))
     gain = 1 / (1 + (along + ROTATION_RPS * (los[1] * pos[0] - los[0] * pos[1])) / LIGHT_MPS)
     return along * gain, gain

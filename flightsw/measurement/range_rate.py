@@ -54,7 +54,7 @@ def range_rates(m: Ranges, geometry: F64, rays: Rays, lever_rate_mps: F64) -> Ra
     static, gain = range_model.rate_terms(rays, m.vel_sv_mps)
     stretch = 1 + m.clock_drift_mps / LIGHT_MPS
     gain = gain * stretch
-    lever = np.einsum("in,in->n", rays.los, lever_rate_mps)
+    lever = range_model.dot(rays.los, lever_rate_mps)
     design = geometry.copy()
     design[:, :3] *= gain[:, None]
     value = m.range_rate_mps + m.clock_drift_mps
