@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.generate import dbc_text
-from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS, Kind, Message, messages
+from gnss_hil.dbc.contract.messages import MAX_RECEIVERS, Kind, Message, messages
 
 IDENTIFIERS = 2048
 
@@ -66,6 +66,8 @@ class Codec:
     number_of    (2048,) int16 receiver or node number by identifier, 0 if the kind does not repeat
     sender_of    (2048,) names of the sending node, '' unknown
     protected_of, key_shift_of, key_mask_of   (2048,) protection by identifier
+    first_stream_of   (2048,) by identifier, the protected stream of its key 0; those of other keys follow
+    streams      how many protected streams a bus can carry
     hash         first 4 bytes, big-endian, of SHA-256 of the DBC text
     """
 
@@ -81,6 +83,8 @@ class Codec:
     protected_of: NDArray[np.bool_]
     key_shift_of: NDArray[np.uint64]
     key_mask_of: NDArray[np.uint64]
+    first_stream_of: NDArray[np.int64]
+    streams: int
 
     def decode(self, kind: str, data: NDArray[np.uint8]) -> dict[str, NDArray]:
         """Signals of frames (n, 8) of one kind: name -> (n,), int64 where unscaled, else float64."""
@@ -118,12 +122,9 @@ class Codec:
         return words.astype("<i8", copy=False).view(np.uint8).reshape(n, 8)
 
     def key_of(self, can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.int64]:
-        """(n,) protected stream index: identifier * 32 + channel (0 where the kind has no key)."""
+        """(n,) number of the protected stream that each frame belongs to."""
         key = (_words(data) >> self.key_shift_of[can_id]) & self.key_mask_of[can_id]
-        return can_id.astype(np.int64) * CHANNELS + key.astype(np.int64)
-
-
-STREAMS = IDENTIFIERS * CHANNELS
+        return self.first_stream_of[can_id] + key.astype(np.int64)
 
 
 def _words(data: NDArray[np.uint8]) -> NDArray[np.uint64]:
@@ -220,6 +221,7 @@ def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec
     protected = np.zeros(IDENTIFIERS, bool)
     key_shift = np.zeros(IDENTIFIERS, np.uint64)
     key_mask = np.zeros(IDENTIFIERS, np.uint64)
+    first_stream, streams = np.zeros(IDENTIFIERS, np.int64), 0
     for message in messages:
         kind, can_id = message.kind, message.can_id
         if kind.name not in kinds:
@@ -232,6 +234,8 @@ def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec
         protected[can_id] = layout.protected
         key_shift[can_id] = layout.key_shift
         key_mask[can_id] = layout.key_mask
+        first_stream[can_id] = streams
+        streams += layout.key_mask + 1
         can_id_of[kind.name, number] = can_id
     digest = hashlib.sha256(text.encode("ascii")).digest()
     return Codec(
@@ -247,6 +251,8 @@ def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec
         protected_of=protected,
         key_shift_of=key_shift,
         key_mask_of=key_mask,
+        first_stream_of=first_stream,
+        streams=streams,
     )
 
 

@@ -5,7 +5,7 @@ the CRC only (E2E_P11_DATAID_BOTH). The high nibble of byte 1 is payload by the 
 of this contract carries the epoch modulo 16 there. Source: AUTOSAR PRS E2E Protocol, Profile 11; CRC-8
 SAE J1850, polynomial 0x1D.
 
-A protected stream is (identifier, key): the key is the channel where a message has one.
+A protected stream is (identifier, key): the key is the channel where a message has one. `Codec` numbers them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.contract.codec import IDENTIFIERS, STREAMS, Codec
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import (
     EFF_FLAG,
     EFF_MASK,
@@ -27,7 +27,6 @@ from gnss_hil.dbc.contract.frames import (
     WIDTH,
     FrameBatch,
 )
-from gnss_hil.dbc.contract.messages import CHANNELS
 
 COUNTERS = 15
 MAX_DELTA = 3
@@ -115,34 +114,41 @@ def crc(can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _payload_crc(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(n,) what payloads (n, 8) contribute to the CRC."""
-    a, b, c, d = _PAIR.take((np.ascontiguousarray(data).view("<u2") + _PAIR_BASE).T)
-    return a ^ b ^ c ^ d
+    return np.bitwise_xor.reduce(_PAIR.take((np.ascontiguousarray(data).view("<u2") + _PAIR_BASE).T))
 
 
-def fresh_counters() -> NDArray[np.int8]:
-    """Sender or receiver state: (STREAMS,) last counter of each protected stream, -1 before the first."""
-    return np.full(STREAMS, -1, np.int8)
+def fresh_counters(codec: Codec) -> NDArray[np.int8]:
+    """Sender or receiver state: (streams,) last counter of each protected stream, -1 before the first."""
+    return np.full(codec.streams, -1, np.int8)
 
 
-def _distinct(stream: NDArray[np.int64]) -> bool:
-    """Whether every stream occurs once: the ordinary case. The same streams come epoch after epoch."""
-    return _all_distinct(stream.tobytes())
+@dataclass(frozen=True, slots=True, eq=False)
+class Runs:
+    """Of frames of which some share a stream, (n,): stable order by stream, and how many frames of its stream
+    come before each."""
+
+    order: NDArray[np.intp]
+    rank: NDArray[np.int64]
 
 
-@lru_cache(maxsize=16)
-def _all_distinct(streams: bytes) -> bool:
+def _runs(stream: NDArray[np.int64]) -> Runs | None:
+    """None where every stream occurs once: the ordinary case. The same streams come epoch after epoch."""
+    return _runs_of(stream.tobytes())
+
+
+@lru_cache(maxsize=32)
+def _runs_of(streams: bytes) -> Runs | None:
     stream = np.frombuffer(streams, np.int64)
-    return len(set(stream.tolist())) == len(stream)
-
-
-def _runs(stream: NDArray[np.int64]) -> tuple[NDArray, NDArray]:
-    """Stable order by stream, and for each row in that order its rank within its stream."""
+    if len(set(stream.tolist())) == len(stream):
+        return None
     order = np.argsort(stream, kind="stable")
     ordered = stream[order]
     positions = np.arange(len(ordered))
     begins = np.ones(len(ordered), bool)
     begins[1:] = ordered[1:] != ordered[:-1]
-    return order, positions - np.maximum.accumulate(np.where(begins, positions, 0))
+    rank = np.empty_like(stream)
+    rank[order] = positions - np.maximum.accumulate(np.where(begins, positions, 0))
+    return Runs(order, rank)
 
 
 def protect(
@@ -154,29 +160,28 @@ def protect(
     """
     if not len(frames):
         return frames, counters
-    guarded = codec.protected_of[frames.can_id]
-    if guarded.all():
-        return _sealed(codec, frames, counters, epoch)
-    rows = np.flatnonzero(guarded)
-    sealed, counters = _sealed(codec, frames[rows], counters, epoch)
+    ids = identifiers(codec, frames.can_id)
+    if ids is not None:
+        return _sealed(ids, frames, counters, epoch)
+    rows = np.flatnonzero(codec.protected_of[frames.can_id])
+    sealed, counters = protect(codec, frames[rows], counters, epoch)
     data = frames.data.copy()
     data[rows] = sealed.data
     return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
 
 
-def _sealed(codec, frames, counters, epoch) -> tuple[FrameBatch, NDArray[np.int8]]:
-    data = frames.data.copy()
-    stream = codec.key_of(frames.can_id, data)
-    rank = 0
-    if not _distinct(stream):
-        order, in_order = _runs(stream)
-        rank = np.empty_like(stream)
-        rank[order] = in_order
-    counter = (counters[stream].astype(np.int64) + 1 + rank) % COUNTERS
+def _sealed(
+    ids: Identifiers, frames: FrameBatch, counters: NDArray[np.int8], epoch: int
+) -> tuple[FrameBatch, NDArray[np.int8]]:
+    stream = ids.streams(frames.words)
+    runs = _runs(stream)
+    counter = counters.take(stream).astype(np.int64) + (1 if runs is None else 1 + runs.rank)
+    counter %= COUNTERS
     counters = counters.copy()
     counters[stream] = counter
+    data = frames.data.copy()
     data[:, 1] = counter | (epoch % 16) << 4
-    data[:, 0] = crc(frames.can_id, data)
+    data[:, 0] = _payload_crc(data) ^ ids.crc
     return FrameBatch(frames.t_ns, frames.can_id, frames.length, data), counters
 
 
@@ -230,13 +235,20 @@ class Identifiers:
 
 
 def identifiers(codec: Codec, can_id: NDArray[np.uint32]) -> Identifiers | None:
-    """Of the identifiers of received frames (n,), n > 0; None if not all are of protected kinds."""
+    """Of the identifiers of received frames (n,), n > 0; None if not all are of protected kinds. The same
+    identifiers come epoch after epoch."""
+    return _identifiers(codec, can_id.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _identifiers(codec: Codec, identifiers: bytes) -> Identifiers | None:
+    can_id = np.frombuffer(identifiers, np.uint32)
     if can_id.max() > SFF_MASK or not codec.protected_of[can_id].all():
         return None
     return Identifiers(
         can_id,
         _IDENTIFIER[can_id],
-        can_id.astype(np.int64) * CHANNELS,
+        codec.first_stream_of[can_id],
         codec.key_shift_of[can_id],
         codec.key_mask_of[can_id],
     )
@@ -331,13 +343,11 @@ def _sequence_verdict(
         return verdict, counters, 0
     stream = ids.streams(np.ascontiguousarray(data).view("<u8")[:, 0])
     last = counters.take(stream).astype(np.intp)
-    if not _distinct(stream):
-        order, rank = _runs(stream)
+    runs = _runs(stream)
+    if runs is not None:
         before = np.empty_like(last)
-        before[order[1:]] = counter[order[:-1]]
-        again = np.empty(len(stream), bool)
-        again[order] = rank > 0
-        last = np.where(again, before, last)
+        before[runs.order[1:]] = counter[runs.order[:-1]]
+        last = np.where(runs.rank > 0, before, last)
     steps = last * 16 + counter
     verdict = _VERDICT.take(steps)
     counters = counters.copy()

@@ -20,7 +20,7 @@ from gnss_hil.dbc.common.arrays import I64, U8, U32, U64, Bool, Ints
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
-from gnss_hil.dbc.contract.messages import CHANNELS, MEASUREMENT_KINDS, VALUES, node_names
+from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS, VALUES, node_names
 from gnss_hil.emulator.constellation.almanac.orbits import Predictions
 from gnss_hil.emulator.constellation.sky import SkyState
 from gnss_hil.emulator.receivers.emulated.channels import FULL
@@ -85,7 +85,8 @@ def _phase_bits(codec: Codec) -> PhaseBits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameTemplates:
-    """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the mark's (1, k)."""
+    """Forms and identifiers of one craft; identifier tables are (m, k) by receiver, the mark's (1, k);
+    beat_stream, protected streams of the heartbeats."""
 
     mark: Form
     channel: Form
@@ -98,15 +99,12 @@ class FrameTemplates:
     almanac_id: U32
     answer_id: U32
     heartbeats: Part
+    beat_stream: I64
     phase: PhaseBits
 
     @property
     def beat_words(self) -> U64:
         return self.heartbeats.data.view("<u8")[:, 0]
-
-    @property
-    def beat_stream(self) -> I64:
-        return self.heartbeats.can_id.astype(np.int64) * CHANNELS
 
 
 def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> FrameTemplates:
@@ -118,6 +116,7 @@ def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> Fra
     def by_receiver(kinds):
         return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
 
+    heartbeats = _heartbeats(codec, receivers, sensors)
     return FrameTemplates(
         mark=form(codec, _MARK),
         channel=form(codec, MEASUREMENT_KINDS),
@@ -129,7 +128,8 @@ def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> Fra
         closing_id=by_receiver(_CLOSING),
         almanac_id=by_receiver(_ALMANAC),
         answer_id=by_receiver(("ACK",)),
-        heartbeats=_heartbeats(codec, receivers, sensors),
+        heartbeats=heartbeats,
+        beat_stream=codec.key_of(heartbeats.can_id, heartbeats.data),
         phase=_phase_bits(codec),
     )
 

@@ -60,7 +60,7 @@ def initial_state(config: FlightConfig) -> FlightState:
     return FlightState(
         mode=Mode.STANDBY,
         mark=None,
-        received=e2e.fresh_counters(),
+        received=e2e.fresh_counters(config.codec),
         sent=_first_heartbeat(config)[1],
         rejected=no_rejections(),
         lost=0,
@@ -76,4 +76,4 @@ def initial_state(config: FlightConfig) -> FlightState:
 def _first_heartbeat(config: FlightConfig) -> tuple[FrameBatch, I8]:
     """The frame, and the counters after it."""
     frames = encode.heartbeat(config.codec, encode.NodeState.READY, config.boot_count, 0)
-    return e2e.protect(config.codec, frames, e2e.fresh_counters(), 0)
+    return e2e.protect(config.codec, frames, e2e.fresh_counters(config.codec), 0)

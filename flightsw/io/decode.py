@@ -126,7 +126,7 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
     if found is None:
         return frames, rejected, False
     if found.alone:
-        fresh, *_ = decode(codec, frames, e2e.fresh_counters(), rejected)
+        fresh, *_ = decode(codec, frames, e2e.fresh_counters(codec), rejected)
         if fresh.mark is not None:
             return frames, rejected, True
     counts = Rejections(rejected)
@@ -145,7 +145,7 @@ def _block(codec: Codec, frames: FrameBatch) -> tuple[_Block, int]:
 
 def _grouped(codec: Codec, block: _Block) -> Bool:
     """(n,) frames that belong to a group; the others carry nothing for a flight software."""
-    return group_table(codec).slot_of[block.can_id] >= 0
+    return group_table(codec).slot_of[block.stream] >= 0
 
 
 def _count_timeless(codec: Codec, counts: Rejections, block: _Block, opens: I32 | Index) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64, I32, I64, U64, Bool, Index
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.batch_codec import Reader, joined, reader
-from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
+from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
 
 XYZ, VXYZ = ("x_m", "y_m", "z_m"), ("vx_mps", "vy_mps", "vz_mps")
@@ -82,17 +82,16 @@ class Group:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroupTable:
-    """Where each identifier's frames go. A frame's slot is slot_of + key, key = (word >> 16) & key_mask: the
-    channel, or the 9 bits of satellite system and number; every kind that has a key begins with it.
+    """Where frames go.
 
-    slot_of, key_mask   (IDENTIFIERS,); slot_of is -1 where an identifier belongs to no group
-    slots               of all groups; those of the almanac are the last
+    slot_of   (streams,) slot of each protected stream's frames, of the almanac's the first one: theirs is by
+              the satellite; -1 where a stream belongs to no group
+    slots     of all groups; those of the almanac are the last
     """
 
     groups: Mapping[str, Group]
     slots: int
     slot_of: I64
-    key_mask: I64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +113,7 @@ class Records:
 
 @cache
 def group_table(codec: Codec) -> GroupTable:
-    slot_of, key_mask = np.full(IDENTIFIERS, -1, np.int64), np.zeros(IDENTIFIERS, np.int64)
+    slot_of = np.full(codec.streams, -1, np.int64)
     groups: dict[str, Group] = {}
     first = 0
     for name, (kinds, keys, signals) in _KINDS.items():
@@ -123,11 +122,13 @@ def group_table(codec: Codec) -> GroupTable:
         for frame, kind in enumerate(kinds):
             for sender in senders:
                 can_id = codec.can_id_of[kind, sender]
-                slot_of[can_id] = first + frame * group.keys + max(sender - 1, 0) * keys
-                key_mask[can_id] = keys - 1
+                slot = first + frame * group.keys + max(sender - 1, 0) * keys
+                streams = int(codec.key_mask_of[can_id]) + 1
+                begin = codec.first_stream_of[can_id]
+                slot_of[begin : begin + streams] = slot + np.arange(streams)
         groups[name] = group
         first = group.end
-    return GroupTable(groups, first, slot_of, key_mask)
+    return GroupTable(groups, first, slot_of)
 
 
 def complete(filled: I32, group: Group) -> Records:
@@ -200,10 +201,9 @@ def block_plan(codec: Codec, stream: I64) -> BlockPlan:
 @lru_cache(maxsize=32)
 def _plan(codec: Codec, streams: bytes) -> BlockPlan:
     table = group_table(codec)
-    can_id, key = np.divmod(np.frombuffer(streams, np.int64), CHANNELS)
-    slot = table.slot_of[can_id] + key
+    slot = table.slot_of[np.frombuffer(streams, np.int64)]
     of_almanac = slot >= table.groups[ALMANAC].first
-    rows = np.flatnonzero((table.slot_of[can_id] >= 0) & ~of_almanac)
+    rows = np.flatnonzero((slot >= 0) & ~of_almanac)
     filled = rows_by_slot(table.slots, slot[rows], rows)
     groups = {name: group for name, group in table.groups.items() if name != ALMANAC}
     records = {name: complete(filled[group.first : group.end], group) for name, group in groups.items()}

@@ -34,6 +34,6 @@ def test_published_vectors(name):
     )
     kind, number, values = VECTORS[name]
     can_id = CODEC.can_id_of[kind, number]
-    frames, _ = protect(CODEC, batch(can_id, CODEC.encode(kind, values)), fresh_counters(), 37)
+    frames, _ = protect(CODEC, batch(can_id, CODEC.encode(kind, values)), fresh_counters(CODEC), 37)
     assert int(row[1], 16) == can_id
     assert bytes.fromhex(row[2]) == np.asarray(frames.data).tobytes()

@@ -212,7 +212,7 @@ def test_utc_keeps_its_leap_seconds_and_the_earth_does_not():
 
 def test_frames_pass_the_receivers_checks_in_every_epoch(quiet):
     _, blocks, _ = quiet
-    counters = e2e.fresh_counters()
+    counters = e2e.fresh_counters(codec(4))
     for block in blocks:
         screened = e2e.screen(codec(4), block, counters)
         counters = screened.counters

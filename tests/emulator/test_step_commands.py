@@ -214,7 +214,7 @@ def test_a_command_held_back_does_not_undo_a_later_one():
     """RELEASE of epoch 1 arrives after the TRACK of epoch 5 that replaced it."""
     the_world = emulated.world(soyuz())
     name = free_satellites(the_world, 0, 1)[0]
-    counters = e2e.fresh_counters()
+    counters = e2e.fresh_counters(emulated.CODEC)
     old, counters = e2e.protect(emulated.CODEC, command(1, 2, RELEASE), counters, 1)
     _, counters = e2e.protect(emulated.CODEC, command(1, 2, RELEASE), counters, 2)
     new, _ = e2e.protect(emulated.CODEC, command(1, 2, TRACK, name), counters, 5)

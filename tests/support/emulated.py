@@ -105,13 +105,13 @@ RELEASE, TRACK, AUTONOMOUS = 0, 1, 2
 
 
 def sealed(*batches, epoch=0, counters=None):
-    counters = e2e.fresh_counters() if counters is None else counters
+    counters = e2e.fresh_counters(CODEC) if counters is None else counters
     return e2e.protect(CODEC, frames.concat(batches), counters, epoch)[0]
 
 
 def orders(by_epoch):
     """Command frames of several epochs, protected one after another as a sender does."""
-    counters, out = e2e.fresh_counters(), {}
+    counters, out = e2e.fresh_counters(CODEC), {}
     for epoch, batches in by_epoch.items():
         out[epoch], counters = e2e.protect(CODEC, frames.concat(batches), counters, epoch - 1)
     return out

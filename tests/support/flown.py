@@ -86,8 +86,8 @@ class FakeBus:
         self.shape = antennas, channels
         self.doing = np.full(self.shape, AUTO)
         self.since = np.zeros(self.shape, int)
-        self.counters = e2e.fresh_counters()
-        self.heard = e2e.fresh_counters()
+        self.counters = e2e.fresh_counters(CODEC)
+        self.heard = e2e.fresh_counters(CODEC)
         self.answers = []
         self.measured = []
         self.boots = [1] * antennas

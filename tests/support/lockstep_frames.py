@@ -18,7 +18,7 @@ def mark(epoch: int, session: int = SESSION) -> FrameBatch:
     """A protected TIME_MARK."""
     data = CODEC.encode("TIME_MARK", {"session": session, "epoch": epoch}, 1)
     frames = batch([CODEC.can_id_of["TIME_MARK", 0]], data)
-    return e2e.protect(CODEC, frames, e2e.fresh_counters(), epoch)[0]
+    return e2e.protect(CODEC, frames, e2e.fresh_counters(CODEC), epoch)[0]
 
 
 def measurements(n: int, first: int = 0) -> FrameBatch:
@@ -48,7 +48,7 @@ def heartbeat(number: int = FLIGHT_NODE, contract_hash: int | None = None) -> Fr
         "contract_hash": CODEC.hash if contract_hash is None else contract_hash,
     }
     frames = batch([CODEC.can_id_of["HEARTBEAT", number]], CODEC.encode("HEARTBEAT", values, 1))
-    return e2e.protect(CODEC, frames, e2e.fresh_counters(), 0)[0]
+    return e2e.protect(CODEC, frames, e2e.fresh_counters(CODEC), 0)[0]
 
 
 def sync(epoch: int, count: int, session: int = SESSION) -> FrameBatch:

@@ -26,7 +26,7 @@ class Screen:
 
     def __init__(self, codec: Codec):
         self._codec = codec
-        self._streams = e2e.fresh_counters()
+        self._streams = e2e.fresh_counters(self._codec)
         self.counters = Counters()
 
     def take(self, frames: FrameBatch) -> Screened:
@@ -38,4 +38,4 @@ class Screen:
 
     def forget(self) -> None:
         """Another session begins: counters of streams begin anew (docs/contract.md)."""
-        self._streams = e2e.fresh_counters()
+        self._streams = e2e.fresh_counters(self._codec)

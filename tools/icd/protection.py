@@ -30,7 +30,7 @@ class Vector:
     def frame(self, codec: Codec) -> FrameBatch:
         can_id = codec.can_id_of[self.kind, self.number]
         plain = batch(can_id, codec.encode(self.kind, self.values))
-        return e2e.protect(codec, plain, e2e.fresh_counters(), EPOCH)[0]
+        return e2e.protect(codec, plain, e2e.fresh_counters(codec), EPOCH)[0]
 
 
 VECTORS = (
@@ -105,7 +105,11 @@ def later_frames(codec: Codec) -> Markup:
     """The first vector sent again in every epoch: how counter, nibble and CRC go on."""
     vector = VECTORS[0]
     can_id = codec.can_id_of[vector.kind, vector.number]
-    plain, counters, rows = batch(can_id, codec.encode(vector.kind, vector.values)), e2e.fresh_counters(), []
+    plain, counters, rows = (
+        batch(can_id, codec.encode(vector.kind, vector.values)),
+        e2e.fresh_counters(codec),
+        [],
+    )
     for epoch in range(EPOCH, EPOCH + COUNTERS + 2):
         sealed, counters = e2e.protect(codec, plain, counters, epoch)
         data = sealed.data[0].tobytes()
@@ -141,10 +145,10 @@ def advance_verdict(codec: Codec, advance: int) -> Verdict:
     can_id = codec.can_id_of["TIME_MARK", 0]
     plain = batch(np.full(2, can_id), np.zeros((2, 8), np.uint8))
     at = codec.key_of(np.array([can_id]), np.zeros((1, 8), np.uint8))
-    before = e2e.fresh_counters()
+    before = e2e.fresh_counters(codec)
     before[at] = (advance - 1) % COUNTERS
     sealed, _ = e2e.protect(codec, plain[:1], before, 0)
-    received = e2e.fresh_counters()
+    received = e2e.fresh_counters(codec)
     received[at] = 0
     return Verdict(int(e2e.screen(codec, sealed, received).verdict[0]))
 

@@ -159,7 +159,7 @@ def _greeting(recorded: RecordedRun) -> FrameBatch:
     counts = beats["HEARTBEAT"]["boot_count"].tolist()
     boots = counts[0] if counts else 0
     frames = encode.heartbeat(recorded.codec, encode.NodeState.READY, boots, 0)
-    return e2e.protect(recorded.codec, frames, e2e.fresh_counters(), 0)[0]
+    return e2e.protect(recorded.codec, frames, e2e.fresh_counters(recorded.codec), 0)[0]
 
 
 def play_all(recorded: RecordedRun, link: Link, pace: float, stop: Stop) -> Played:

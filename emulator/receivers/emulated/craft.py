@@ -76,8 +76,8 @@ def cold(receivers: Receivers, env: Environment, models: int) -> Unit:
     return Unit(
         fresh_channels(receivers.vehicle.channels),
         fresh_knowledge(len(env.sky.sky.index), receivers.holders),
-        e2e.fresh_counters(),
-        e2e.fresh_counters(),
+        e2e.fresh_counters(receivers.codec),
+        e2e.fresh_counters(receivers.codec),
         np.zeros(len(e2e.Verdict), np.int64),
         (None,) * models,
     )

@@ -14,7 +14,6 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import F64, I64, U8, U32, U64, Bool
-from gnss_hil.dbc.contract.codec import CHANNELS as KEYS
 from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS
 from gnss_hil.emulator.environment.block import Block, Environment
 from gnss_hil.emulator.environment.epoch_frames import EpochFrames, epoch_frames, one_after_another
@@ -168,7 +167,7 @@ class Prepared:
             row,
             base,
             can_id,
-            can_id.astype(np.int64) * KEYS + key[order],
+            self._receivers.codec.first_stream_of[can_id] + key[order],
             order,
             channel.astype(np.uint64)[:, None] << self._channel_shift,
             _words(closing),

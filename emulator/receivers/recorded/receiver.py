@@ -88,7 +88,7 @@ class RecordedCraft:
         return False
 
     def fresh(self) -> RecordedUnit:
-        return RecordedUnit(e2e.fresh_counters(), np.zeros(len(e2e.Verdict), np.int64))
+        return RecordedUnit(e2e.fresh_counters(self.codec), np.zeros(len(e2e.Verdict), np.int64))
 
     def prepare(self, unit: RecordedUnit, epoch: int) -> None:
         """Nothing: all of a file is read before the run."""

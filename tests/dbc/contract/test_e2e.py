@@ -40,12 +40,15 @@ def test_agrees_with_autosar_e2e(payload, data_id):
 def stream(channel: int, count: int, counters=None, epoch=0) -> tuple[FrameBatch, np.ndarray]:
     data = CODEC.encode("RANGE", {"channel": np.full(count, channel), "pseudorange_m": 2.1e7})
     return protect(
-        CODEC, batch(np.full(count, RANGE), data), fresh_counters() if counters is None else counters, epoch
+        CODEC,
+        batch(np.full(count, RANGE), data),
+        fresh_counters(CODEC) if counters is None else counters,
+        epoch,
     )
 
 
 def verdicts(frames: FrameBatch, counters=None) -> list[Verdict]:
-    screened = screen(CODEC, frames, fresh_counters() if counters is None else counters)
+    screened = screen(CODEC, frames, fresh_counters(CODEC) if counters is None else counters)
     return [Verdict(v) for v in screened.verdict]
 
 
@@ -64,7 +67,7 @@ def test_epoch_nibble_is_the_epoch_modulo_16():
 
 
 def test_an_undisturbed_stream_is_ok_over_batches():
-    sender = receiver = fresh_counters()
+    sender = receiver = fresh_counters(CODEC)
     for epoch in range(40):
         frames, sender = stream(7, 1, sender, epoch)
         screened = screen(CODEC, frames, receiver)
@@ -86,7 +89,7 @@ def test_an_undisturbed_stream_is_ok_over_batches():
 )
 def test_states_of_a_stream(kept, expected, lost):
     frames, _ = stream(2, 8)
-    screened = screen(CODEC, frames[np.array(kept)], fresh_counters())
+    screened = screen(CODEC, frames[np.array(kept)], fresh_counters(CODEC))
     assert [Verdict(v) for v in screened.verdict] == expected
     assert screened.lost == lost
     assert len(screened.frames) == sum(v <= Verdict.LOST for v in expected)
@@ -121,7 +124,9 @@ def test_after_a_corrupted_frame_the_stream_goes_on_in_the_next_block():
     frames, _ = stream(1, 4)
     data = frames.data.copy()
     data[1, 5] ^= 0x40
-    first = screen(CODEC, FrameBatch(frames.t_ns, frames.can_id, frames.length, data)[:3], fresh_counters())
+    first = screen(
+        CODEC, FrameBatch(frames.t_ns, frames.can_id, frames.length, data)[:3], fresh_counters(CODEC)
+    )
     assert verdicts(frames[3:], first.counters) == [Verdict.OK]
     assert verdicts(frames[2:3], first.counters) == [Verdict.REPEATED]
 
@@ -155,13 +160,13 @@ def test_foreign_frames_are_refused_among_good_ones(can_id, length, expected):
 @given(st.lists(st.tuples(st.integers(0, 2**32 - 1), st.integers(0, 255), st.binary(min_size=8, max_size=8))))
 def test_never_raises_on_anything(rows):
     frames = concat([batch(i, d, length=n) for i, n, d in rows])
-    assert len(screen(CODEC, frames, fresh_counters()).verdict) == len(rows)
+    assert len(screen(CODEC, frames, fresh_counters(CODEC)).verdict) == len(rows)
 
 
 def test_bench_frames_pass_unprotected():
     data = CODEC.encode("BENCH_SYNC", {"epoch": 5, "session": 3, "count": 7})
     frames = batch(CODEC.can_id_of["BENCH_SYNC", 0], data)
-    sealed, _ = protect(CODEC, frames, fresh_counters(), 9)
+    sealed, _ = protect(CODEC, frames, fresh_counters(CODEC), 9)
     assert sealed == frames
     assert verdicts(frames) == [Verdict.OK]
 
@@ -170,6 +175,6 @@ def test_protected_and_unprotected_frames_mix():
     good, _ = stream(0, 1)
     bench = batch(CODEC.can_id_of["BENCH_SYNC", 0], CODEC.encode("BENCH_SYNC", {"epoch": 5}))
     raw = batch(RANGE, CODEC.encode("RANGE", {"channel": 0, "pseudorange_m": 2.1e7}))
-    sealed, _ = protect(CODEC, concat([raw, bench]), fresh_counters(), 0)
+    sealed, _ = protect(CODEC, concat([raw, bench]), fresh_counters(CODEC), 0)
     assert sealed[0] == good
     assert sealed[1:] == bench

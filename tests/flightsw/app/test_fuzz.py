@@ -48,7 +48,7 @@ def garbled(block, kinds, style, share, keep_key, rng):
 
 def flown(config, garbled_blocks):
     """Whatever the frames say, no exception and no numerical warning; and what is sent is in order."""
-    state, sent, heard = initial_state(config), e2e.fresh_counters(), e2e.fresh_counters()
+    state, sent, heard = initial_state(config), e2e.fresh_counters(CODEC), e2e.fresh_counters(CODEC)
     session = None
     for epoch, block in enumerate([*garbled_blocks, EMPTY]):
         block, sent = e2e.protect(CODEC, block, sent, epoch)
@@ -57,7 +57,7 @@ def flown(config, garbled_blocks):
             state, answer = flight_step(config, state, block)
         if state.mark is not None and state.mark.session != session:
             # Chance has written a whole mark of another session: a new run, whose counters begin anew.
-            session, heard = state.mark.session, e2e.fresh_counters()
+            session, heard = state.mark.session, e2e.fresh_counters(CODEC)
         screened = e2e.screen(CODEC, answer, heard)
         heard = screened.counters
         assert (screened.verdict == e2e.Verdict.OK).all()

@@ -133,7 +133,7 @@ def test_answer_block_order_and_protection(flight):
                 "NAV_DRIFT", "NAV_DRIFT", "NAV_SIGMA", "NAV_CORR", *["NAV_USED"] * 4]  # fmt: skip
     assert kinds[: len(expected)] == expected
     assert set(kinds[len(expected) : -1]) == {"COMMAND"} and kinds[-1] == "HEARTBEAT"
-    counters = e2e.fresh_counters()
+    counters = e2e.fresh_counters(CODEC)
     for answer in answers:
         screened = e2e.screen(CODEC, answer, counters)
         counters = screened.counters
@@ -178,7 +178,7 @@ def test_heartbeat_before_the_first_epoch():
     )
     assert heartbeat(config) == beat
     _, answer = flight_step(config, initial_state(config), EMPTY)
-    both = e2e.screen(CODEC, concat([beat, answer]), e2e.fresh_counters())
+    both = e2e.screen(CODEC, concat([beat, answer]), e2e.fresh_counters(CODEC))
     assert (both.verdict == e2e.Verdict.OK).all(), "the first epoch's heartbeat follows on from it"
 
 
@@ -289,7 +289,7 @@ def test_new_session_keeps_what_was_counted(flight):
 @pytest.mark.parametrize("place", [0, 1, 3, -1])
 def test_stray_time_mark_of_another_session_costs_nothing(flight, place, counter, epoch):
     _, config, states, answers, blocks = flight
-    stray, _ = e2e.protect(CODEC, mark_frames(epoch, s.T0_NS, session=8)[0], e2e.fresh_counters(), epoch)
+    stray, _ = e2e.protect(CODEC, mark_frames(epoch, s.T0_NS, session=8)[0], e2e.fresh_counters(CODEC), epoch)
     stray.data[0, 1] = stray.data[0, 1] & 0xF0 | counter
     stray.data[0, 0] = e2e.crc(stray.can_id, stray.data)[0]
     block = blocks[-1]

@@ -48,7 +48,7 @@ def blocks():
 
 def taken(*batches, counters=None):
     """Epoch of the last batch, and counts by reason, after the batches one by one."""
-    counters = e2e.fresh_counters() if counters is None else counters
+    counters = e2e.fresh_counters(CODEC) if counters is None else counters
     rejected = no_rejections()
     for block in batches:
         epoch, counters, rejected = decode(CODEC, block, counters, rejected)
@@ -322,7 +322,7 @@ def test_node_of_another_contract_is_not_used(blocks):
 
 def test_time_node_of_another_contract_gives_no_time(blocks):
     beat = frames("HEARTBEAT", {"state": 2, "contract_hash": 1}, 10)
-    beat, _ = e2e.protect(CODEC, beat, e2e.fresh_counters(), 0)
+    beat, _ = e2e.protect(CODEC, beat, e2e.fresh_counters(CODEC), 0)
     epoch, rejected = taken(concat([blocks[0], beat]))
     assert epoch.mark is None
     assert rejected == {Reason.OTHER_CONTRACT: 4, Reason.NO_TIME_MARK: len(blocks[0]) - 3}
@@ -331,7 +331,7 @@ def test_time_node_of_another_contract_gives_no_time(blocks):
 def test_silent_node_is_counted_once_an_epoch(blocks):
     dumb = [without(b, np.flatnonzero(CODEC.number_of[b.can_id] == 3)) for b in blocks]
     assert Reason.TIMED_OUT not in taken(*dumb)[1], "never heard, hence not missed"
-    counters, rejected = e2e.fresh_counters(), no_rejections()
+    counters, rejected = e2e.fresh_counters(CODEC), no_rejections()
     for frames_in, missed in ((blocks[0], 0), (dumb[1], 1), (EMPTY, 5)):
         _, counters, rejected = decode(CODEC, frames_in, counters, rejected)
         assert rejected[Reason.TIMED_OUT].sum() == missed
@@ -360,7 +360,7 @@ def test_node_that_closes_its_epoch_is_not_silent_for_want_of_a_heartbeat(number
 
 def test_rejections_are_explained(blocks):
     row = where(blocks[0], "SV_X", 1, channel=0)[0]
-    _, _, rejected = decode(CODEC, changed(blocks[0], row), e2e.fresh_counters(), no_rejections())
+    _, _, rejected = decode(CODEC, changed(blocks[0], row), e2e.fresh_counters(CODEC), no_rejections())
     table = rejection_table(CODEC, rejected)
     assert ("CORRUPTED", "0x103 RX1", 1, "frame ignored, its channel is out of this epoch") in table
     assert sum(n for *_, n, _ in table) == 10

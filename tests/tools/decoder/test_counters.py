@@ -17,7 +17,7 @@ RANGE = CODEC.can_id_of["RANGE", 1]
 def stream(count: int, channel: int = 2):
     """Frames of one protected stream, counters 0, 1, ..."""
     data = np.repeat(CODEC.encode("RANGE", {"channel": channel}), count, axis=0)
-    return e2e.protect(CODEC, batch(np.full(count, RANGE), data), e2e.fresh_counters(), 0)[0]
+    return e2e.protect(CODEC, batch(np.full(count, RANGE), data), e2e.fresh_counters(CODEC), 0)[0]
 
 
 def test_a_screen_counts_every_frame_once_whatever_the_pieces():

@@ -59,7 +59,7 @@ class Sender:
     """Protects blocks as sender of all nodes."""
 
     def __init__(self):
-        self.counters = e2e.fresh_counters()
+        self.counters = e2e.fresh_counters(CODEC)
 
     def block(self, epoch: int, *parts: FrameBatch) -> FrameBatch:
         opening = (
@@ -235,7 +235,7 @@ def test_lost_frames_are_counted_by_their_streams():
 def test_an_answer_after_the_next_mark_belongs_to_its_own_epoch(piece):
     sender = Sender()
     blocks = [sender.block(e, *FIVE) for e in range(4)]
-    answers = [e2e.protect(CODEC, navigation(used=USED), e2e.fresh_counters(), 0)[0]]
+    answers = [e2e.protect(CODEC, navigation(used=USED), e2e.fresh_counters(CODEC), 0)[0]]
     heard = [blocks[0], blocks[1], answers[0], blocks[2], blocks[3]]
     digest, _ = digested(*heard, piece=piece)
     assert digest.fixes["t_ns"].tolist() == [WEEK * NS_PER_WEEK + SECOND * NS_PER_S]

@@ -24,7 +24,7 @@ def block(epoch: int, *, session: int = 3, second: int | None = None, fine: bool
     if not fine:
         del kinds["TIME_FINE"]
     parts = [batch(CODEC.can_id_of[kind, 0], CODEC.encode(kind, said)) for kind, said in kinds.items()]
-    return e2e.protect(CODEC, concat(parts), e2e.fresh_counters(), epoch)[0]
+    return e2e.protect(CODEC, concat(parts), e2e.fresh_counters(CODEC), epoch)[0]
 
 
 def instant_ns(epoch: int) -> int:

@@ -87,7 +87,7 @@ def test_counts_are_those_of_the_protection():
     blocks[71] = concat((blocks[71], blocks[71][30:31], UNREADABLE_ONES))
     stats = heard(*blocks)
     everything = concat(blocks)
-    verdict = e2e.screen(CODEC, everything, e2e.fresh_counters()).verdict
+    verdict = e2e.screen(CODEC, everything, e2e.fresh_counters(CODEC)).verdict
     expected = {Verdict(v): int(n) for v, n in enumerate(np.bincount(verdict)) if v and n}
     assert stats.faults() == expected and expected[Verdict.CORRUPTED] == 1
     assert stats.frames == len(everything)
@@ -113,7 +113,7 @@ def test_a_waiting_nodes_repeated_heartbeat_is_no_fault():
 
 
 def test_a_repeated_heartbeat_of_a_running_node_is_one():
-    frames, _ = e2e.protect(CODEC, concat((heartbeat(), heartbeat())), e2e.fresh_counters(), 0)
+    frames, _ = e2e.protect(CODEC, concat((heartbeat(), heartbeat())), e2e.fresh_counters(CODEC), 0)
     stats = heard(frames, frames[1:])
     assert stats.faults() == {Verdict.REPEATED: 1}
 

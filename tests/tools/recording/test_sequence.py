@@ -33,7 +33,7 @@ def frame(name: str, mark: int, number: int = 0) -> FrameBatch:
 def time_mark(epoch: int, session: int = SESSION) -> FrameBatch:
     payload = CODEC.encode("TIME_MARK", {"session": session, "epoch": epoch}, 1)
     mark = batch([CODEC.can_id_of["TIME_MARK", 0]], payload)
-    return e2e.protect(CODEC, mark, e2e.fresh_counters(), epoch)[0]
+    return e2e.protect(CODEC, mark, e2e.fresh_counters(CODEC), epoch)[0]
 
 
 def emulated(epoch: int) -> FrameBatch:

@@ -40,7 +40,7 @@ def extremes(epoch: int) -> list[FrameBatch]:
 
 
 def test_every_field_at_its_maximum_reaches_the_tables_and_the_summary(tmp_path):
-    counters, channels = e2e.fresh_counters(), []
+    counters, channels = e2e.fresh_counters(CODEC), []
     digest = Digest(CODEC, channels.append)
     for epoch in range(3):
         frames, counters = e2e.protect(CODEC, concat(extremes(epoch)), counters, epoch)

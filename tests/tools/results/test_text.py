@@ -140,7 +140,7 @@ def test_progress_is_one_line_on_a_terminal_and_plain_in_a_pipe():
 
     said = CODEC.encode("NAV_STATUS", {"mode": 2, "satellites": 24, "pdop": 0.81})
     frames, _ = e2e.protect(
-        CODEC, batch(CODEC.can_id_of["NAV_STATUS", 0], said), e2e.fresh_counters(), epoch=59
+        CODEC, batch(CODEC.can_id_of["NAV_STATUS", 0], said), e2e.fresh_counters(CODEC), epoch=59
     )
     for stream, returns in ((Terminal(), 1), (io.StringIO(), 0)):
         Progress(make("soyuz"), stream)._show(59, frames)
