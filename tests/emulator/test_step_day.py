@@ -30,6 +30,7 @@ def real_sky():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sky",
     [pytest.param(dict, id="nominal"), pytest.param(real_sky, id="real", marks=pytest.mark.realdata)],

@@ -36,6 +36,7 @@ def test_mean_time_is_the_first_passage_of_the_fokker_planck_equation(snr):
     assert slip_rate_hz(snr, 10.0) == pytest.approx(1 / mean_s, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("costas", [False, True])
 def test_simulated_loops_slip_as_often(costas):
     """Loops of first order with a sine (or a Costas loop's double sine) in noise, bandwidth 15 Hz, 20 dBHz

@@ -60,7 +60,7 @@ def test_matched_overlap_close_to_the_carrier(offset_hz):
 def test_overlap_is_what_simulated_correlators_keep():
     """Noise of one chipping rate's width, half a rate off, and random codes: variance of the correlations."""
     rng = np.random.default_rng(5)
-    chips, per_chip, runs = 512, 16, 3000
+    chips, per_chip, runs = 256, 8, 3000
     samples = chips * per_chip
     frequency = np.fft.fftfreq(samples, 1 / (per_chip * CHIP_HZ))
     band = np.abs(frequency - 0.5 * CHIP_HZ) < 0.5 * CHIP_HZ

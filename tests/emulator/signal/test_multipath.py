@@ -116,17 +116,15 @@ class Correlators:
 
     def __init__(self, delay_chips, amplitude):
         code = 1.0 - 2 * gold()
-        self.spectrum = np.fft.rfft(np.repeat(code, self.RATE))
-        self.power = np.abs(self.spectrum) ** 2 / len(code) ** 2 / self.RATE**2
+        spectrum = np.fft.rfft(np.repeat(code, self.RATE))
+        shifts = np.arange(-4 * self.RATE, 4 * self.RATE + 1)
+        self.shift_chips = shifts / self.RATE
+        self.correlation = np.fft.irfft(np.abs(spectrum) ** 2)[shifts] / (len(code) * self.RATE)
         self.delay, self.amplitude = delay_chips, amplitude
 
     def at(self, offset_chips):
-        bins = np.arange(len(self.power)) / 1023
-        weight = np.where(bins == 0, 1, 2) * self.power
-        return sum(
-            a * (weight * np.cos(2 * np.pi * bins * (offset_chips - d))).sum()
-            for d, a in zip(self.delay, self.amplitude, strict=True)
-        )
+        """Between whole samples of shift the correlation of two such codes is straight."""
+        return self.amplitude @ np.interp(offset_chips - self.delay, self.shift_chips, self.correlation)
 
 
 def simulated(loop, spacing, kind, start):

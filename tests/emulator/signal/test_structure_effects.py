@@ -61,6 +61,7 @@ def test_a_reflection_of_a_hidden_satellite_may_be_heard():
     assert np.isneginf(dropped[hidden]).all()
 
 
+@pytest.mark.slow
 def test_a_loop_that_goes_over_to_a_reflection_tells_a_slip():
     """And when the direct ray comes back. Two reflected paths cannot be one count of cycles."""
     given = station({"shadowing": True, "multipath": True}, interval_s=10.0)

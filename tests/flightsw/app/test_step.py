@@ -190,6 +190,7 @@ def test_prototype_commands_nothing_and_uses_every_channel():
     assert error_m(bus.craft, answers[-1], 3) < 0.02
 
 
+@pytest.mark.slow
 def test_rolling_hands_satellites_over_without_disturbing_the_fix():
     bus = FakeBus(soyuz(rate=(0.03, 0, 0)), SKY, delay=1)
     states, answers, blocks = fly(bus, configure(SOYUZ, "patent", {}), 45)
@@ -209,6 +210,7 @@ def drop(kinds, epochs):
     )
 
 
+@pytest.mark.slow
 def test_without_attitude_no_fix_and_no_new_command_unless_held():
     gone = range(6, 8)
     for hold, expected in ((0, NoFix.NO_ATTITUDE), (3, NoFix.FIX)):
@@ -231,6 +233,7 @@ def test_without_a_time_mark_nothing_is_used(flight):
     assert [status(answers[k], "no_fix") for k in (0, 1, 3)] == [0, 0, 0]
 
 
+@pytest.mark.slow
 def test_long_without_a_fix_receivers_search_again_then_all_recovers():
     bus = FakeBus(soyuz(), SKY)
     config = configure(SOYUZ, "patent", {"autonomy_after_epochs": 4})

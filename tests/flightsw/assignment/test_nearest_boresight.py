@@ -30,6 +30,7 @@ def skies(draw):
     return angles, visible, mask, channels, previous
 
 
+@pytest.mark.slow
 @given(
     skies(), st.sampled_from(["drop", "next"]), st.sampled_from(["antenna", "all"]), st.sampled_from([0, 7.0])
 )
@@ -67,6 +68,7 @@ def test_literal_patent_by_exhaustive_reading(sky):
     assert assign(*sky, NearestBoresightOptions()).tolist() == expected
 
 
+@pytest.mark.slow
 @given(skies())
 @settings(max_examples=150, deadline=None)
 def test_next_leaves_no_satellite_and_antenna_that_would_rather_have_each_other(sky):
@@ -81,6 +83,7 @@ def test_next_leaves_no_satellite_and_antenna_that_would_rather_have_each_other(
             assert (angles[a, held] <= angles[a, i]).all()
 
 
+@pytest.mark.slow
 @given(skies())
 @settings(max_examples=100, deadline=None)
 def test_next_tracks_at_least_as_many_as_drop(sky):

@@ -96,6 +96,7 @@ def error_m(bus, answer, t):
     return np.linalg.norm(position_of(answer) - s.truth_ecef(bus.craft, float(t))[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gps", [("L1P", "L2P"), ("L1CA", "L2C"), ("L1CA", "L2P")])
 @pytest.mark.parametrize("policy", ["prototype", "single"])
 def test_tens_of_metres_of_delay_leave_the_fix_where_it_is(policy, gps):

@@ -57,6 +57,7 @@ def test_a_craft_without_velocities_has_no_message(fixes):
         "".join(ours.text_of(still))
 
 
+@pytest.mark.slow
 def test_the_package_sp3_reads_the_table(fixes, tmp_path):
     package = peer("sp3")
     path = tmp_path / "one.sp3"

@@ -62,6 +62,7 @@ def test_it_opens_without_a_word_on_the_console(tmp_path):
     assert done.stdout.count("data-bit=") == page().count("data-bit=") > 2000
 
 
+@pytest.mark.slow
 def test_a_word_on_the_console_would_be_heard(tmp_path):
     done = opened(
         tmp_path, page().replace("</main>", "<script>console.error('ouch')</script></main>"), "--dump-dom"
@@ -69,6 +70,7 @@ def test_a_word_on_the_console_would_be_heard(tmp_path):
     assert len(console(done)) == 1
 
 
+@pytest.mark.slow
 def test_nothing_is_wider_than_a_phone(tmp_path):
     """Wide tables scroll in their own frames; the page itself does not."""
     script = "document.title = document.documentElement.scrollWidth - document.documentElement.clientWidth"
@@ -77,6 +79,7 @@ def test_nothing_is_wider_than_a_phone(tmp_path):
     assert re.search(r"<title>(-?\d+)</title>", done.stdout)[1] == "0"
 
 
+@pytest.mark.slow
 def test_it_prints(tmp_path):
     paper = tmp_path / "icd.pdf"
     done = opened(tmp_path, page(), f"--print-to-pdf={paper}", "--no-pdf-header-footer")

@@ -30,6 +30,7 @@ def drawn(session: Session):
     return lambda: row(session, FIT) and row(session, "fix").count("tracked")
 
 
+@pytest.mark.slow
 @pytest.mark.verifies(
     "tools/live/layout.py",
     "tools/live/screen.py",
@@ -67,6 +68,7 @@ def test_ctrl_c_leaves_the_terminal_clean(tmp_path):
     assert b"(interrupted)" in session.raw[session.raw.rindex(b"\x1b[?1049l") :]
 
 
+@pytest.mark.slow
 def test_the_death_of_a_child_leaves_the_terminal_clean_and_is_told_after_it(tmp_path):
     session = run(tmp_path / "run")
     session.watch(drawn(session))
@@ -76,6 +78,7 @@ def test_the_death_of_a_child_leaves_the_terminal_clean_and_is_told_after_it(tmp
     assert b"killed by SIGKILL" in session.raw[session.raw.rindex(b"\x1b[?1049l") :]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", ["--plain", "--quiet"])
 def test_plain_and_quiet_draw_nothing(tmp_path, asked):
     session = run(tmp_path / "run", asked, "--bus", "inline", "--pace", "lockstep", duration="300")
@@ -84,6 +87,7 @@ def test_plain_and_quiet_draw_nothing(tmp_path, asked):
     assert (b"% " in session.raw.partition(b"scenario")[0]) == (asked == "--plain")
 
 
+@pytest.mark.slow
 def test_a_held_terminal_does_not_hold_the_run(tmp_path):
     """Ctrl-S: the run goes on, for many more drawings than a terminal takes; Ctrl-Q shows where it stands."""
     session = run(tmp_path / "run")

@@ -97,6 +97,7 @@ def test_a_bus_that_goes_away_is_one_line_and_a_run_that_ends_is_none():
         assert re.search(f"^{says}$", err, re.M), err
 
 
+@pytest.mark.slow
 def test_a_reader_that_sleeps_does_not_hold_the_bus(tmp_path):
     """Four times as many frames as find room, nobody reads the lines: the sender is not held back."""
     block = epochs()[0][-1]
@@ -175,6 +176,7 @@ def connections(bus: str) -> int:
     return Path("/proc/net/unix").read_text(errors="replace").count(bus.removeprefix("embedded:")) - 1
 
 
+@pytest.mark.slow
 def test_the_bus_of_a_run_is_found_and_the_run_does_not_mind(tmp_path):
     """Found without a path before the run begins; nothing is lost; the monitor ends with the run."""
     folder = tmp_path / "run"

@@ -50,6 +50,7 @@ def test_a_wheel_has_one_package(wheel):
     assert not [name for name in names if "packaging" in name or Path(name).name.startswith("test_")]
 
 
+@pytest.mark.slow
 def test_a_sdist_builds_the_same_wheel(wheel, tmp_path):
     sdist = built("sdist", ROOT, tmp_path / "dist")
     with tarfile.open(sdist) as archive:
@@ -85,6 +86,7 @@ def lend(requirements: list[str], place: Path) -> None:
                 (place / top).symlink_to(Path(str(found.locate_file(top))))
 
 
+@pytest.mark.slow
 def test_an_installed_wheel_runs(wheel, tmp_path):
     """In an environment of its own, with what its dependencies bring and none of the developers' packages."""
     venv.create(tmp_path / "venv", with_pip=False, symlinks=True)

@@ -43,6 +43,7 @@ def test_a_trace_of_gaps_is_thinned_too():
     assert len(extremes(np.full(10_000, np.nan), buckets=50)) <= 3 * 50 + 2
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.one_of(st.floats(-1e6, 1e6), st.just(float("nan"))), min_size=41, max_size=300),
     st.integers(1, 20),

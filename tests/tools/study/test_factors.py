@@ -8,15 +8,18 @@ import pytest
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.study.factors import largest, rms
 
-pytestmark = pytest.mark.verifies(
-    "tools/study/runs.py",
-    "tools/study/pair.py",
-    "tools/study/factors.py",
-    "tools/study/page.py",
-    what="Studies: one factor at a time, two craft side by side",
-    by="emulator and flight software of ours, played together; what two craft share cancels, noise does not",
-    status="modelled",
-)
+pytestmark = [
+    pytest.mark.xdist_group("study of factors"),  # one study for all tests of it
+    pytest.mark.verifies(
+        "tools/study/runs.py",
+        "tools/study/pair.py",
+        "tools/study/factors.py",
+        "tools/study/page.py",
+        what="Studies: one factor at a time, two craft side by side",
+        by="emulator and flight software of ours, played together; what two craft share cancels, noise does not",
+        status="modelled",
+    ),
+]
 
 
 @pytest.fixture(scope="module")
@@ -30,10 +33,12 @@ def rows(tmp_path_factory):
     return {row["factor"]: row for row in json.loads((out / "factors.json").read_text())}
 
 
+@pytest.mark.slow
 def test_without_factors_the_bus_is_all_that_is_left(rows):
     assert rows["none"]["fix_m"] < 5e-4
 
 
+@pytest.mark.slow
 def test_errors_of_the_sky_cancel_where_both_use_the_same_satellites(rows):
     assert rows["ephemeris_error"]["fix_m"] > 0.05
     assert rows["ephemeris_error"]["cancels"] > 100
@@ -41,6 +46,7 @@ def test_errors_of_the_sky_cancel_where_both_use_the_same_satellites(rows):
     assert rows["ephemeris_error"]["unlike_m"] > 10 * rows["ephemeris_error"]["alike_m"]
 
 
+@pytest.mark.slow
 def test_noise_does_not_cancel(rows):
     assert rows["code_noise"]["cancels"] < 2
 

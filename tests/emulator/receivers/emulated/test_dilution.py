@@ -57,6 +57,7 @@ def one(los, glonass, eligible=None, present=None, wanted=CHANNELS):
     return np.flatnonzero(chosen[0])
 
 
+@pytest.mark.slow
 @pytest.mark.verifies(
     "emulator/receivers/emulated/dilution.py",
     what="Sets of least dilution (rule `gdop`)",

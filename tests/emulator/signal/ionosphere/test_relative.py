@@ -67,7 +67,8 @@ def test_no_step_as_the_craft_moves(activity):
         sv = satellites_m(start_s)
         pos = np.array([craft_m(t) for t in t_s])
         sv = sv[seen(pos[0], sv)]
-        content = np.array([slant_tec_tecu(field, T_NS, p, sv) for p in pos])
+        every = np.repeat(pos, len(sv), axis=0), np.tile(sv, (len(pos), 1))
+        content = slant_tec_tecu(field, T_NS, *every).reshape(len(pos), len(sv))
         assert np.abs(np.diff(delay_m(content, L1_HZ), 2, axis=0)).max() < 1e-3
 
 

@@ -26,8 +26,8 @@ def marched(bodies, origin, direction, length):
     """Smallest excess over each body's extents along the way, negative where a step is inside. For panels it
     is that over the edges where the coordinate along the normal changes its sign."""
     steps = np.arange(0.01, length, STEP_M)
-    place = origin + steps[:, None] * direction
-    local = np.einsum("bij,sbj->sbi", bodies.axes, place[:, None] - bodies.centre_m)
+    begun = np.einsum("bij,bj->bi", bodies.axes, origin - bodies.centre_m)
+    local = begun + steps[:, None, None] * (bodies.axes @ direction)
     inside = (np.abs(local) - bodies.half_m).max(axis=2)
     flat = bodies.half_m[:, 2] == 0
     crossing = np.diff(np.sign(local[:, :, 2]), axis=0) != 0
@@ -36,6 +36,7 @@ def marched(bodies, origin, direction, length):
     return np.where(flat, crossed, inside.min(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.verifies(
     "emulator/signal/structure/shadowing.py",
     what="Shadows by the structure",
