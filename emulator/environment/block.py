@@ -26,10 +26,11 @@ from gnss_hil.emulator.environment.models import Clocks, Models
 from gnss_hil.emulator.error_models.base import AttitudeTerm, Epochs
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.emulator.orbits.motion import Motion
-from gnss_hil.emulator.signal import geometry, structure_effects, visibility
+from gnss_hil.emulator.signal import geometry, visibility
 from gnss_hil.emulator.signal.bands import BY_SYSTEM, wavelength_m
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
+from gnss_hil.emulator.signal.structure import poses
 from gnss_hil.emulator.signal.structure.bodies import Structure
 
 EPOCHS = 64
@@ -178,9 +179,9 @@ def epoch_geometry(env: Environment, epochs: Epochs) -> EpochGeometry:
     structure = None
     if env.structure is not None:
         since_s = (t_ns - env.start_ns) / NS_PER_S
-        structure = structure_effects.poses(
-            env.structure, vehicle, view, motion, state, dcm, rate, sun_m, since_s
-        )
+        sight = poses.sight_lines(view, motion, state, dcm, rate)
+        sun = poses.sun_body(dcm, sun_m, state)
+        structure = poses.poses(env.structure, vehicle, sight, sun, rate, since_s)
     return EpochGeometry(
         epoch=epochs.number,
         mark_ns=mark_ns,

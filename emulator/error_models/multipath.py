@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
 from gnss_hil.emulator.error_models.base import CraftContext, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
+from gnss_hil.emulator.signal.multipath.reception import receive_channels
 
 
 class Multipath(Factor):
@@ -43,10 +43,7 @@ class Model(PathModel):
     leads: bool = True
 
     def block(self, at: ChannelGeometry) -> PathTerm:
-        signals = at.receiver, at.row, np.where(at.hidden, 0.0, 1.0), at.wave_m, at.chip_m
-        structure = at.epochs.structure
-        assert structure is not None, "the row needs one"
-        found = structure.receive(self.params, self.spacing_chips, at.antennas, at.at, signals)
+        found = receive_channels(self.params, self.spacing_chips, at)
         return PathTerm(found.range_m, found.phase_m, found.rate_mps, level_db=found.level_db)
 
 

@@ -11,7 +11,7 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation.sky import SkyState
 from gnss_hil.emulator.orbits.dynamics import CraftState
 from gnss_hil.emulator.signal.geometry import Antennas, Motion
-from gnss_hil.emulator.signal.structure_effects import StructurePoses
+from gnss_hil.emulator.signal.structure.poses import StructurePoses
 from gnss_hil.emulator.signal.visibility import View
 
 

@@ -61,9 +61,10 @@ class Surfaces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Faces:
-    """f faces at one instant, or at several (...): normal, first and second edge (..., f, 3) unit vectors;
+    """f faces of surfaces at one instant, or at several (...): normal, first and second edge (..., f, 3) unit vectors;
     centre_m (..., f, 3); axis_body (..., f, 3) x axes of their bodies, along which cylinders lie."""
 
+    surfaces: Surfaces
     normal: F64
     first: F64
     second: F64
@@ -176,6 +177,7 @@ def faces_at(surfaces: Surfaces, bodies: Bodies) -> Faces:
     normal = surfaces.sign[:, None] * axes[..., row, surfaces.axis, :]
     reach_m = bodies.half_m[surfaces.body, surfaces.axis]
     return Faces(
+        surfaces,
         normal,
         axes[..., row, (surfaces.axis + 1) % 3, :],
         axes[..., row, (surfaces.axis + 2) % 3, :],

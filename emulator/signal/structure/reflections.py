@@ -16,12 +16,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import C128, F64, I64, Bool
-from gnss_hil.emulator.signal.structure.bodies import Bodies, Faces, Surfaces
+from gnss_hil.emulator.signal.structure.bodies import Bodies, Faces
 from gnss_hil.emulator.signal.structure.materials import circular, coherent
 from gnss_hil.emulator.signal.structure.shadowing import START_M, stopped
 
 Gain = Callable[[I64, F64], F64]
 """Gain [dBi] of antennas (k,) for right-handed waves from directions (k, 3), body axes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """p pairs of an antenna and a satellite, rows of the two; instant (p,) of each, where bodies and faces are
+    of several."""
+
+    antenna: I64
+    satellite: I64
+    instant: I64 | None = None
+
+    def __len__(self) -> int:
+        return len(self.antenna)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,24 +66,20 @@ class Reflections:
 
 def find(
     bodies: Bodies,
-    surfaces: Surfaces,
     faces: Faces,
     antenna_body_m: F64,
     los_body: F64,
-    antenna: I64,
-    satellite: I64,
+    pairs: Pairs,
     nearest_m: float = START_M,
-    instant: I64 | None = None,
 ) -> Reflections:
     """All single reflections of p pairs of an antenna and a satellite.
 
-    antenna_body_m       (m, 3) places of the antennas;  los_body (n, 3) unit vectors to the satellites, of
-                         several instants one after another, as many of each
-    antenna, satellite   (p,) rows of the two
-    nearest_m            a face whose plane is closer to an antenna is what it stands on, and belongs to its
-                         receive pattern
-    instant              (p,) of the pairs, where bodies and faces are of several
+    antenna_body_m   (m, 3) places of the antennas;  los_body (n, 3) unit vectors to the satellites, of
+                     several instants one after another, as many of each
+    nearest_m        a face whose plane is closer to an antenna is what it stands on, and belongs to its
+                     receive pattern
     """
+    antenna, satellite, instant = pairs.antenna, pairs.satellite, pairs.instant
     first = np.zeros(len(antenna), np.int64) if instant is None else instant
     of_antenna = first * len(antenna_body_m) + antenna
     height_m = _heights_m(antenna_body_m, faces.centre_m, faces.normal)
@@ -78,10 +87,10 @@ def find(
     pair, face = np.nonzero((height_m > nearest_m)[of_antenna] & (cosine > 0)[satellite])
     distance_m = height_m[of_antenna[pair], face] / cosine[satellite[pair], face]
     rays = of_antenna[pair], satellite[pair], face
-    kept = np.flatnonzero(_inside(surfaces, faces, antenna_body_m, los_body, rays, distance_m))
+    kept = np.flatnonzero(_inside(faces, antenna_body_m, los_body, rays, distance_m))
     pair, face, distance_m = pair[kept], face[kept], distance_m[kept]
     a, s = antenna[pair], satellite[pair]
-    place = first[pair] * len(surfaces.body) + face
+    place = first[pair] * len(faces.surfaces.body) + face
     height_m = height_m[of_antenna[pair], face]
     cosine = cosine[s, face]
     towards = los_body[s] - 2 * cosine[:, None] * _rows(faces.normal)[place]
@@ -109,7 +118,6 @@ def _cosines(los_body: F64, along: F64) -> F64:
 
 
 def _inside(
-    surfaces: Surfaces,
     faces: Faces,
     antenna_body_m: F64,
     los_body: F64,
@@ -127,7 +135,7 @@ def _inside(
         # A reflection leaves the component along the face as it is.
         place_m = _heights_m(antenna_body_m, faces.centre_m, edge)[antenna, face]
         place_m += distance_m * _cosines(los_body, edge)[satellite, face]
-        inside &= np.abs(place_m) <= surfaces.half_m[face, side]
+        inside &= np.abs(place_m) <= faces.surfaces.half_m[face, side]
     return inside
 
 
@@ -149,20 +157,19 @@ def delays_m(faces: Faces, place: I64, antenna_body_m: F64, los_body: F64) -> F6
     return 2 * height_m * (los_body * normal).sum(axis=1)
 
 
-def spreading(surfaces: Surfaces, faces: Faces, seen: Reflections) -> F64:
+def spreading(faces: Faces, seen: Reflections) -> F64:
     """Amplitude (k,) that is left of a plane wave after a cylinder has spread it; 1 from flat faces.
 
     sqrt(rho / (rho + distance)), rho = R cos(incidence) / (2 sin^2 a), a between ray and cylinder's axis.
     Source: Kouyoumjian & Pathak, Proc. IEEE 62 (1974) 1448: reflected wave front, one radius infinite
     """
-    radius_m = surfaces.radius_m[seen.face]
+    radius_m = faces.surfaces.radius_m[seen.face]
     along = (_rows(faces.axis_body)[seen.place] * seen.towards_body).sum(axis=1)
     twice = 2 * (1 - along**2) * seen.distance_m
     return 1 / np.sqrt(1 + twice / (radius_m * seen.cos_incidence))
 
 
 def coefficients(
-    surfaces: Surfaces,
     faces: Faces,
     seen: Reflections,
     antenna: I64,
@@ -178,8 +185,9 @@ def coefficients(
                      the same direction; both with the same phase (modelled)
     A perfect conductor turns the phase by pi and the hand of the wave round.
     """
+    surfaces = faces.surfaces
     right, left = circular(surfaces.permittivity[seen.face], seen.cos_incidence)
     received = right + left * 10 ** (-cross_polar_db / 20)
     ratio = 10 ** ((gain_dbi(antenna, seen.towards_body) - gain_dbi(antenna, los_body)) / 20)
     smooth = coherent(surfaces.roughness_m[seen.face], seen.cos_incidence, wave_m)
-    return -received * ratio * smooth * surfaces.amplitude[seen.face] * spreading(surfaces, faces, seen)
+    return -received * ratio * smooth * surfaces.amplitude[seen.face] * spreading(faces, seen)

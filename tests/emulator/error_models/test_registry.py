@@ -39,7 +39,7 @@ pytestmark = pytest.mark.verifies(
     "emulator/receivers/emulated/phase.py",
     "emulator/environment/models.py",
     "emulator/environment/link.py",
-    "emulator/signal/structure_effects.py",
+    "emulator/signal/structure/poses.py",
     what="Measured signals, effects, latch",
     by="wiring of what is judged elsewhere; every factor, switched on by itself, shows on the bus",
     status="modelled",

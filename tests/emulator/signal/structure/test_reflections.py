@@ -10,6 +10,7 @@ from scipy.optimize import minimize
 from gnss_hil.emulator.signal.structure import file, reflections
 from gnss_hil.emulator.signal.structure.bodies import bodies_at, faces_at, structure
 from gnss_hil.emulator.signal.structure.materials import MATERIALS, circular, coherent, fresnel
+from gnss_hil.emulator.signal.structure.reflections import Pairs
 from gnss_hil.emulator.signal.structure.shadowing import hits
 
 RNG = np.random.default_rng(9)
@@ -68,7 +69,7 @@ def test_reflections_are_where_fermat_finds_them(sun):
     bodies, faces = iss(sun)
     los = unit(14)
     antenna, satellite = all_pairs(len(ANTENNAS_M), len(los))
-    seen = reflections.find(bodies, ISS.surfaces, faces, ANTENNAS_M, los, antenna, satellite)
+    seen = reflections.find(bodies, faces, ANTENNAS_M, los, Pairs(antenna, satellite))
     delay = {(p, f): d for p, f, d in zip(seen.pair, seen.face, seen.delay_m, strict=True)}
     compared = 0
     for pair, (a, s) in enumerate(zip(antenna, satellite, strict=True)):
@@ -96,7 +97,7 @@ def test_mirrored_point():
     bodies, faces = iss(unit(1)[0])
     los = unit(40)
     antenna, satellite = all_pairs(len(ANTENNAS_M), len(los))
-    seen = reflections.find(bodies, ISS.surfaces, faces, ANTENNAS_M, los, antenna, satellite)
+    seen = reflections.find(bodies, faces, ANTENNAS_M, los, Pairs(antenna, satellite))
     a, s = antenna[seen.pair], satellite[seen.pair]
     normal, centre = faces.normal[seen.face], faces.centre_m[seen.face]
     mirror = np.eye(3) - 2 * normal[:, :, None] * normal[:, None, :]
@@ -110,9 +111,9 @@ def test_mirrored_point():
 def test_what_an_antenna_stands_on_is_left_to_its_pattern():
     bodies, faces = iss(np.array((0.0, 0, -1)))
     los = np.array([[0.0, 0.1, -1.0]]) / np.hypot(0.1, 1)
-    pairs = np.zeros(1, np.int64), np.zeros(1, np.int64)
-    near = reflections.find(bodies, ISS.surfaces, faces, ANTENNAS_M, los, *pairs)
-    far = reflections.find(bodies, ISS.surfaces, faces, ANTENNAS_M, los, *pairs, nearest_m=0.5)
+    pairs = Pairs(np.zeros(1, np.int64), np.zeros(1, np.int64))
+    near = reflections.find(bodies, faces, ANTENNAS_M, los, pairs)
+    far = reflections.find(bodies, faces, ANTENNAS_M, los, pairs, nearest_m=0.5)
     assert "zvezda small diameter" in {ISS.names[b] for b in ISS.surfaces.body[near.face]}
     assert "zvezda small diameter" not in {ISS.names[b] for b in ISS.surfaces.body[far.face]}
 
@@ -180,10 +181,10 @@ def test_a_cylinder_spreads_a_bundle_of_rays(incidence_deg, azimuth_deg):
     faces = faces_at(can.surfaces, can.at_zero)
     antenna = (centre + distance * ahead)[None]
     first = np.zeros(1, np.int64)
-    seen = reflections.find(can.at_zero, can.surfaces, faces, antenna, los[None], first, first)
+    seen = reflections.find(can.at_zero, faces, antenna, los[None], Pairs(first, first))
     top_face = seen.face[np.isclose(faces.normal[seen.face, 2], 1)]
     assert len(top_face) == 1
-    found = reflections.spreading(can.surfaces, faces, seen)[seen.face == top_face[0]]
+    found = reflections.spreading(faces, seen)[seen.face == top_face[0]]
     assert found[0] == pytest.approx(width / np.sqrt(area), rel=1e-3)
 
 
@@ -213,14 +214,12 @@ def test_strength_by_hand():
     faces = faces_at(wall.surfaces, wall.at_zero)
     los = np.array([[0.0, -0.6, -0.8]])
     first = np.zeros(1, np.int64)
-    seen = reflections.find(wall.at_zero, wall.surfaces, faces, np.zeros((1, 3)), los, first, first)
+    seen = reflections.find(wall.at_zero, faces, np.zeros((1, 3)), los, Pairs(first, first))
     assert seen.delay_m[0] == pytest.approx(2 * 5 * 0.6)
 
     def gain(antenna, direction):
         return np.where(direction[:, 1] > 0, -2.0, 3.0)
 
-    strength = reflections.coefficients(
-        wall.surfaces, faces, seen, first, los, np.array([WAVE_M]), gain, 12.0
-    )
+    strength = reflections.coefficients(faces, seen, first, los, np.array([WAVE_M]), gain, 12.0)
     assert abs(strength[0]) == pytest.approx(0.5 * 10 ** (-(5 + 12) / 20), rel=1e-3)
     assert abs(np.angle(strength[0])) == pytest.approx(np.pi, abs=1e-3)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from gnss_hil.emulator.signal import multipath
 from gnss_hil.emulator.signal.correlation import band_limited, triangle
+from gnss_hil.emulator.signal.multipath import loop_errors
+from gnss_hil.emulator.signal.multipath.loop_errors import CodeLoop
 
 RNG = np.random.default_rng(11)
 WAVE_M, CHIP_M = 0.1903, 293.05
@@ -16,9 +17,9 @@ def one(amplitude, delay_chips, phase, spacing=0.5, kind="power", direct=1.0, co
     delay_m = np.atleast_1d(delay_chips) * CHIP_M
     coefficient = amplitude * np.exp(1j * (phase + 2 * np.pi * delay_m / WAVE_M))
     count = len(delay_m)
-    return multipath.lock(
-        kind, np.full(count, direct), delay_m[:, None], coefficient[:, None], np.full(count, WAVE_M),
-        np.full(count, CHIP_M), spacing, correlate,
+    return loop_errors.lock(
+        CodeLoop(kind, spacing, correlate), np.full(count, direct), delay_m[:, None], coefficient[:, None],
+        np.full(count, WAVE_M), np.full(count, CHIP_M),
     )  # fmt: skip
 
 
@@ -71,9 +72,9 @@ def test_a_reflection_alone_is_followed():
     what the surface turned, through all cycles: Powe et al. (NAVITEC 2012) saw loops captured on the ISS."""
     delay_m = np.array((3.0, 17.3, 55.0))
     coefficient = -0.4 * np.ones((3, 1))
-    found = multipath.lock(
-        "power", np.zeros(3), delay_m[:, None], coefficient.astype(complex), np.full(3, WAVE_M),
-        np.full(3, CHIP_M), 0.5,
+    found = loop_errors.lock(
+        CodeLoop("power", 0.5), np.zeros(3), delay_m[:, None], coefficient.astype(complex),
+        np.full(3, WAVE_M), np.full(3, CHIP_M),
     )  # fmt: skip
     np.testing.assert_allclose(found.code_chips * CHIP_M, delay_m, atol=1e-5)
     np.testing.assert_allclose(found.lag_rad * WAVE_M / (2 * np.pi), delay_m - WAVE_M / 2, atol=1e-6)
@@ -82,14 +83,13 @@ def test_a_reflection_alone_is_followed():
 
 def test_nothing_to_receive_and_nothing_in_the_way():
     none = np.zeros((2, 3))
-    found = multipath.lock(
-        "coherent",
+    found = loop_errors.lock(
+        CodeLoop("coherent", 0.5),
         np.array((0.0, 1.0)),
         none,
         none.astype(complex),
         np.full(2, WAVE_M),
         np.full(2, CHIP_M),
-        0.5,
     )
     assert found.level.tolist() == [0, 1]
     assert not found.code_chips.any()
@@ -145,7 +145,7 @@ def test_the_code_is_that_of_the_interface_document():
 
 
 @pytest.mark.verifies(
-    "emulator/signal/multipath.py",
+    "emulator/signal/multipath/loop_errors.py",
     what="Multipath through the discriminator",
     by=(
         "envelopes of van Nee and Braasch (a d / 2, zero at 1 + d / 2, asin a); correlators run on the "
@@ -160,13 +160,13 @@ def test_loops_rest_where_correlators_on_a_code_do(kind, direct):
     for _ in range(3):
         delay = RNG.uniform(0, 0.25, 3)
         amplitude = RNG.uniform(0.05, 0.25, 3) * np.exp(2j * np.pi * RNG.uniform(size=3))
-        loop = Correlators(np.r_[0, delay], np.r_[direct, amplitude])
+        on_code = Correlators(np.r_[0, delay], np.r_[direct, amplitude])
         coefficient = amplitude * np.exp(2j * np.pi * delay * CHIP_M / WAVE_M)
-        found = multipath.lock(
-            kind, np.array([direct]), delay[None] * CHIP_M, coefficient[None], np.array([WAVE_M]),
-            np.array([CHIP_M]), 0.5,
+        found = loop_errors.lock(
+            CodeLoop(kind, 0.5), np.array([direct]), delay[None] * CHIP_M, coefficient[None],
+            np.array([WAVE_M]), np.array([CHIP_M]),
         )  # fmt: skip
-        offset, prompt = simulated(loop, 0.5, kind, found.code_chips[0] + 0.05)
+        offset, prompt = simulated(on_code, 0.5, kind, found.code_chips[0] + 0.05)
         assert found.code_chips[0] == pytest.approx(offset, abs=3e-3)
         assert found.level[0] == pytest.approx(abs(prompt), rel=0.02)
         assert np.cos(found.lag_rad[0] + np.angle(prompt)) == pytest.approx(1, abs=2e-3)
@@ -181,15 +181,15 @@ def test_every_rest_is_a_zero_that_brings_back():
     delay = RNG.uniform(0, 0.4, (count, 6))
     coefficient = RNG.uniform(0, 0.9, (count, 6)) * np.exp(2j * np.pi * RNG.uniform(size=(count, 6)))
     direct = (RNG.uniform(size=count) < 0.7).astype(float)
-    total = multipath.rays(
+    total = loop_errors.rays(
         direct, delay * CHIP_M, coefficient, np.full(count, WAVE_M), np.full(count, CHIP_M)
     )
     for kind in ("coherent", "power"):
-        code, prompt = multipath.settle(kind, total, 0.5)
+        code, prompt = loop_errors.settle(CodeLoop(kind, 0.5), total)
 
         def value(offset, kind=kind):
             outputs = [total.at(triangle, offset[:, None] + s)[:, 0] for s in (-0.25, 0, 0.25)]
-            return multipath.discriminator(kind, *outputs)
+            return loop_errors.discriminator(kind, *outputs)
 
         sure = np.abs(prompt) > 0.05
         assert sure.mean() > 0.95
@@ -230,5 +230,5 @@ def test_a_narrow_front_end_makes_errors_larger():
 def test_the_strongest_are_kept():
     pair = np.array((2, 0, 2, 2, 0))
     size = np.array((0.1, 0.3, 0.5, 0.2, 0.004)) * np.exp(1j)
-    rows = multipath.strongest(pair, 3, 2, np.zeros(5), size, 0.01)
+    rows = loop_errors.strongest(pair, 3, 2, np.zeros(5), size, 0.01)
     assert rows.tolist() == [[1, -1], [-1, -1], [2, 3]]

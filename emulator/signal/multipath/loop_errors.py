@@ -63,6 +63,16 @@ class Lock:
     level: F64
 
 
+@dataclass(frozen=True, slots=True)
+class CodeLoop:
+    """How a code loop sees its signal: its discriminator, its correlators from early to late [chips], and the
+    correlation function of code and front end."""
+
+    discriminator: Discriminator
+    spacing_chips: float
+    correlate: Correlation = triangle
+
+
 def rays(direct: F64, delay_m: F64, coefficient: C128, wave_m: F64, chip_m: F64) -> Sum:
     """The rays of p channels from the direct one and k reflections each.
 
@@ -82,33 +92,31 @@ def discriminator(kind: Discriminator, early: C128, prompt: C128, late: C128) ->
     return ((early - late) * (prompt if kind == "coherent" else early + late).conj()).real
 
 
-def settle(
-    kind: Discriminator, total: Sum, spacing_chips: float, correlate: Correlation = triangle
-) -> tuple[F64, C128]:
+def settle(loop: CodeLoop, total: Sum) -> tuple[F64, C128]:
     """Code errors (p,) [chips] where loops settle, and their prompt outputs (p,); both 0 without any ray."""
     code_chips, prompt = np.zeros(len(total.delay_chips)), total.amplitude[:, 0].copy()
     disturbed = np.flatnonzero(total.amplitude[:, 1:].any(axis=1))
     if len(disturbed):
         busy = total[disturbed]
-        code_chips[disturbed] = _zero(kind, busy, spacing_chips, correlate)
-        prompt[disturbed] = busy.at(correlate, code_chips[disturbed, None])[:, 0]
+        code_chips[disturbed] = _zero(loop, busy)
+        prompt[disturbed] = busy.at(loop.correlate, code_chips[disturbed, None])[:, 0]
     return code_chips, prompt
 
 
-def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Correlation) -> F64:
+def _zero(loop: CodeLoop, total: Sum) -> F64:
     """Upward zeros (p,) [chips] of the discriminators of channels with rays, the strongest of each.
 
     A grid over all delays at which a replica meets a ray gives brackets, the Illinois form of false position
     the zero, to TOLERANCE_CHIPS. A channel's answer does not depend on the others.
     Source: Dowell & Jarratt, BIT 11 (1971) 168
     """
-    apart = int(np.ceil(spacing_chips / 2 / _GRID_CHIPS))
-    step = spacing_chips / 2 / apart
+    apart = int(np.ceil(loop.spacing_chips / 2 / _GRID_CHIPS))
+    step = loop.spacing_chips / 2 / apart
     ends = np.ceil(total.delay_chips.max(axis=1)) + 1 + 2 * (apart + 1) * step
     grid = np.arange(-1 - 2 * apart * step, ends.max(), step)
-    seen = total.at(correlate, np.broadcast_to(grid, (len(total.delay_chips), len(grid))))
+    seen = total.at(loop.correlate, np.broadcast_to(grid, (len(total.delay_chips), len(grid))))
     prompt = seen[:, apart:-apart]
-    value = discriminator(kind, seen[:, : -2 * apart], prompt, seen[:, 2 * apart :])
+    value = discriminator(loop.discriminator, seen[:, : -2 * apart], prompt, seen[:, 2 * apart :])
     rises = (value[:, :-1] <= 0) & (value[:, 1:] > 0) & (grid[2 * apart + 1 :] < ends[:, None])
     strength = np.maximum(np.abs(prompt[:, :-1]), np.abs(prompt[:, 1:]))
     best = np.where(rises, strength, -1.0).argmax(axis=1)
@@ -118,19 +126,13 @@ def _zero(kind: Discriminator, total: Sum, spacing_chips: float, correlate: Corr
     lost = ~rises.any(axis=1)
     below = np.where(lost, -1.0, value[channel, best])
     above = np.where(lost, 1.0, value[channel, best + 1])
-    return _false_position(kind, total, spacing_chips, correlate, (low, high, below, above))
+    return _false_position(loop, total, (low, high, below, above))
 
 
-def _false_position(
-    kind: Discriminator,
-    total: Sum,
-    spacing_chips: float,
-    correlate: Correlation,
-    bracket: tuple[F64, F64, F64, F64],
-) -> F64:
+def _false_position(loop: CodeLoop, total: Sum, bracket: tuple[F64, F64, F64, F64]) -> F64:
     """Zeros (p,) [chips] between low and high, where discriminators are below and above zero."""
     low, high, below, above = bracket
-    shift = spacing_chips / 2 * np.array((-1.0, 0.0, 1.0))
+    shift = loop.spacing_chips / 2 * np.array((-1.0, 0.0, 1.0))
     found = np.empty(len(low))
     moving, middle, stale = np.arange(len(low)), np.full(len(low), np.inf), np.zeros(len(low))
     for _ in range(_STEPS):
@@ -144,7 +146,7 @@ def _false_position(
             moving, total = moving[still], total[still]
             if not len(moving):
                 break
-        value = discriminator(kind, *total.at(correlate, middle[:, None] + shift).T)
+        value = discriminator(loop.discriminator, *total.at(loop.correlate, middle[:, None] + shift).T)
         up = value > 0
         # An end that stays twice counts half, lest only the other move.
         below = np.where(up, np.where(stale > 0, below / 2, below), value)
@@ -154,24 +156,15 @@ def _false_position(
     return found
 
 
-def lock(
-    kind: Discriminator,
-    direct: F64,
-    delay_m: F64,
-    coefficient: C128,
-    wave_m: F64,
-    chip_m: F64,
-    spacing_chips: float,
-    correlate: Correlation = triangle,
-) -> Lock:
-    """What channels settle at; arguments as `rays` and `settle`.
+def lock(loop: CodeLoop, direct: F64, delay_m: F64, coefficient: C128, wave_m: F64, chip_m: F64) -> Lock:
+    """What channels settle at; arguments as `rays`.
 
     The carrier loop follows the prompt sum, whose phase is that of the strongest ray and a remainder within
     half a turn: so it runs on smoothly where a reflection alone is tracked through many cycles.
     """
     total = rays(direct, delay_m, coefficient, wave_m, chip_m)
-    code_chips, prompt = settle(kind, total, spacing_chips, correlate)
-    there = np.abs(total.amplitude) * correlate(code_chips[:, None] - total.delay_chips)
+    code_chips, prompt = settle(loop, total)
+    there = np.abs(total.amplitude) * loop.correlate(code_chips[:, None] - total.delay_chips)
     row, strongest = np.arange(len(direct)), there.argmax(axis=1)
     path_m = np.hstack((np.zeros((len(direct), 1)), delay_m))
     carrier = np.hstack((direct[:, None].astype(complex), coefficient))

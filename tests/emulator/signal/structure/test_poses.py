@@ -8,6 +8,8 @@ from gnss_hil.emulator import assemble
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.receivers.emulated.channels import FULL, SLIPS
+from gnss_hil.emulator.signal.structure import poses
+from tests.emulator.signal.multipath.test_reception import RATE, TARGETS_MPS, attitude, sky
 from tests.support import emulated
 
 pytestmark = pytest.mark.verifies(what="Measured signals, effects, latch")
@@ -114,3 +116,9 @@ def test_an_unknown_structure_is_told():
         ScenarioError, match=r"craft\.soyuz\.structure: structure 'mir': no such file; shipped"
     ):
         emulated.world(soyuz({"shadowing": True}, structure="mir"))
+
+
+def test_directions_turn_as_differences_have_it():
+    (before, _), (los, distance), (after, _) = (sky(t) for t in (-0.05, 0.0, 0.05))
+    rate = poses.los_rate_body(los, TARGETS_MPS @ attitude(0.0).T, distance, RATE)
+    np.testing.assert_allclose(rate, (after - before) / 0.1, atol=1e-9)

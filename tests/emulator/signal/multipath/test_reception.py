@@ -7,10 +7,13 @@ from gnss_hil.dbc.common import vehicle
 from gnss_hil.emulator.assemble.emulated import FASTEST_TURN_RPS
 from gnss_hil.emulator.error_models.multipath import Multipath
 from gnss_hil.emulator.numerics.rotations import dcm_321
-from gnss_hil.emulator.signal import multipath_engine
 from gnss_hil.emulator.signal.correlation import triangle
-from gnss_hil.emulator.signal.structure import file
+from gnss_hil.emulator.signal.multipath import reception
+from gnss_hil.emulator.signal.multipath.reception import Signals
+from gnss_hil.emulator.signal.structure import file, poses
 from gnss_hil.emulator.signal.structure.bodies import bodies_at, structure
+from gnss_hil.emulator.signal.structure.poses import SightLines
+from gnss_hil.emulator.signal.structure.reflections import Pairs
 from gnss_hil.emulator.signal.structure.shadowing import blocked
 
 RNG = np.random.default_rng(21)
@@ -43,8 +46,8 @@ def craft(name, antennas):
 
 def at(ship, t_s, rate=RATE):
     los, distance = sky(t_s, rate)
-    turn = multipath_engine.los_rate_body(los, TARGETS_MPS @ attitude(t_s, rate).T, distance, rate)
-    return multipath_engine.pose(ship, los, turn, attitude(t_s, rate) @ SUN, rate, t_s)
+    turn = poses.los_rate_body(los, TARGETS_MPS @ attitude(t_s, rate).T, distance, rate)
+    return poses.pose(ship, SightLines(los, turn), attitude(t_s, rate) @ SUN, rate, t_s)
 
 
 def received(ship, antennas_m, t_s, chip_m=293.05, rate=RATE, **settings):
@@ -52,20 +55,13 @@ def received(ship, antennas_m, t_s, chip_m=293.05, rate=RATE, **settings):
     antenna, satellite = np.repeat(np.arange(len(antennas_m)), 40), np.tile(np.arange(40), len(antennas_m))
     direct = (~blocked(pose.bodies, antennas_m, pose.los_body)).astype(float).ravel()
     count = len(antenna)
-    return direct, multipath_engine.receive(
-        ship, Multipath(**settings), 0.5, pose, antennas_m, antenna, satellite, direct,
-        np.full(count, 0.1903), np.zeros(count) + chip_m, flat_gain,
-    )  # fmt: skip
-
-
-def test_directions_turn_as_told():
-    (before, _), (los, distance), (after, _) = (sky(t) for t in (-0.05, 0.0, 0.05))
-    rate = multipath_engine.los_rate_body(los, TARGETS_MPS @ attitude(0.0).T, distance, RATE)
-    np.testing.assert_allclose(rate, (after - before) / 0.1, atol=1e-9)
+    pairs, chips_m = Pairs(antenna, satellite), np.zeros(count) + chip_m
+    signals = Signals(pairs, direct, np.full(count, 0.1903), chips_m)
+    return direct, reception.receive(ship, pose, antennas_m, flat_gain, signals, Multipath(**settings), 0.5)
 
 
 @pytest.mark.verifies(
-    "emulator/signal/multipath_engine.py",
+    "emulator/signal/multipath/reception.py",
     what="Range rates of multipath",
     by=(
         "consistent with the engine's own phases at other epochs while the arrays turn, 0.01 mm/s: not "
@@ -79,9 +75,9 @@ def test_range_rates_are_the_phases_derivatives(times):
     may be: the rate in the middle is the difference of phases, if no ray came or went between."""
     shape, antennas_m = craft("iss", "iss-asn-m")
     rate, step = times * RATE, 0.25 / times
-    assert step > multipath_engine.LATER_S and abs(rate[1]) <= FASTEST_TURN_RPS
+    assert step > poses.LATER_S and abs(rate[1]) <= FASTEST_TURN_RPS
     _, before = received(shape, antennas_m, -step, rate=rate)
-    hidden, now = received(shape, antennas_m, -multipath_engine.LATER_S / 2, rate=rate)
+    hidden, now = received(shape, antennas_m, -poses.LATER_S / 2, rate=rate)
     _, after = received(shape, antennas_m, step, rate=rate)
     slope = (after.phase_m - before.phase_m) / (2 * step)
     with np.errstate(invalid="ignore"):  # hidden before and after
@@ -127,16 +123,14 @@ def test_a_lone_reflection_is_as_weak_as_the_antenna_is_deaf_to_it():
 def test_no_channel():
     shape, antennas_m = craft("iss", "iss-asn-m")
     none = np.zeros(0, np.int64)
-    found = multipath_engine.receive(
-        shape, Multipath(), 0.5, at(shape, 0.0), antennas_m, none, none, np.zeros(0), np.zeros(0),
-        np.zeros(0), flat_gain,
-    )  # fmt: skip
+    signals = Signals(Pairs(none, none), np.zeros(0), np.zeros(0), np.zeros(0))
+    found = reception.receive(shape, at(shape, 0.0), antennas_m, flat_gain, signals, Multipath(), 0.5)
     assert len(found.range_m) == 0
 
 
 def test_a_front_end_without_limit_has_the_triangle():
-    assert multipath_engine.correlation_of(Multipath(), 293.05) is triangle
-    narrow = multipath_engine.correlation_of(Multipath(bandwidth_mhz=2.046), 293.05)
+    assert reception.correlation_of(Multipath(), 293.05) is triangle
+    narrow = reception.correlation_of(Multipath(bandwidth_mhz=2.046), 293.05)
     assert narrow(np.array(1.0)) > 0
 
 
