@@ -62,8 +62,7 @@ def _broadcast_glonass(constellation: GlonassConstellation, stretch: Stretch, wg
     return glonass_records(
         constellation.number[rows],
         constellation.tb_ns[rows],
-        state,
-        extra,
+        np.concatenate((state, extra), axis=1),
         constellation.clock_s[rows],
         constellation.clock_rate[rows],
         constellation.frequency[rows],

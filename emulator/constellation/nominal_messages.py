@@ -107,8 +107,7 @@ def glonass_records_of(c: NominalConstellation, stretch: Stretch, wgs84: bool) -
     return glonass_records(
         np.tile(satellites.number_of(c.index), times),
         tb_ns,
-        found[:, :6],
-        found[:, 6:],
+        found,
         offset_s + rate * ((tb_ns - c.epoch_ns) / gpstime.NS_PER_S),
         rate,
         np.tile(c.frequency, times),
@@ -148,14 +147,16 @@ def _fitted(c: NominalConstellation, tb_ns: int, begin_s: float, end_s: float, d
 def glonass_records(
     number: I64,
     tb_ns: I64,
-    state: F64,
-    extra: F64,
+    motion: F64,
     clock_s: F64,
     clock_rate: F64,
     frequency: I64,
     unhealthy: Bool,
 ) -> Records:
-    """Records of GLONASS satellites, (m,) and (m, 6), (m, 3) in metres and seconds, as files write them."""
+    """Records of GLONASS satellites, as files write them.
+
+    motion   (m, 9) position, velocity and extra acceleration [m, m/s, m/s^2];  the others (m,)
+    """
     utc = [gpstime.to_calendar(t - gpstime.leap_seconds(t) * gpstime.NS_PER_S) for t in tb_ns.tolist()]
     known = {
         "minus_tau": clock_s,
@@ -163,8 +164,8 @@ def glonass_records(
         "message_time": [t.isoweekday() % 7 * 86400 + t.hour * 3600 + t.minute * 60 + t.second for t in utc],
         "health": unhealthy,
         "frequency": frequency,
-        **{f"{axis}_km": state[:, i] / 1e3 for i, axis in enumerate("xyz")},
-        **{f"v{axis}_kmps": state[:, 3 + i] / 1e3 for i, axis in enumerate("xyz")},
-        **{f"a{axis}_kmps2": extra[:, i] / 1e3 for i, axis in enumerate("xyz")},
+        **{f"{axis}_km": motion[:, i] / 1e3 for i, axis in enumerate("xyz")},
+        **{f"v{axis}_kmps": motion[:, 3 + i] / 1e3 for i, axis in enumerate("xyz")},
+        **{f"a{axis}_kmps2": motion[:, 6 + i] / 1e3 for i, axis in enumerate("xyz")},
     }
     return Records(number, tuple(utc), _columns(known, GLONASS_FIELDS, len(utc)))

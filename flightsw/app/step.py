@@ -92,7 +92,8 @@ def flight_step(
 
     without_fix = 0 if solution.fix is not None else state.without_fix + 1
     mode = modes.decide(state.mode, modes.event_of(solution, without_fix, options))
-    channels, commands = _commanded(config, mode, channels, predictions, solution, attitude, mark, m)
+    permitted = _permissions(config, mode, channels, predictions, solution.orbit, attitude, mark)
+    channels, commands = _commanded(config, mode, channels, permitted, m, mark.epoch)
     frames, sent = _encoded(config, state, mode, solution, z, commands, mark)
     return FlightState(
         mode=mode,
@@ -154,36 +155,38 @@ def _commanded(
     config: FlightConfig,
     mode: Mode,
     channels: ChannelManager,
-    predictions: Predictions,
-    solution: Solution,
-    attitude: Attitude | None,
-    mark: Mark,
+    permitted: I64 | None,
     m: Measurements,
+    epoch: int,
 ) -> tuple[ChannelManager, Commands | None]:
-    """Blocks 5 to 9: the channels as the mode and the policy have them, and the commands due.
-
-    Without an attitude the permissions stand as they are; commands under way are still repeated.
-    """
+    """The channels as the mode and the permissions of `_permissions` have them, and the commands due; those
+    under way are repeated with or without new permissions."""
     if config.policy.assign is None:
         return channels, None
-    guidance = GUIDANCE[mode]
-    if guidance is Guidance.RELEASE and channels.commanded:
+    if GUIDANCE[mode] is Guidance.RELEASE and channels.commanded:
         channels = channel_manager.surrendered(channels)
-    elif guidance is Guidance.ASSIGN and attitude is not None and solution.orbit is not None:
-        permitted = _permissions(config, channels, predictions, solution.orbit, attitude, mark)
+    elif permitted is not None:
         channels = channel_manager.planned(channels, permitted, m)
-    return channel_manager.due(channels, mark.epoch, config.options)
+    return channel_manager.due(channels, epoch, config.options)
 
 
 def _permissions(
     config: FlightConfig,
+    mode: Mode,
     channels: ChannelManager,
     predictions: Predictions,
-    orbit: OrbitState,
-    attitude: Attitude,
+    orbit: OrbitState | None,
+    attitude: Attitude | None,
     mark: Mark,
-) -> I64:
-    """Steps 6 to 9: (SATELLITES,) antenna each satellite is permitted on, -1 none."""
+) -> I64 | None:
+    """Steps 6 to 9: (SATELLITES,) antenna each satellite is permitted on, -1 none.
+
+    None where the permissions stand as they are: the receivers choose, the mode assigns nothing, or there is
+    no orbit or attitude.
+    """
+    assign = config.policy.assign
+    if assign is None or GUIDANCE[mode] is not Guidance.ASSIGN or orbit is None or attitude is None:
+        return None
     vehicle, options, satellites = config.vehicle, config.options, channels.satellites
     sat, pos_sv = almanac.predicted(predictions, mark.t_ns)
     los, distance = directions(pos_sv, orbit.position_m)
@@ -191,8 +194,7 @@ def _permissions(
     visible = clear_of_earth(los, distance, orbit.position_m, options.ray_height_km * 1e3)
     visible &= predictions.healthy[sat] & (satellites.blocked_until[sat] <= mark.epoch)
     permitted = np.full(SATELLITES, -1, np.int64)
-    assert config.policy.assign is not None
-    permitted[sat] = config.policy.assign(
+    permitted[sat] = assign(
         theta, visible, vehicle.mask_rad, vehicle.channels, satellites.permitted[sat], options
     )
     return permitted
@@ -209,14 +211,5 @@ def _encoded(
 ) -> tuple[FrameBatch, I8]:
     """The answer of this epoch, protected, and the counters after it."""
     t_ns, number = (mark.t_ns, mark.epoch) if mark is not None else (0, 0)
-    frames = encode.encode(
-        config.codec,
-        config.vehicle.antennas,
-        config.boot_count,
-        z,
-        solution,
-        commands,
-        NODE_STATE[mode],
-        t_ns,
-    )
+    frames = encode.encode(config.codec, config.boot_count, z, solution, commands, NODE_STATE[mode], t_ns)
     return e2e.protect(config.codec, frames, state.sent, number)

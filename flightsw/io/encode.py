@@ -113,7 +113,6 @@ def heartbeat(codec: Codec, state: NodeState, boot_count: int, t_ns: int) -> Fra
 
 def encode(
     codec: Codec,
-    receivers: int,
     boot_count: int,
     m: Ranges | None,
     solution: Solution,
@@ -128,8 +127,8 @@ def encode(
         page = _page(codec, FixMode.NO_FIX, 0, 0)
         values = [FixMode.NO_FIX, solution.reason, 0, 0, 0.0, node_state]
     else:
-        page = _page(codec, solution.mode, len(fix.items), receivers)
-        values = [*_fix_values(m, fix, solution.mode, receivers), node_state]
+        page = _page(codec, solution.mode, len(fix.items), codec.receivers)
+        values = [*_fix_values(m, fix, solution.mode, codec.receivers), node_state]
     frames = page.frames([*values, boot_count, codec.hash], t_ns)
     if commands is None or not len(commands):
         return frames

@@ -33,6 +33,16 @@ _EIGHTS = np.full(1 << 14, WIDTH, np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Tracked:
+    """Channels that measure in an epoch: their rows of the block, carrier phases (p,) [cycles] less
+    ambiguities, and the ambiguities (p,) [cycles]."""
+
+    layout: Layout
+    cycles: F64
+    ambiguity: F64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class EmulatedCraft:
     """A craft whose receivers are emulated; see `gnss_hil.emulator.receivers.base`."""
 
@@ -96,8 +106,9 @@ class EmulatedCraft:
         channels, knowledge, begins = advance(
             channels, unit.knowledge, signal, receivers.pace, t_ns, self._collection()
         )
-        layout, cycles, ambiguity, channels = self._track(prepared, k, channels, begins, knowledge.warm)
-        words, fits, states = self._measured(prepared, k, layout, cycles, ambiguity, channels, unit, epoch)
+        tracked, channels = self._track(prepared, k, channels, begins, knowledge.warm)
+        words, fits, states = self._measured(prepared, k, tracked, channels, unit, epoch)
+        layout = tracked.layout
         if not fits.all():
             layout, words = _without(prepared, layout, channels, knowledge.warm, fits), words[fits]
         frames_out, sent = self._sent(prepared, k, layout, words, answers, unit, epoch)
@@ -123,7 +134,9 @@ class EmulatedCraft:
         system = satellites.system_of(self.environment.sky.sky.index)
         return lambda row, since_ns: time(system[row], since_ns)
 
-    def _track(self, prepared: Prepared, k: int, channels: Channels, begins: Bool, warm: bool):
+    def _track(
+        self, prepared: Prepared, k: int, channels: Channels, begins: Bool, warm: bool
+    ) -> tuple[Tracked, Channels]:
         """Phases of the measuring channels, those left out whose values do not fit on the bus."""
         layout = prepared.layout(channels, warm)
         columns, rows = prepared.columns(), layout.base + k
@@ -133,13 +146,14 @@ class EmulatedCraft:
         if not whole.all():
             layout = prepared.layout(channels, warm, ~whole)
             cycles, ambiguity = cycles[whole], ambiguity[whole]
-        return layout, cycles, ambiguity, channels
+        return Tracked(layout, cycles, ambiguity), channels
 
     def _measured(
-        self, prepared, k, layout: Layout, cycles, ambiguity, channels: Channels, unit: Unit, epoch: int
+        self, prepared: Prepared, k: int, tracked: Tracked, channels: Channels, unit: Unit, epoch: int
     ):
         """(p, 10) words of the measurement frames; (p,) whether they hold all values; states of the models
         that disturb observables."""
+        layout, cycles = tracked.layout, tracked.cycles
         columns, rows = prepared.columns(), layout.base + k
         slips = channels.slips[layout.receiver, layout.channel]
         templates = self.receivers.templates
@@ -167,7 +181,7 @@ class EmulatedCraft:
             fits = np.logical_and.reduce(carried, axis=1)
             words = np.ascontiguousarray(data).view("<u8")[..., 0]
         words = words | layout.channel_bits
-        words[:, templates.phase.frame] |= templates.phase.word(cycles, slips, ambiguity % 1 != 0)
+        words[:, templates.phase.frame] |= templates.phase.word(cycles, slips, tracked.ambiguity % 1 != 0)
         return words, fits, tuple(states)
 
     def _wave_m(self, prepared: Prepared, k: int, layout: Layout) -> F64:

@@ -61,8 +61,8 @@ class Surfaces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Faces:
-    """f faces of surfaces at one instant, or at several (...): normal, first and second edge (..., f, 3) unit vectors;
-    centre_m (..., f, 3); axis_body (..., f, 3) x axes of their bodies, along which cylinders lie."""
+    """f faces of surfaces at one instant, or at several (...): normal, first and second edge (..., f, 3) unit
+    vectors; centre_m (..., f, 3); axis_body (..., f, 3) x axes of their bodies, along which cylinders lie."""
 
     surfaces: Surfaces
     normal: F64

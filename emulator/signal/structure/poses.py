@@ -96,7 +96,10 @@ def sight_lines(view: View, motion: Motion, state: CraftState, dcm: F64, rate_rp
 
 
 def sun_body(dcm: F64, sun_m: F64, state: CraftState) -> F64:
-    """Directions (k, 3) of the Sun, body axes; dcm (k, 3, 3) body from ECEF, sun_m (k, 3) its place in ECEF."""
+    """Directions (k, 3) of the Sun, body axes.
+
+    dcm   (k, 3, 3) body from ECEF;  sun_m (k, 3) its place in ECEF
+    """
     sun = (dcm @ (sun_m - state.pos_ecef_m)[..., None])[..., 0]
     sun /= np.sqrt(np.einsum("kc,kc->k", sun, sun))[:, None]
     return sun

@@ -26,8 +26,8 @@ Gain = Callable[[I64, F64], F64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """p pairs of an antenna and a satellite, rows of the two; instant (p,) of each, where bodies and faces are
-    of several."""
+    """p pairs of an antenna and a satellite, rows of the two; instant (p,) of each, where bodies and faces
+    are of several."""
 
     antenna: I64
     satellite: I64
