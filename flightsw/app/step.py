@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I8, I64, Bool
+from gnss_hil.dbc.common.arrays import I8, I64
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
@@ -79,8 +79,9 @@ def flight_step(
     channels = channel_manager.acknowledged(state.channels, heard.acks, mark.epoch, options)
     channels = channel_manager.contradicted(channels, m, heard.boots)
 
-    sound = _sound(m)
-    predictions = almanac.updated(state.predictions, heard.almanac, m.where(sound), t_ns)
+    rows, in_orbit = almanac.orbits(heard.almanac, m)
+    sound = in_orbit & (m.lock == FULL_LOCK) & (m.ura < NO_URA)
+    predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     z = _form(m.where(sound & (m.health == 0) & channel_manager.usable(channels, m)), options)
 
     navigator = config.navigator
@@ -125,11 +126,6 @@ def _received(
             state = replace(initial_state(config), lost=state.lost)
     heard, received, rejected = decode.decode(config.codec, inbox, state.received, rejected)
     return state, received, rejected, heard
-
-
-def _sound(m: Measurements) -> Bool:
-    """(n,) with an unambiguous range and a satellite that moves as satellites can."""
-    return (m.lock == FULL_LOCK) & (m.ura < NO_URA) & almanac.plausible(m.sat, m.pos_sv_m, m.vel_sv_mps)
 
 
 def _form(m: Measurements, options: Options) -> Ranges:

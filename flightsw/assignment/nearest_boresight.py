@@ -60,35 +60,22 @@ def assign(
     if options.hysteresis_deg:
         mine = previous == np.arange(len(mask_rad))[:, None]
         cost = angles_rad - np.deg2rad(options.hysteresis_deg) * (mine & below)
-    return (_drop if options.overflow == "drop" else _next)(cost, below, channels)
+    if options.overflow == "drop":
+        below = below & (np.arange(len(mask_rad))[:, None] == cost.argmin(axis=0))
+    return _by_angle(cost, below, channels)
 
 
-def _drop(cost: F64, below: Bool, channels: I64) -> I64:
-    """Nearest antenna of all, if below its mask; each antenna keeps its nearest satellites."""
-    antennas, satellites = cost.shape
-    nearest = cost.argmin(axis=0)
-    every = np.arange(satellites)
-    rows = np.flatnonzero(below[nearest, every])
-    order = rows[np.lexsort((cost[nearest[rows], rows], nearest[rows]))]
-    antenna = nearest[order]
-    rank = np.arange(len(order)) - np.searchsorted(antenna, np.arange(antennas))[antenna]
-    stays = rank < channels[antenna]
-    chosen = np.full(satellites, -1, np.int64)
-    chosen[order[stays]] = antenna[stays]
-    return chosen
+def _by_angle(cost: F64, allowed: Bool, channels: I64) -> I64:
+    """Allowed pairs (m, n) by angle: one is taken while its satellite and a channel of its antenna are free.
 
-
-def _next(cost: F64, below: Bool, channels: I64) -> I64:
-    """All pairs by angle; a pair is taken while its satellite and a channel of its antenna are free.
-
-    Satellites and antennas rank each other by the same angle, so this is their one stable matching.
+    Satellites and antennas rank each other by the same angle, so this is their one stable matching. Where
+    only the nearest antenna of each satellite is allowed, each antenna keeps its nearest satellites.
     """
-    antenna, satellite = np.nonzero(below)
-    order = np.lexsort((satellite, antenna, cost[antenna, satellite]))
-    chosen = np.full(cost.shape[1], -1, np.int64)
-    free = channels.tolist()
+    antenna, satellite = allowed.nonzero()
+    order = cost[allowed].argsort(kind="stable")
+    chosen, free = [-1] * cost.shape[1], channels.tolist()
     for a, i in zip(antenna[order].tolist(), satellite[order].tolist(), strict=True):
         if free[a] and chosen[i] < 0:
             chosen[i] = a
             free[a] -= 1
-    return chosen
+    return np.array(chosen, np.int64)

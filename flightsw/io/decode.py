@@ -97,7 +97,7 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
         return empty_epoch(screened.lost), screened.counters, counts.counts
     if rows is not None:
         counts.add(Verdict.MIXED_EPOCH, block.can_id, ~of_mark & _grouped(codec, block))
-    almanac, almanac_values, almanac_unused = almanac_records(codec, plan, epoch_block.words)
+    almanac, almanac_values, almanac_unused = almanac_records(codec, plan, epoch_block.words, values)
     for unused in (plan.unused, almanac_unused):
         counts.add_rows(Reason.SURPLUS, epoch_block.can_id, unused.surplus)
         counts.add_rows(Reason.INCOMPLETE, epoch_block.can_id, unused.incomplete)
@@ -212,8 +212,8 @@ def _almanac(found: Records, values: F64) -> AlmanacRows:
     health, system, number = values[6:]
     return AlmanacRows(
         sat=_sat(system, number),
-        pos_ecef_m=values[:3].T,
-        vel_ecef_mps=values[3:6].T,
+        pos_ecef_m=values[:3],
+        vel_ecef_mps=values[3:6],
         healthy=health == 0,
     )
 

@@ -6,7 +6,8 @@ identifier and key, and a record is complete when all of its slots are filled.
 
 Of most groups the key is the one that names the protected stream, and receivers send the same streams epoch
 after epoch: where their frames go, and the signals of all of them, are one plan that is kept. Almanac frames
-have the satellite for a key, which goes on from epoch to epoch; they are gathered anew in every block.
+have the satellite for a key, which goes on from epoch to epoch. The plan takes those of a sender for one
+record; where they are not, they are gathered anew.
 """
 
 from __future__ import annotations
@@ -176,12 +177,14 @@ class BlockPlan:
 
     records   complete ones, of all groups but the almanac
     almanac   (a,) rows of almanac frames, and their first slots
+    single    the almanac records if each sender has sent one, of satellite 0; None if more or less came
     unused    rows of the other groups' frames
     """
 
     records: Mapping[str, Records]
     almanac: Index
     almanac_slot: I64
+    single: Records | None
     unused: Unused
     _reader: Reader
     _row: Index
@@ -207,29 +210,58 @@ def _plan(codec: Codec, streams: bytes) -> BlockPlan:
     filled = rows_by_slot(table.slots, slot[rows], rows)
     groups = {name: group for name, group in table.groups.items() if name != ALMANAC}
     records = {name: complete(filled[group.first : group.end], group) for name, group in groups.items()}
-    parts = [(group.reader, len(records[name])) for name, group in groups.items()]
-    row = [records[name].rows[group.reader.frame].ravel() for name, group in groups.items()]
+    almanac = np.flatnonzero(of_almanac)
+    almanac_slot = slot[almanac] - table.groups[ALMANAC].first
+    single = _single(table.groups[ALMANAC], almanac, almanac_slot)
+    read = records if single is None else {**records, ALMANAC: single}
+    readers = {name: table.groups[name].reader for name in read}
+    row = [found.rows[readers[name].frame].ravel() for name, found in read.items()]
     ends = np.cumsum([0, *map(len, row)]).tolist()
     spans = {
-        name: (slice(begin, end), len(group.reader.names))
-        for (name, group), begin, end in zip(groups.items(), ends[:-1], ends[1:], strict=True)
+        name: (slice(begin, end), len(readers[name].names))
+        for name, begin, end in zip(read, ends[:-1], ends[1:], strict=True)
     }
-    almanac = np.flatnonzero(of_almanac)
     return BlockPlan(
         records=records,
         almanac=almanac,
-        almanac_slot=slot[almanac] - table.groups[ALMANAC].first,
+        almanac_slot=almanac_slot,
+        single=single,
         unused=unused(filled, slot[rows], rows, records.values()),
-        _reader=joined(parts),
+        _reader=joined([(readers[name], len(found)) for name, found in read.items()]),
         _row=np.concatenate(row).astype(np.intp),
         _spans=spans,
     )
 
 
-def almanac_records(codec: Codec, plan: BlockPlan, words: U64) -> tuple[Records, F64, Unused]:
-    """Records of the almanac in a block (n records), their signals (s, n), and what none of them holds."""
+def _single(group: Group, rows: Index, slot: I64) -> Records | None:
+    """One record of each sender from almanac frames in some rows, by their first slots (a,)."""
+    frame, sender = np.divmod(slot // group.keys_of_sender, group.senders)
+    filled = np.full((group.frames, group.senders), -1, np.int32)
+    filled[frame, sender] = rows
+    (whole,) = (filled.min(axis=0) >= 0).nonzero()
+    found = Records(whole, np.zeros_like(whole), filled[:, whole])
+    return found if found.rows.size == len(rows) else None
+
+
+def _satellite(words: U64) -> I64:
+    """The key of almanac frames."""
+    return words.view(np.int64) >> 16 & SATELLITES - 1
+
+
+def almanac_records(
+    codec: Codec, plan: BlockPlan, words: U64, values: Mapping[str, F64]
+) -> tuple[Records, F64, Unused]:
+    """Records of the almanac in a block (n records), their signals (s, n), and what none of them holds.
+
+    words, values   payloads of the block, and what the plan read of them
+    """
+    single = plan.single
+    if single is not None:
+        key = _satellite(words.take(single.rows))
+        if (key == key[0]).all():
+            return Records(single.sender, key[0], single.rows), values[ALMANAC], NONE_UNUSED
     group, rows = group_table(codec).groups[ALMANAC], plan.almanac
-    slot = plan.almanac_slot + (words.take(rows).view(np.int64) >> 16 & SATELLITES - 1)
+    slot = plan.almanac_slot + _satellite(words.take(rows))
     filled = rows_by_slot(group.keys * group.frames, slot, rows)
     found = complete(filled, group)
     left = NONE_UNUSED if found.rows.size == len(rows) else unused(filled, slot, rows, [found])

@@ -32,7 +32,7 @@ TRACKED_AGE_NS = 120 * 10**9
 class Predictions:
     """A table over satellite indices.
 
-    pos_ecef_m, vel_ecef_mps   (SATELLITES, 3) in the frame of instant t_ns (SATELLITES,)
+    pos_ecef_m, vel_ecef_mps   (3, SATELLITES) in the frame of instant t_ns (SATELLITES,)
     predicted, tracked, healthy   (SATELLITES,) bool; tracked: from a measurement, not from the almanac
     """
 
@@ -47,7 +47,7 @@ class Predictions:
 def no_predictions() -> Predictions:
     no = np.zeros(SATELLITES, bool)
     return Predictions(
-        np.zeros((SATELLITES, 3)), np.zeros((SATELLITES, 3)), np.zeros(SATELLITES, np.int64), no, no, no
+        np.zeros((3, SATELLITES)), np.zeros((3, SATELLITES)), np.zeros(SATELLITES, np.int64), no, no, no
     )
 
 
@@ -56,46 +56,52 @@ def plausible(sat: I64, pos_ecef_m: F64, vel_ecef_mps: F64) -> Bool:
     instant."""
     x, y = pos_ecef_m[0], pos_ecef_m[1]
     vx, vy, vz = vel_ecef_mps[0], vel_ecef_mps[1], vel_ecef_mps[2]
-    r2 = np.einsum("in,in->n", pos_ecef_m, pos_ecef_m)
+    r2 = np.add.reduce(pos_ecef_m * pos_ecef_m)
     inertial2 = (vx - ROTATION_RPS * y) ** 2 + (vy + ROTATION_RPS * x) ** 2 + vz * vz
     return _TRACKABLE[sat] & (r2 > EQUATOR_M**2) & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
 
 
-def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -> Predictions:
-    """The table with this epoch's almanac frames and tracked satellites.
+def orbits(rows: AlmanacRows, m: Measurements) -> tuple[AlmanacRows, Bool]:
+    """The almanac frames that describe an orbit, and (n,) which measurements do: judged together."""
+    bound = plausible(
+        np.concatenate((m.sat, rows.sat)),
+        np.concatenate((m.pos_sv_m, rows.pos_ecef_m), axis=1),
+        np.concatenate((m.vel_sv_mps, rows.vel_ecef_mps), axis=1),
+    )
+    return rows.where(bound[len(m) :]), bound[: len(m)]
 
-    Almanac frames that describe no orbit are passed over; what stood before stands. `m` has been judged.
-    """
+
+def updated(table: Predictions, rows: AlmanacRows, m: Measurements, t_ns: int) -> Predictions:
+    """The table with this epoch's almanac frames and tracked satellites, which all have been judged: what
+    stood before stands where there is none."""
     pos, vel, when = table.pos_ecef_m.copy(), table.vel_ecef_mps.copy(), table.t_ns.copy()
     current, tracked = table.predicted & (np.abs(t_ns - table.t_ns) < MAX_AGE_NS), table.tracked.copy()
     healthy = table.healthy.copy()
 
     if len(rows.sat):
-        rows = rows.where(plausible(rows.sat, rows.pos_ecef_m.T, rows.vel_ecef_mps.T))
-        keep = ~(table.tracked[rows.sat] & (t_ns - table.t_ns[rows.sat] < TRACKED_AGE_NS))
-        sat = rows.sat[keep]
-        pos[sat], vel[sat], when[sat] = rows.pos_ecef_m[keep], rows.vel_ecef_mps[keep], t_ns
-        current[sat], tracked[sat] = True, False
+        kept = rows.where(~(table.tracked[rows.sat] & (t_ns - table.t_ns[rows.sat] < TRACKED_AGE_NS)))
+        pos[:, kept.sat], vel[:, kept.sat], when[kept.sat] = kept.pos_ecef_m, kept.vel_ecef_mps, t_ns
+        current[kept.sat], tracked[kept.sat] = True, False
         healthy[rows.sat] = rows.healthy
 
     # A report is of the transmission instant; the pseudorange gives it well enough here (1 ms: 4 m).
     flight_ns = ((m.pseudorange_m + m.clock_m) * (1e9 / LIGHT_MPS)).astype(np.int64)
-    pos[m.sat], vel[m.sat], when[m.sat] = m.pos_sv_m.T, m.vel_sv_mps.T, t_ns - flight_ns
+    pos[:, m.sat], vel[:, m.sat], when[m.sat] = m.pos_sv_m, m.vel_sv_mps, t_ns - flight_ns
     current[m.sat], tracked[m.sat] = True, True
     healthy[m.sat] = m.health == 0
     return Predictions(pos, vel, when, current, tracked, healthy)
 
 
 def predicted(table: Predictions, t_ns: int) -> tuple[I64, F64]:
-    """Satellites with a prediction (n,) by index, and where they are at t_ns, (n, 3) ECEF of that instant.
+    """Satellites with a prediction (n,) by index, and where they are at t_ns, (3, n) ECEF of that instant.
 
     Second order with gravity and the rotating frame's own accelerations; third order left out, 0.1 m at 20 s.
     """
     (sat,) = table.predicted.nonzero()
-    r, v = table.pos_ecef_m[sat], table.vel_ecef_mps[sat]
-    dt = ((t_ns - table.t_ns[sat]) * 1e-9)[:, None]
-    r2 = np.einsum("ij,ij->i", r, r)
-    acceleration = r * (-MU_M3_S2 / (r2 * np.sqrt(r2)))[:, None]
-    acceleration[:, 0] += ROTATION_RPS * (ROTATION_RPS * r[:, 0] + 2 * v[:, 1])
-    acceleration[:, 1] += ROTATION_RPS * (ROTATION_RPS * r[:, 1] - 2 * v[:, 0])
+    r, v = table.pos_ecef_m.take(sat, axis=1), table.vel_ecef_mps.take(sat, axis=1)
+    dt = (t_ns - table.t_ns[sat]) * 1e-9
+    r2 = np.add.reduce(r * r)
+    acceleration = r * (-MU_M3_S2 / (r2 * np.sqrt(r2)))
+    acceleration[0] += ROTATION_RPS * (ROTATION_RPS * r[0] + 2 * v[1])
+    acceleration[1] += ROTATION_RPS * (ROTATION_RPS * r[1] - 2 * v[0])
     return sat, r + dt * (v + 0.5 * dt * acceleration)

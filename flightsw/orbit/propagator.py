@@ -36,11 +36,14 @@ def acceleration(x: float, y: float, z: float, vx: float, vy: float) -> tuple[fl
 
 
 def _rate(s: Six) -> Six:
-    return (*s[3:], *acceleration(*s[:5]))
+    x, y, z, vx, vy, vz = s
+    return vx, vy, vz, *acceleration(x, y, z, vx, vy)
 
 
 def _moved(s: Six, k: Six, h: float) -> Six:
-    return tuple([a + h * b for a, b in zip(s, k, strict=True)])
+    x, y, z, vx, vy, vz = s
+    dx, dy, dz, ax, ay, az = k
+    return x + h * dx, y + h * dy, z + h * dz, vx + h * ax, vy + h * ay, vz + h * az
 
 
 def propagate(position_m: F64, velocity_mps: F64, dt_s: float) -> tuple[F64, F64]:
@@ -53,7 +56,5 @@ def propagate(position_m: F64, velocity_mps: F64, dt_s: float) -> tuple[F64, F64
         k2 = _rate(_moved(s, k1, h / 2))
         k3 = _rate(_moved(s, k2, h / 2))
         k4 = _rate(_moved(s, k3, h))
-        s = tuple(
-            [a + h / 6 * (b + 2 * (c + d) + e) for a, b, c, d, e in zip(s, k1, k2, k3, k4, strict=True)]
-        )
+        s = _moved(s, tuple([a + 2 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]), h / 6)
     return np.array(s[:3]), np.array(s[3:])

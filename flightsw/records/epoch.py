@@ -79,7 +79,7 @@ class Measurements:
 
 @dataclass(frozen=True, slots=True)
 class AlmanacRows:
-    """Predictions of this epoch: sat (n,), pos_ecef_m and vel_ecef_mps (n, 3), healthy (n,) bool."""
+    """Predictions of this epoch: sat (n,), pos_ecef_m and vel_ecef_mps (3, n), healthy (n,) bool."""
 
     sat: I64
     pos_ecef_m: F64
@@ -90,7 +90,7 @@ class AlmanacRows:
         """The rows that `which` (n,) marks."""
         if which.all():
             return self
-        return AlmanacRows(*(getattr(self, name)[which] for name in self.__slots__))
+        return AlmanacRows(*(getattr(self, name).compress(which, axis=-1) for name in self.__slots__))
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +139,7 @@ NO_MEASUREMENTS = Measurements(
     pseudorange_m=_NONE, range_rate_mps=_NONE, cn0_dbhz=_NONE, lock=_NONE, health=_NONE, ura=_NONE,
     pos_sv_m=_NO_VECTOR, vel_sv_mps=_NO_VECTOR, clock_m=_NONE, clock_drift_mps=_NONE,
 )  # fmt: skip
-NO_ALMANAC = AlmanacRows(_NO_INDEX, _NO_VECTOR.T, _NO_VECTOR.T, _NONE > 0)
+NO_ALMANAC = AlmanacRows(_NO_INDEX, _NO_VECTOR, _NO_VECTOR, _NONE > 0)
 NO_ACKS = Acks(_NO_INDEX, _NO_INDEX, _NO_INDEX, _NO_INDEX, _NO_INDEX)
 
 

@@ -120,7 +120,7 @@ def look(
         away = position - here_m
         distance = np.linalg.norm(away, axis=1)
         los = away / distance[:, None]
-        clear = clear_of_earth(los, distance, here_m, 0.0) | tracked.any(axis=1)
+        clear = clear_of_earth(los.T, distance, here_m, 0.0) | tracked.any(axis=1)
         angles = [angles_deg(boresight, los[clear] @ dcm.T) for boresight in boresight_body]
         rows.append((np.full(clear.sum(), k), satellite[clear], tracked[clear], *np.stack(angles, axis=-1)))
     instant, satellite, tracked, off, around = (np.concatenate(column) for column in zip(*rows, strict=True))

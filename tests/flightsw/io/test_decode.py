@@ -112,6 +112,25 @@ def test_lost_frame_takes_out_its_channel_only(blocks, kind):
     assert len(left) == 23 and (1, 3) not in left
 
 
+def one_almanac_record(block, of_each_kind=(0, 0, 0)):
+    """With one frame of each almanac kind: the first, or a later one."""
+    rows = np.array([where(block, kind, 1) for kind in ("ALM_XY", "ALM_Z", "ALM_V")])
+    return without(block, np.setdiff1d(rows, rows[range(3), of_each_kind]))
+
+
+def test_an_almanac_record_by_itself_is_the_same_as_among_others(blocks):
+    every, (epoch, rejected) = taken(blocks[0])[0].almanac, taken(one_almanac_record(blocks[0]))
+    assert rejected == {} and len(epoch.almanac.sat) == 1
+    same = every.sat == epoch.almanac.sat
+    for name in ("pos_ecef_m", "vel_ecef_mps", "healthy"):
+        assert np.array_equal(getattr(epoch.almanac, name), getattr(every, name)[..., same])
+
+
+def test_almanac_frames_of_two_satellites_are_no_record(blocks):
+    epoch, rejected = taken(one_almanac_record(blocks[0], (0, 1, 0)))
+    assert rejected == {Reason.INCOMPLETE: 3} and not len(epoch.almanac.sat)
+
+
 @pytest.mark.parametrize("byte", range(8))
 def test_corrupted_frame_takes_out_its_channel_only(blocks, byte):
     row = where(blocks[0], "SV_X", 1, channel=0)[0]
