@@ -19,7 +19,7 @@ from gnss_hil.emulator.numerics.keyed_draws import Stream
 _HOUR = 3600
 
 
-class Walk:
+class RandomWalk:
     """A random walk by time since the start, one standard normal step a second, straight within it."""
 
     def __init__(self, seed: int, craft_key: int):

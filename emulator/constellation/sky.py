@@ -14,7 +14,7 @@ Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -22,7 +22,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config.tables import ScenarioError, Time
 from gnss_hil.emulator.constellation.base import Broadcast, Constellation
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
@@ -47,7 +47,7 @@ class SkyState:
     clock_truth_mps     (n,) [m/s]
     clock_m, clock_drift_mps     (n,) the same as reported, without the system's offset
     off_ecef_m, off_ecef_mps     (n, 3) reported minus true position, and its rate; None if they are one
-    available, healthy, frequency, iod, ura, ephemeris, group_delay_m   (n,) see Broadcast
+    broadcast           (n,) each: what the satellites broadcast
     """
 
     index: I64
@@ -60,13 +60,7 @@ class SkyState:
     clock_drift_mps: F64
     off_ecef_m: F64 | None
     off_ecef_mps: F64 | None
-    available: Bool
-    healthy: Bool
-    frequency: I64
-    iod: I64
-    ura: I64
-    ephemeris: I64
-    group_delay_m: F64
+    broadcast: Broadcast
 
 
 class TrueOrbits(Protocol):
@@ -129,7 +123,7 @@ class Sky:
         chunk = self._chunks[number]
         values = GRID.evaluate(chunk.coefficients[row], segment, t_ns)
         return self._state(
-            values, {name: getattr(chunk.broadcast, name)[row] for name in Broadcast.__slots__}
+            values, Broadcast(*(getattr(chunk.broadcast, name)[row] for name in Broadcast.__slots__))
         )
 
     def over(self, t_ns: I64) -> SkyState:
@@ -142,14 +136,14 @@ class Sky:
         names = Broadcast.__slots__
         return self._state(
             values.swapaxes(0, 1),
-            {name: np.stack([getattr(b, name)[row] for b, row in rows])[place] for name in names},
+            Broadcast(*(np.stack([getattr(b, name)[row] for b, row in rows])[place] for name in names)),
         )
 
     def _coefficients(self, segment: int) -> F64:
         number, row = divmod(segment, GRID.per_chunk)
         return self._chunks[number].coefficients[row]
 
-    def _state(self, values: F64, broadcast: Mapping[str, NDArray]) -> SkyState:
+    def _state(self, values: F64, broadcast: Broadcast) -> SkyState:
         """The state of values and two derivatives (3, ..., 4 n or 8 n)."""
         n = len(self.index)
         value, rate, acceleration = values
@@ -171,7 +165,7 @@ class Sky:
             clock_drift_mps=reported_mps,
             off_ecef_m=off,
             off_ecef_mps=off_rate,
-            **broadcast,
+            broadcast=broadcast,
         )
 
     def _build(self, number: int) -> _Chunk:

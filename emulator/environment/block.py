@@ -138,7 +138,7 @@ def build_block(env: Environment, first: int) -> Block:
     """The block that begins with an epoch."""
     epochs = Epochs(first, env.span(first)[1] - first, env.start_ns, env.interval_ns)
     at = epoch_geometry(env, epochs)
-    in_sight = at.sky.available & (at.view.ray_height_m >= env.ray_height_m)
+    in_sight = at.sky.broadcast.available & (at.view.ray_height_m >= env.ray_height_m)
     epoch, row = np.nonzero(in_sight)
     level = np.full(at.view.angle_rad.shape, -np.inf)
     level[epoch, :, row] = cn0_dbhz(env.link, at, epoch, row).T
@@ -214,7 +214,7 @@ def channel_geometry(
         row=row,
         sat=sat,
         system=system,
-        wave_m=wavelength_m(system, at.sky.frequency[epoch, row]),
+        wave_m=wavelength_m(system, at.sky.broadcast.frequency[epoch, row]),
         chip_m=BY_SYSTEM.chip_m[system],
         cn0_dbhz=level_dbhz[epoch, antenna, row],
         path=geometry.path(

@@ -85,6 +85,6 @@ def _jamming_wphz(link: Link, at: EpochGeometry, epoch: I64, row: I64) -> F64 | 
         arrival = jamming.arrivals(link.jammers, at.state.pos_ecef_m[k], at.dcm_body_from_ecef[k])
         rows = row[mine]
         system = satellites.system_of(at.sky.index[rows])
-        overlaps = jamming.overlaps_perhz(link.jammers, system, at.sky.frequency[k, rows])
+        overlaps = jamming.overlaps_perhz(link.jammers, system, at.sky.broadcast.frequency[k, rows])
         out[:, mine] = jamming.density_wphz(arrival, link.budget.antennas, at.antennas.boresight[k], overlaps)
     return out

@@ -80,7 +80,7 @@ def signals(env: Environment, block: Block, epoch: I64, antenna: I64, row: I64) 
         range_rate_mps=exact_mps + term.rate_mps,
         cycles=(exact_m + term.phase_m) / at.wave_m,
         turns_cyc=term.turns_cyc,
-        arc=2 * sky.ephemeris[satellite] + at.hidden,
+        arc=2 * sky.broadcast.ephemeris[satellite] + at.hidden,
         half_cycles=slips,
         preamble=None if slips is None else _preamble(env, at),
         pos_ecef_m=pos,

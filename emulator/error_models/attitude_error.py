@@ -13,7 +13,7 @@ from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.attitude.determination import Sensors, after_a_fix, known, settled
 from gnss_hil.emulator.error_models.base import AttitudeTerm, Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
-from gnss_hil.emulator.numerics.walk import Walk
+from gnss_hil.emulator.numerics.recursion import Recursion
 
 
 class AttitudeError(Factor):
@@ -58,10 +58,10 @@ def sensors(parameters: AttitudeError, interval_ns: int) -> Sensors:
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    walk: Walk
+    states: Recursion
 
     def block(self, epochs: Epochs) -> AttitudeTerm:
-        states = self.walk.over(epochs.first, epochs.count)
+        states = self.states.over(epochs.first, epochs.count)
         angle_rad, rate_rps = (
             np.stack([getattr(s, name) for s in states]) for name in ("angle_rad", "rate_rps")
         )
@@ -71,7 +71,7 @@ class Model:
 def build(params: AttitudeError, context: Context) -> Model:
     parts = sensors(params, context.interval_ns)
     draws = context.stream(ROW.name)
-    return Model(Walk(lambda before, epoch: known(parts, before, draws, epoch)))
+    return Model(Recursion(lambda before, epoch: known(parts, before, draws, epoch)))
 
 
 ROW = Row(

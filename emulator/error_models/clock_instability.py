@@ -16,7 +16,7 @@ from gnss_hil.emulator.clocks.bounded_wander import DOMAINS
 from gnss_hil.emulator.error_models.base import Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.keyed_draws import Stream
-from gnss_hil.emulator.numerics.walk import Walk
+from gnss_hil.emulator.numerics.recursion import Recursion
 
 
 class ClockInstability(Factor):
@@ -60,14 +60,14 @@ def running(
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    walk: Walk
+    states: Recursion
 
     def block(self, epochs: Epochs) -> F64:
-        return np.stack(self.walk.over(epochs.first, epochs.count))
+        return np.stack(self.states.over(epochs.first, epochs.count))
 
 
 def build(params: ClockInstability, context: Context) -> Model:
-    return Model(Walk(running(params, context.seed, context.key, context.interval_ns)))
+    return Model(Recursion(running(params, context.seed, context.key, context.interval_ns)))
 
 
 ROW = Row(

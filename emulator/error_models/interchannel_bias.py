@@ -68,7 +68,7 @@ class Model(PathModel):
     glonass_m: F64
 
     def block(self, at: ChannelGeometry) -> PathTerm:
-        number = at.epochs.sky.frequency[at.at, at.row] - FREQUENCIES[0]
+        number = at.epochs.sky.broadcast.frequency[at.at, at.row] - FREQUENCIES[0]
         own_m = np.where(_NUMBERED[at.system], self.glonass_m[at.receiver, number], 0.0)
         return PathTerm(range_m=self.common_m[at.receiver] + own_m)
 

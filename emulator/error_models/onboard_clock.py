@@ -11,7 +11,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.emulator.clocks.onboard_clock import Walk
+from gnss_hil.emulator.clocks.onboard_clock import RandomWalk
 from gnss_hil.emulator.error_models.base import Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 
@@ -36,7 +36,7 @@ def offset_s(parameters: OnboardClock, t_s: float) -> float:
 
 def showing(parameters: OnboardClock, seed: int, craft_key: int, interval_ns: int) -> Callable[[int], float]:
     """The clock of a craft's computer: epoch -> clock minus GPS time [s]."""
-    walk = Walk(seed, craft_key)
+    walk = RandomWalk(seed, craft_key)
 
     def computer_s(epoch: int) -> float:
         t_s = epoch * interval_ns / NS_PER_S

@@ -254,15 +254,15 @@ def channel_values(seen: Observations, sky: SkyState, satellite) -> dict:
         "slips": seen.slips,
         "half_cycle": seen.half_cycle,
         "x_m": pos[0], "y_m": pos[1], "z_m": pos[2],
-        "frequency": sky.frequency[satellite],
-        "health": ~sky.healthy[satellite],
+        "frequency": sky.broadcast.frequency[satellite],
+        "health": ~sky.broadcast.healthy[satellite],
         "vx_mps": vel[0], "vy_mps": vel[1], "vz_mps": vel[2],
         "clock_drift_mps": seen.clock_drift_mps,
-        "iod": sky.iod[satellite],
+        "iod": sky.broadcast.iod[satellite],
         "sat_system": satellites.system_of(seen.sat),
         "sat_number": satellites.number_of(seen.sat),
         "clock_m": seen.clock_m,
-        "ura": sky.ura[satellite],
+        "ura": sky.broadcast.ura[satellite],
     }  # fmt: skip
 
 

@@ -84,6 +84,6 @@ def _wrapped(cycles: F64) -> F64:
     return cycles - np.rint(cycles)
 
 
-def continued(cycles: F64, before: F64) -> F64:
-    """Wind-up (...,) counted on from that of the epoch before, nan where there was none [cycles]."""
+def unwrapped(cycles: F64, before: F64) -> F64:
+    """Turns (...,) counted on from those of the epoch before, nan where there were none [cycles]."""
     return cycles + np.rint(np.where(np.isnan(before), cycles, before) - cycles)

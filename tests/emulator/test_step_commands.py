@@ -113,7 +113,8 @@ def test_unhealthy_satellites_are_refused_and_left_alone():
         @staticmethod
         def over(t_ns):
             state = the_world.sky.over(t_ns)
-            return replace(state, healthy=state.healthy & (state.index != satellites.parse(sick)))
+            healthy = state.broadcast.healthy & (state.index != satellites.parse(sick))
+            return replace(state, broadcast=replace(state.broadcast, healthy=healthy))
 
     changed = emulated.under(the_world, sky=Sky)
     _, blocks, _ = emulated.run(changed, 2, {1: sealed(command(1, 0, TRACK, sick))})

@@ -56,7 +56,7 @@ class Changing:
         return replace(
             state,
             clock_truth_m=state.clock_truth_m - changed * self._jump_m,
-            ephemeris=state.ephemeris + changed,
+            broadcast=replace(state.broadcast, ephemeris=state.broadcast.ephemeris + changed),
         )
 
 

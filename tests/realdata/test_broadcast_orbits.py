@@ -179,14 +179,15 @@ def test_nominal_glonass_slots_are_where_the_real_satellites_are(file, moment):
     """The ICD's slots, carried from 1983: real satellites keep their slots within 5 deg and rarely more."""
     real, nominal = sky_of(moment, glonass=file), sky_of(moment, glonass="nominal")
     angles = separation_deg(nominal.pos_ecef_m, real.pos_ecef_m)
-    own = angles[satellites.number_of(real.index) - 1, np.arange(len(real.index))][real.available]
+    own = angles[satellites.number_of(real.index) - 1, np.arange(len(real.index))][real.broadcast.available]
     print(f"nominal GLONASS against {file}: median {np.median(own):.1f} deg, largest {own.max():.1f} deg")
     assert len(own) > 15
     assert np.median(own) < 3
     assert own.max() < 10
+    in_use = real.broadcast.available & real.broadcast.healthy
     assert np.array_equal(
-        nominal.frequency[satellites.number_of(real.index) - 1][real.available & real.healthy],
-        real.frequency[real.available & real.healthy],
+        nominal.broadcast.frequency[satellites.number_of(real.index) - 1][in_use],
+        real.broadcast.frequency[in_use],
     ) or file.startswith("brdc0910")  # the frequency plan was still being filled in 2009
 
 
@@ -206,7 +207,7 @@ def test_nominal_glonass_slots_are_where_the_real_satellites_are(file, moment):
 def test_nominal_gps_slots_have_a_real_satellite_near(file, moment):
     """The 1993 slots, carried along: chance would put the nearest of 31 satellites 20 deg away."""
     real, nominal = sky_of(moment, gps=file), sky_of(moment, gps="nominal")
-    nearest = separation_deg(nominal.pos_ecef_m, real.pos_ecef_m[real.available]).min(axis=1)
+    nearest = separation_deg(nominal.pos_ecef_m, real.pos_ecef_m[real.broadcast.available]).min(axis=1)
     print(f"nominal GPS against {file}: median {np.median(nearest):.1f} deg, largest {nearest.max():.1f} deg")
     assert np.median(nearest) < 7
     assert nearest.max() < 16
@@ -225,7 +226,8 @@ def test_a_day_of_both_systems():
     jumps = []
     for edge_ns in edges.tolist():
         before, after = sky.at(edge_ns - 1), sky.at(edge_ns)
-        usable = before.available & after.available & before.healthy & after.healthy
+        of_both = before.broadcast, after.broadcast
+        usable = np.all([b.available & b.healthy for b in of_both], axis=0)
         assert usable.sum() >= 49
         assert np.isfinite(after.pos_ecef_m).all() and np.isfinite(after.clock_m).all()
         jumps.append(

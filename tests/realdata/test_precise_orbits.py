@@ -168,10 +168,10 @@ def test_what_orbits_transmit_on_l1_is_what_satellites_broadcast():
     apart_m, delay_m = [], []
     for t_ns in range(time.start_ns, time.span_ns[1], 600 * 10**9):
         state = sky.at(t_ns)
-        use = state.available & state.healthy
+        use = state.broadcast.available & state.broadcast.healthy
         off_m = (state.clock_truth_m - state.clock_m)[use]
         apart_m.append(np.abs(off_m - np.median(off_m)))
-        delay_m.append(state.group_delay_m[use])
+        delay_m.append(state.broadcast.group_delay_m[use])
     spread_m = np.std(np.concatenate(delay_m))
     median_m = np.median(np.concatenate(apart_m))
     print(f"L1 clocks of orbits and of messages: median {median_m:.2f} m; T_GD spread {spread_m:.2f} m")

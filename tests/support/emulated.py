@@ -64,8 +64,10 @@ def epoch_at(the_world, epoch):
     block, at = prepared.block, prepared.block.geometry
 
     def only(arrays):
+        if isinstance(arrays, np.ndarray):
+            return arrays[k]
         found = {name: getattr(arrays, name) for name in arrays.__slots__}
-        return SimpleNamespace(**{n: v if n == "index" or v is None else v[k] for n, v in found.items()})
+        return SimpleNamespace(**{n: v if n == "index" or v is None else only(v) for n, v in found.items()})
 
     return SimpleNamespace(
         sky=only(at.sky),

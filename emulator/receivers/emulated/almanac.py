@@ -18,7 +18,7 @@ from gnss_hil.emulator.constellation.sky import SkyState
 
 def contents(held: HeldAlmanac | None, sky: SkyState) -> Bool:
     """(n,) satellites of the sky that are in the unit's almanac."""
-    return sky.available if held is None else held.known
+    return sky.broadcast.available if held is None else held.known
 
 
 def predictions(
@@ -30,9 +30,8 @@ def predictions(
     """
     if held is not None:
         return held.at(rows, mark_ns)
-    return Predictions(
-        sky.pos_ecef_m[satellite], sky.vel_ecef_mps[satellite], sky.healthy[satellite], np.zeros(len(rows))
-    )
+    healthy = sky.broadcast.healthy[satellite]
+    return Predictions(sky.pos_ecef_m[satellite], sky.vel_ecef_mps[satellite], healthy, np.zeros(len(rows)))
 
 
 def portion(known: Bool, epoch: int, epochs_per_pass: int, receivers: int) -> tuple[I64, I64]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.receivers.emulated.channels import SLIPS, Channels
+from gnss_hil.emulator.signal.phase_windup import unwrapped
 
 PHASE_LIMIT_CYC = 1.3e8
 """Where the carrier phase is restarted: its signal on the bus ends at 1.37e8 cycles."""
@@ -67,13 +68,8 @@ def _count_turns(
     channels: Channels, begins: Bool, place: tuple[I64, I64], turns_cyc: F64
 ) -> tuple[F64, Channels]:
     before = np.where(begins, np.nan, channels.turns_cyc)[place]
-    now = continued(turns_cyc, before)
+    now = unwrapped(turns_cyc, before)
     return now, replace(channels, turns_cyc=_set(np.full_like(channels.turns_cyc, np.nan), place, now))
-
-
-def continued(cycles: F64, before: F64) -> F64:
-    """Turns (...,) counted on from those of the epoch before, nan where there were none [cycles]."""
-    return cycles + np.rint(np.where(np.isnan(before), cycles, before) - cycles)
 
 
 def _slip(

@@ -281,7 +281,7 @@ def _almanac(receivers: Receivers, block: Block) -> EpochFrames:
     held, antennas = receivers.almanac, receivers.vehicle.antennas
     portions = []
     for k, epoch in enumerate(at.epoch.tolist()):
-        contents = at.sky.available[k] if held is None else held.known
+        contents = at.sky.broadcast.available[k] if held is None else held.known
         portions.append(almanac.portion(contents, epoch, receivers.epochs_per_pass, antennas))
     rows, sender = (np.concatenate(part) for part in zip(*portions, strict=True))
     epoch = np.repeat(np.arange(len(at)), [len(part) for part, _ in portions])
@@ -299,7 +299,7 @@ def _frames(receivers: Receivers, epochs: int, epoch: I64, can_id: U32, data: U8
 
 def _satellites_known(receivers: Receivers, block: Block) -> I64:
     """(k,) how many satellites are in the almanac."""
-    available = block.geometry.sky.available
+    available = block.geometry.sky.broadcast.available
     held = receivers.almanac
     return np.broadcast_to(available if held is None else held.known, available.shape).sum(axis=1)
 
@@ -322,7 +322,7 @@ def _closing(receivers: Receivers, block: Block) -> U64:
 def _truth(env: Environment, block: Block):
     """(k,) rows of truth: place and motion at the time the mark says, all else of the latch."""
     at = block.geometry
-    usable = (block.signal & at.sky.healthy[:, None]).any(axis=1)
+    usable = (block.signal & at.sky.broadcast.healthy[:, None]).any(axis=1)
     seen = np.zeros((len(at), satellites.SATELLITES), np.uint8)
     seen[:, at.sky.index] = usable
     rows = np.zeros(len(at), TRUTH)

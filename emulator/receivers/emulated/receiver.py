@@ -121,7 +121,7 @@ class EmulatedCraft:
         view = View(*(getattr(at.view, name)[k] for name in View.__slots__))
         mark_ns = int(at.mark_ns[k])
         target = search.choose(
-            self.receivers.rule, channels, block.signal[k] & at.sky.healthy[k], view, at.sky.index,
+            self.receivers.rule, channels, block.signal[k] & at.sky.broadcast.healthy[k], view, at.sky.index,
             search.renews(mark_ns, self.environment.interval_ns),
         )  # fmt: skip
         return retarget(channels, channels.commanded, target, int(at.t_ns[k]))
@@ -186,7 +186,8 @@ class EmulatedCraft:
 
     def _wave_m(self, prepared: Prepared, k: int, layout: Layout) -> F64:
         sky = prepared.block.geometry.sky
-        return wavelength_m(satellites.system_of(sky.index[layout.row]), sky.frequency[k, layout.row])
+        system = satellites.system_of(sky.index[layout.row])
+        return wavelength_m(system, sky.broadcast.frequency[k, layout.row])
 
     def _sent(
         self,
@@ -265,7 +266,9 @@ class EmulatedCraft:
         # searches in vain.
         in_sight = prepared.block.in_sight[k] | (not unit.knowledge.warm)
         at = prepared.block.geometry
-        prospects = commands.Prospects(receivers.row_of, at.sky.available[k], at.sky.healthy[k], in_sight)
+        prospects = commands.Prospects(
+            receivers.row_of, at.sky.broadcast.available[k], at.sky.broadcast.healthy[k], in_sight
+        )
         channels, result = commands.obey(
             unit.channels, orders, receivers.vehicle.channels, prospects, int(at.t_ns[k])
         )

@@ -113,11 +113,11 @@ def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Ob
     """What the receiver saw in an epoch, as far as the sky knows the satellites; sky at the epoch's mark."""
     seen = craft.tracks[craft.bounds[epoch] : craft.bounds[epoch + 1]]
     row = row_of[seen.sat]
-    known = (row >= 0) & sky.available[row]
+    known = (row >= 0) & sky.broadcast.available[row]
     seen, row = seen[known], row[known]
     # Clocks contain the group delay of the preferred signal; each carrier has its own multiple of it.
     share = 1 - (_CLOCK_CARRIER_HZ[satellites.system_of(seen.sat)] / seen.carrier_hz) ** 2
-    clock_m = sky.clock_m[row] + share * sky.group_delay_m[row]
+    clock_m = sky.clock_m[row] + share * sky.broadcast.group_delay_m[row]
     # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
     back_s = (seen.range_m + clock_m) / LIGHT_MPS
     pos, vel = reported_at_transmission(sky, row, back_s)
@@ -157,7 +157,8 @@ def play(
     templates, mark_ns = craft.templates, int(craft.marks_ns[epoch])
     # Precise orbits tell no frequencies; what the receiver tuned to counts.
     tuned = craft.frequency[sky.index]
-    sky = replace(sky, frequency=np.where(tuned != 0, tuned, sky.frequency))
+    frequency = np.where(tuned != 0, tuned, sky.broadcast.frequency)
+    sky = replace(sky, broadcast=replace(sky.broadcast, frequency=frequency))
     seen = observed(craft, sky, craft.row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)

@@ -110,7 +110,7 @@ def test_nominal_clocks_differ_and_fit_the_bus():
     assert len(np.unique(state.clock_m)) == 48
     assert np.abs(state.clock_m).max() < 30_000
     assert np.abs(state.clock_drift_mps).max() < 2e-3
-    assert state.available.all() and state.healthy.all()
+    assert state.broadcast.available.all() and state.broadcast.healthy.all()
 
 
 # --- the table ----------------------------------------------------------------------------------------
@@ -186,8 +186,10 @@ def test_a_mixed_sky_switches_ephemerides_on_whole_minutes(folder):
     minute_ns = 60 * gpstime.NS_PER_S
     state = sky.at(TIME.start_ns)
     assert len(state.index) == 25
-    assert state.available.all() and state.iod[row] == 16 and state.ura[row] == 0
-    known = [bool(sky.at(end_ns + k * minute_ns + d).available[row]) for k in (-1, 0, 1) for d in (-1, 0)]
+    broadcast = state.broadcast
+    assert broadcast.available.all() and broadcast.iod[row] == 16 and broadcast.ura[row] == 0
+    times_ns = [end_ns + k * minute_ns + d for k in (-1, 0, 1) for d in (-1, 0)]
+    known = [bool(sky.at(t_ns).broadcast.available[row]) for t_ns in times_ns]
     assert known == [True, True, True, True, True, False]  # valid to 04:00:00, and the minute begun then
 
 

@@ -80,7 +80,7 @@ def test_a_slope_by_frequency_is_proportional_to_the_frequency_number():
     slope = {"slope_m_per_channel": 1.0, "scatter_m": 0.0, "hardware_m": 0.0}
     code, carrier, _, seen = added([0], interchannel_bias=slope)
     at, block = seen[0].at, seen[0].at.epochs
-    number = block.sky.frequency[at.at, at.row]
+    number = block.sky.broadcast.frequency[at.at, at.row]
     glonass = at.system == satellites.GLONASS
     for receiver in range(4):
         mine = at.receiver == receiver

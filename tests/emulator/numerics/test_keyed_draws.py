@@ -13,7 +13,7 @@ from gnss_hil.emulator.numerics.keyed_draws import Stream
 
 @pytest.mark.verifies(
     "emulator/numerics/keyed_draws.py",
-    "emulator/numerics/walk.py",
+    "emulator/numerics/recursion.py",
     what="Keyed draws, states that walk",
     by="NumPy's Philox 4x64-10 gives the published vector; how draws are keyed is ours",
     status="modelled",

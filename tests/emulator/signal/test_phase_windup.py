@@ -89,7 +89,7 @@ def test_an_antenna_turned_once_about_its_boresight_counts_one_cycle():
                 cycles = phase_windup.windup(along, still_tx, turned)
             else:
                 cycles = phase_windup.windup(along, tuple(turn.apply(axis) for axis in still_tx), still_rx)
-            before = phase_windup.continued(cycles, before)
+            before = phase_windup.unwrapped(cycles, before)
             start = before if np.isnan(start) else start
         assert before - start == pytest.approx(whole, abs=1e-12)
 
@@ -136,7 +136,7 @@ def test_the_rate_is_the_derivative():
 
 def test_turns_are_counted_on_and_start_anew():
     before = np.array((0.45, -3.4, np.nan))
-    assert phase_windup.continued(np.array((-0.48, -0.38, 0.2)), before) == pytest.approx((0.52, -3.38, 0.2))
+    assert phase_windup.unwrapped(np.array((-0.48, -0.38, 0.2)), before) == pytest.approx((0.52, -3.38, 0.2))
 
 
 def test_a_sun_in_line_with_satellite_and_earth_leaves_numbers():

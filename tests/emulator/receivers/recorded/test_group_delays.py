@@ -21,7 +21,8 @@ def clocks_m(*names):
     scene = emulated.world(emulated.craft()).sky.at(1_035_676_800 * 10**9)
     n, count = len(scene.index), len(names)
     sat = np.full(count, satellites.parse("G07"))
-    sky = replace(scene, group_delay_m=np.full(n, T_GD_M), clock_drift_mps=np.zeros(n))
+    broadcast = replace(scene.broadcast, group_delay_m=np.full(n, T_GD_M))
+    sky = replace(scene, broadcast=broadcast, clock_drift_mps=np.zeros(n))
     zeros, numbers = np.zeros(count), np.zeros(count, np.int64)
     rows = Tracks(
         epoch=numbers, channel=np.arange(count), sat=sat, signal=np.array([SIGNALS[s].value for s in names]),

@@ -1,6 +1,6 @@
-"""States that walk: each follows from the one before, and all are asked for in stretches of epochs.
+"""States of which each follows from the one before, asked for in stretches of epochs.
 
-A stretch that continues the last one costs its own steps alone; one further back is walked to again from the
+A stretch that continues the last one costs its own steps alone; one further back is begun again from the
 start. So a state is a function of its epoch, whatever was asked before.
 """
 
@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 State = TypeVar("State")
 
 
-class Walk(Generic[State]):
+class Recursion(Generic[State]):
     """step  the state of an epoch from that of the one before, None before the first, and its number."""
 
     def __init__(self, step: Callable[[State | None, int], State]):
