@@ -56,14 +56,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     parser = command_line.parser_of(
-        "python -m gnss_hil.flightsw", "Navigates a spacecraft by what it hears on a bus.", EXAMPLES
+        "python -m gnss_hil.flightsw", "Navigates a spacecraft by what it receives on a bus.", EXAMPLES
     )
     add_arguments(parser)
     return run(parser.parse_args(argv))
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Flies what the arguments say; the exit status. Mistakes become lines on stderr."""
+    """Flies by the arguments; the exit status. Mistakes become lines on stderr."""
     return command_line.guarded("flightsw", lambda stop: _fly(arguments, _config(arguments), stop))
 
 
@@ -118,7 +118,7 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
         if link is not None:
             link.close()
         if not arguments.quiet:
-            _tell_rejections(config.codec, state.rejected)
+            _report_rejections(config.codec, state.rejected)
 
 
 def _join(arguments: argparse.Namespace, codec, stop, say):
@@ -135,8 +135,8 @@ def _join(arguments: argparse.Namespace, codec, stop, say):
     return link
 
 
-def _tell_rejections(codec, rejected) -> None:
-    """What was heard and not used: where, how often, why, and with what consequence."""
+def _report_rejections(codec, rejected) -> None:
+    """What was received and not used: where, how often, why, and with what consequence."""
     from gnss_hil.flightsw.io.frame_statistics import rejection_table
 
     for reason, where, count, consequence in rejection_table(codec, rejected):

@@ -137,8 +137,8 @@ def _structure(craft: scenario.Craft, rows: Mapping[str, Factor], vehicle: Vehic
 
 
 def _wandering(craft: scenario.Craft, context: Context, vehicle: Vehicle) -> Clocks:
-    """The craft's oscillators where no model says otherwise: each clock domain's wanders within bounds, in a
-    phase of its own."""
+    """The craft's oscillators where no model has them otherwise: each clock domain's wanders within bounds,
+    in a phase of its own."""
     phase = bounded_wander.phases_rad(context.seed, context.key)
     wander = bounded_wander.Wander(1e-3 * craft.clock.amplitude_ms, 2 * np.pi / craft.clock.period_s, phase)
     fastest_mps = LIGHT_MPS * bounded_wander.fastest(wander)
@@ -168,7 +168,7 @@ def _pace(settings: scenario.Receivers) -> Pace:
 
 
 def _check_turns(craft: scenario.Craft) -> None:
-    """Refuse slews faster than the bus can tell."""
+    """Refuse slews faster than the bus can report."""
     turns = craft.attitude.profile
     for before, after in pairwise(turns):
         change = sum(

@@ -86,7 +86,7 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
 
 
 def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
-    """ScenarioError if the scenario asks something of a real receiver that only an emulated one can do."""
+    """ScenarioError if the scenario demands something of a real receiver that only an emulated one can do."""
     if vehicle.antennas != 1:
         raise ScenarioError(
             f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"

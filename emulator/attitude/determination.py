@@ -1,4 +1,4 @@
-"""The attitude as the on-board computer knows it: gyros that drift, corrected by a star sensor.
+"""The attitude as the on-board computer estimates it: gyros that drift, corrected by a star sensor.
 
 Between star fixes the computer integrates its gyros. Their noise makes the attitude walk, their drift, which
 walks itself, makes it run away. At a fix the computer corrects attitude and drift with the constant gains its
@@ -98,7 +98,7 @@ def advance(parts: Sensors, state: Knowledge, standard: F64, epoch: int) -> Know
     """An epoch later.
 
     standard  (3, 3) standard normal numbers: axis; gyro noise, walk of drift, star sensor
-    epoch     number of the epoch that is reached, which says whether there is a star fix
+    epoch     number of the epoch that is reached, which decides whether there is a star fix
     """
     noise = spread(parts.white, parts.walk, parts.dt_s) @ standard[:, :2].T
     turned_rad = parts.dt_s * state.drift_rps + noise[0]
@@ -110,7 +110,7 @@ def advance(parts: Sensors, state: Knowledge, standard: F64, epoch: int) -> Know
     return Knowledge(angle_rad, turned_rad / parts.dt_s, drift_rps)
 
 
-def known(parts: Sensors, before: Knowledge | None, draws: Stream, epoch: int) -> Knowledge:
+def estimated(parts: Sensors, before: Knowledge | None, draws: Stream, epoch: int) -> Knowledge:
     """The knowledge of an epoch from that of the one before, None before the first."""
     standard = draws.normal_of_epoch(epoch, 3 * _AXES).reshape(_AXES, 3)
     if before is None:

@@ -1,4 +1,4 @@
-"""The attitude of a craft, however its scenario tells it: by a law, or as flown."""
+"""The attitude of a craft, however its scenario states it: by a law, or as flown."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a scenario may say: schemas, and the files that it names."""
+"""What a scenario may state: schemas, and the files that it names."""

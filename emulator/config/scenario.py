@@ -109,10 +109,10 @@ class Sky(_of_each_system()):
     """Where satellites are, and what they report.
 
     gps, glonass       "nominal": slots of the constellation; "none"; or files, navigation messages or SP3
-    orbits             SP3 files that are flown while satellites report what gps and glonass say; without
+    orbits             SP3 files that are flown while satellites report what gps and glonass give; without
                        them what they report is the truth
-    reports            "broadcast": satellites are, for receivers, where gps and glonass say; "orbits": where
-                       `orbits` do, and gps and glonass give issue, health and group delay alone
+    reports            "broadcast": satellites are, for receivers, where gps and glonass put them; "orbits":
+                       where `orbits` do, and gps and glonass give issue, health and group delay alone
     almanac            files (YUMA, SEM, AGL) that receivers know untracked satellites by; without them they
                        know the sky itself. Weeks of GPS are those nearest to the start of the run
     *_offset_ns        in no message: positive lengthens the system's pseudoranges, that is its time
@@ -177,7 +177,7 @@ class ObservationFile(Strict):
 
     file       RINEX 2 or 3 observations, compact or gzip too
     signals    what is played of each satellite, each signal on a channel of its own
-    reference  the craft's known orbit: the truth, if there is one
+    reference  the craft's reference orbit: the truth, if there is one
     """
 
     file: str

@@ -184,7 +184,7 @@ class Clock(Strict):
 
 
 class TrajectoryFile(Strict):
-    """A known orbit instead of one that is computed; one of the three.
+    """A given orbit instead of one that is computed; one of the three.
 
     oem     CCSDS orbit ephemeris message, keyword or XML
     tle     two-line elements, propagated by SGP4

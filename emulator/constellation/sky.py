@@ -5,8 +5,8 @@ segments at once; the sky keeps the result as polynomials, one minute each, and 
 
 Truth and report. Left alone, what satellites broadcast *is* the truth (modelled: no satellite flies it).
 Where one ephemeris gives way to the next, such a satellite jumps by what the two disagree, decimetres to
-metres, and says so by another `ephemeris` number: a receiver cannot count cycles across that. With precise
-orbits the truth is theirs, and what satellites broadcast is only what receivers hear of it; error models
+metres, and shows it by another `ephemeris` number: a receiver cannot count cycles across that. With precise
+orbits the truth is theirs, and what satellites broadcast is only what receivers decode of it; error models
 change the report, never the truth. The table holds the truth and what the report is off.
 
 Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.

@@ -1,7 +1,7 @@
 """From geometry to C/N0: the link budget of a craft, as rich as its models make it.
 
 Without any model of the stage LINK it is that of `emulator.signal.simple_link_budget`. One model brings the
-full budget, in which what the others would tell is taken from the same plain model: isotropic transmitters at
+full budget, in which what the others would give is taken from the same plain model: isotropic transmitters at
 the promised power, a receive pattern linear in the cosine, one noise temperature.
 """
 
@@ -41,7 +41,7 @@ class Link:
 
 
 def build_link(plain: PlainReceiver, antennas: int, term: LinkTerm | None) -> Link:
-    """The link of a craft with m antennas and what its models tell, None without any."""
+    """The link of a craft with m antennas and what its models give, None without any."""
     pattern = antenna_patterns.cosine_law(plain.gain_dbi, plain.gain_at_90deg_dbi)
     by_law = antenna_patterns.receive((pattern,) * antennas, 0.0)
     if term is None:

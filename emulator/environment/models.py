@@ -64,7 +64,7 @@ def attitude(models: Models, epochs: Epochs) -> AttitudeTerm | None:
 
 
 def link(models: Models) -> LinkTerm | None:
-    """The parts of the link budget that models tell; None: no model tells any."""
+    """The parts of the link budget that models give; None: no model gives any."""
     terms = [model.block(None) for model in acting(models, Stage.LINK)]
     if not terms:
         return None
@@ -72,7 +72,7 @@ def link(models: Models) -> LinkTerm | None:
     given = [(name, value) for name, value in given if value is not None]
     twice = sorted({name for name, _ in given if sum(name == other for other, _ in given) > 1})
     if twice:
-        raise Clash(f"two models of stage link tell {', '.join(twice)}")
+        raise Clash(f"two models of stage link give {', '.join(twice)}")
     return LinkTerm(**dict(given))
 
 

@@ -1,4 +1,4 @@
-"""The attitude as the on-board computer knows it: gyros that drift, corrected by a star sensor."""
+"""The attitude as the on-board computer estimates it: gyros that drift, corrected by a star sensor."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.emulator.attitude.determination import Sensors, after_a_fix, known, settled
+from gnss_hil.emulator.attitude.determination import Sensors, after_a_fix, estimated, settled
 from gnss_hil.emulator.error_models.base import AttitudeTerm, Context, Epochs, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics.recursion import Recursion
@@ -22,7 +22,7 @@ class AttitudeError(Factor):
 
     angle_walk_deg_rth      noise of the gyros' rate: angle random walk [deg / sqrt(h)]
     drift_walk_deg_h_rth    how their drift wanders: rate random walk [deg / h / sqrt(h)]
-    star_interval_s         how often the star sensor tells the attitude [s]; 0: never
+    star_interval_s         how often the star sensor reports an attitude [s]; 0: never
     star_sigma_arcsec       1 sigma of it, each axis
     initial_deg, initial_drift_deg_h   1 sigma of attitude and drift at the start, each axis, where no star
                             sensor helps; with one, filter and sensor have long settled
@@ -71,7 +71,7 @@ class Model:
 def build(params: AttitudeError, context: Context) -> Model:
     parts = sensors(params, context.interval_ns)
     draws = context.stream(ROW.name)
-    return Model(Recursion(lambda before, epoch: known(parts, before, draws, epoch)))
+    return Model(Recursion(lambda before, epoch: estimated(parts, before, draws, epoch)))
 
 
 ROW = Row(

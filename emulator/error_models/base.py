@@ -3,7 +3,7 @@
 An error model is one row in one file of this room: its parameters, the source of its formulas, a function
 that builds it, and the stage of the run in which it acts. The registry lists the rows; scenarios, command
 line, documents and the emulator's stages read them there. To add one: write the file, name its row in the
-registry, test it (every row is tested to show on the bus). Nothing else knows any model by name.
+registry, test it (every row is tested to show on the bus). Nothing else names any model.
 
 A model is a class with one method, `block`, or `step` in the last two stages. What it is asked with and what
 it answers are its stage's; the type checker refuses a row whose model is not of its stage:
@@ -104,7 +104,7 @@ class AttitudeTerm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkTerm:
-    """Parts of the link budget, None where it says nothing of one.
+    """Parts of the link budget, None where it leaves one out.
 
     transmitters   of all satellites;  antennas  of the craft
     noise_wphz     noise density at the antennas' terminals [W/Hz], one or (m,)
@@ -181,7 +181,7 @@ class TrackingTerm:
     half_cycles     (p,) by which carrier phases slip in the epoch; None: never
     collection_ns   systems and times from which satellites are received, (...,) [ns] -> time until their
                     ephemerides are collected [ns]; None: one fixed time
-    shared          whether the receivers of a craft tell each other what they have collected
+    shared          whether the receivers of a craft share with each other what they have collected
     """
 
     half_cycles: I64 | None = None
@@ -317,7 +317,7 @@ class Row(Generic[Model]):
     default  on where a scenario does not name it
     ready    works with its defaults; one that does not is no part of "all"
     needs    what the craft must have
-    acts_on  "report": what satellites tell; "receiver": an emulated receiver, which a recorded one is not
+    acts_on  "report": what satellites report; "receiver": an emulated receiver, which a recorded one is not
     shows    kind of frames that it must change; with the parameters `example`, where its defaults do nothing
              within seconds
     """

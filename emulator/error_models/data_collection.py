@@ -11,7 +11,7 @@ from gnss_hil.emulator.signal.data_frames import FRAMES, collection_ns
 class DataCollection(Factor):
     """How long an ephemeris takes to be collected, by the frames of the messages, in place of one fixed time.
 
-    shared  the receivers of a craft tell each other what they have collected
+    shared  the receivers of a craft share with each other what they have collected
     """
 
     shared: bool = True

@@ -70,7 +70,7 @@ _PROFILE = {
 
 
 def profile_of(params: Ionosphere) -> Profile:
-    """The preset's profile, with what the scenario says in its place."""
+    """The preset's profile, with what the scenario states in its place."""
     given = ((scale, unit, getattr(params, name)) for name, (scale, unit) in _PROFILE.items())
     return replace(
         PRESETS[params.activity].profile,

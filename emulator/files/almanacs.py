@@ -1,6 +1,6 @@
-"""Almanacs as they are published: YUMA, SEM, and bulletins of GLONASS (.agl). Told apart by content.
+"""Almanacs as they are published: YUMA, SEM, and bulletins of GLONASS (.agl). Recognised by content.
 
-Every record is some lines of numbers in a fixed order; one table for each kind says which. GPS weeks are
+Every record is some lines of numbers in a fixed order; one table for each kind has it. GPS weeks are
 written modulo 1024, so that a date nearby is needed to know which is meant.
 Sources: YUMA: celestrak.org, Definition of a Yuma Almanac; SEM: ICD-GPS-870, table 30-III (inclination less
 0.3 semicircles); AGL: the three lines as a receiver maker describes them (Information and Analysis Centre of

@@ -26,7 +26,7 @@ class FileError(ValueError):
 
 
 def read_text(path: Path) -> str:
-    """The ASCII text of a file, gzip or compact RINEX undone; known by content, not by name.
+    """The ASCII text of a file, gzip or compact RINEX undone; recognised by content, not by name.
 
     FileError if there is none.
     """

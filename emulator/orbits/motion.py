@@ -1,4 +1,4 @@
-"""The motion of a craft, however its scenario tells it: computed, or known from a file."""
+"""The motion of a craft, however its scenario states it: computed, or read from a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Observations: what the measuring channels of a craft tell of their satellites in one epoch."""
+"""Observations: what the measuring channels of a craft observe of their satellites in one epoch."""
 
 from __future__ import annotations
 

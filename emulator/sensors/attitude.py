@@ -46,7 +46,7 @@ ROW = Row(
     AttitudeUnit,
     "ATT",
     ("ATT_Q01", "ATT_Q23", "ATT_RATE"),
-    "the true attitude, less what `attitude_error` says",
+    "the true attitude, with the error of `attitude_error`",
     build,
     default=True,
 )

@@ -47,7 +47,7 @@ def options_of(policy_name: str, navigator_name: str | None = None) -> type[Opti
     """The options of all flights with a policy's and a navigator's own; where several declare one, the
     policy's counts, then the navigator's. Without a navigator's name it is the policy's.
 
-    ValueError says which name is not known.
+    ValueError names what is not known.
     """
     row = policy(policy_name)
     own = (row.options, navigator(navigator_name or row.navigator).options)
@@ -69,7 +69,7 @@ def configure(
 ) -> FlightConfig:
     """What stays the same for a run; without a navigator's name it is the policy's.
 
-    ValueError says what is wrong with a name or with the options.
+    ValueError states what is wrong with a name or with the options.
     """
     row = policy(policy_name)
     estimator = navigator(row.navigator if navigator_name is None else navigator_name)
@@ -104,9 +104,9 @@ def carried_over(
     options: Mapping[str, Any], policy_name: str, before: str | None, after: str | None
 ) -> dict[str, Any]:
     """Options of a flight whose navigator `before` gives way to `after`, None the policy's: without those
-    that the former alone has. What neither knows stays, to be refused.
+    that the former alone has. What neither has stays, to be refused.
 
-    ValueError says which name is not known.
+    ValueError names what is not known.
     """
     had, has = (options_of(policy_name, name).model_fields for name in (before, after))
     return {name: value for name, value in options.items() if name in has or name not in had}

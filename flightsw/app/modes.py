@@ -68,7 +68,7 @@ NODE_STATE: Mapping[Mode, NodeState] = {
     Mode.LOST: NodeState.DEGRADED,
     Mode.SURRENDERED: NodeState.DEGRADED,
 }
-"""What the heartbeat says of a mode. The contract has one word for all that is less than a fix."""
+"""What the heartbeat reports of a mode. The contract has one word for all that is less than a fix."""
 
 TRANSITIONS: Mapping[Mode, Mapping[Event, Mode]] = {
     Mode.STANDBY: {

@@ -58,8 +58,8 @@ def flight_step(
     config: FlightConfig, state: FlightState, inbox: FrameBatch
 ) -> tuple[FlightState, FrameBatch]:
     """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
-    state, received, rejected, heard = _received(config, state, inbox)
-    if heard.mark is None:
+    state, received, rejected, decoded = _received(config, state, inbox)
+    if decoded.mark is None:
         solution = replace(state.solution, reason=NoFix.NO_TIME_MARK, fix=None)
         without_fix = state.without_fix + (state.mark is not None)
         state = replace(
@@ -67,25 +67,25 @@ def flight_step(
             mode=modes.decide(state.mode, modes.event_of(solution, without_fix, config.options)),
             received=received,
             rejected=rejected,
-            lost=state.lost + heard.lost,
+            lost=state.lost + decoded.lost,
             solution=solution,
             without_fix=without_fix,
         )
         frames, sent = _encoded(config, state, state.mode, solution, None, None, state.mark)
         return replace(state, sent=sent), frames
-    mark, options = heard.mark, config.options
-    m, t_ns = heard.measurements, heard.mark.t_ns
-    attitude = attitude_now(heard.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
-    channels = channel_manager.acknowledged(state.channels, heard.acks, mark.epoch, options)
-    channels = channel_manager.contradicted(channels, m, heard.boots)
+    mark, options = decoded.mark, config.options
+    m, t_ns = decoded.measurements, decoded.mark.t_ns
+    attitude = attitude_now(decoded.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
+    channels = channel_manager.acknowledged(state.channels, decoded.acks, mark.epoch, options)
+    channels = channel_manager.contradicted(channels, m, decoded.boots)
 
-    rows, in_orbit = almanac.orbits(heard.almanac, m)
+    rows, in_orbit = almanac.orbits(decoded.almanac, m)
     sound = in_orbit & (m.lock == FULL_LOCK) & (m.ura < NO_URA)
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     z = _form(m.where(sound & (m.health == 0) & channel_manager.usable(channels, m)), options)
 
     navigator = config.navigator
-    inputs = _fix_inputs(config, heard, mark, attitude)
+    inputs = _fix_inputs(config, decoded, mark, attitude)
     nav, solution = navigator.update(navigator.predict(state.nav, t_ns), z, inputs)
     solution = assess(with_dilution(solution, z, inputs))
     if solution.fix is not None and channels.commanded:
@@ -102,7 +102,7 @@ def flight_step(
         received=received,
         sent=sent,
         rejected=rejected,
-        lost=state.lost + heard.lost,
+        lost=state.lost + decoded.lost,
         attitude=attitude,
         nav=nav,
         solution=solution,
@@ -124,8 +124,8 @@ def _received(
         if restarted:
             # What was counted stays counted; all else belongs to the session.
             state = replace(initial_state(config), lost=state.lost)
-    heard, received, rejected = decode.decode(config.codec, inbox, state.received, rejected)
-    return state, received, rejected, heard
+    decoded, received, rejected = decode.decode(config.codec, inbox, state.received, rejected)
+    return state, received, rejected, decoded
 
 
 def _form(m: Measurements, options: Options) -> Ranges:
@@ -133,9 +133,9 @@ def _form(m: Measurements, options: Options) -> Ranges:
     return (ionosphere_free if options.ionosphere_free else of_one_signal)(m, options.noise)
 
 
-def _fix_inputs(config: FlightConfig, heard: Epoch, mark: Mark, attitude: Attitude | None) -> FixInputs:
+def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None) -> FixInputs:
     vehicle, options = config.vehicle, config.options
-    reported = heard.domains[: vehicle.antennas]
+    reported = decoded.domains[: vehicle.antennas]
     return FixInputs(
         attitude=attitude,
         lever_arm_body_m=vehicle.lever_arm_body_m,
@@ -143,7 +143,7 @@ def _fix_inputs(config: FlightConfig, heard: Epoch, mark: Mark, attitude: Attitu
         ura_scale=options.ura_scale,
         rules=options.rules,
         mark_clock=mark.clock,
-        others=other_measurements(heard),
+        others=other_measurements(decoded),
     )
 
 

@@ -1,1 +1,1 @@
-"""Frames in, frames out: decoding, encoding, which nodes are heard, what was refused."""
+"""Frames in, frames out: decoding, encoding, which nodes are alive, what was refused."""

@@ -130,8 +130,8 @@ class Epoch:
 
 
 _NONE, _NO_INDEX, _NO_VECTOR = np.zeros(0), np.zeros(0, np.int64), np.zeros((3, 0))
-_UNHEARD = np.full(MAX_RECEIVERS, -1, np.int64)
-for _shared in (_NONE, _NO_INDEX, _NO_VECTOR, _UNHEARD):
+_NONE_REPORTED = np.full(MAX_RECEIVERS, -1, np.int64)
+for _shared in (_NONE, _NO_INDEX, _NO_VECTOR, _NONE_REPORTED):
     _shared.setflags(write=False)
 
 NO_MEASUREMENTS = Measurements(
@@ -151,7 +151,7 @@ def empty_epoch(lost: int = 0) -> Epoch:
         measurements=NO_MEASUREMENTS,
         almanac=NO_ALMANAC,
         acks=NO_ACKS,
-        boots=_UNHEARD,
-        domains=_UNHEARD,
+        boots=_NONE_REPORTED,
+        domains=_NONE_REPORTED,
         lost=lost,
     )

@@ -24,7 +24,7 @@ def contents(held: HeldAlmanac | None, sky: SkyState) -> Bool:
 def predictions(
     held: HeldAlmanac | None, sky: SkyState, satellite, rows: I64, mark_ns: I64 | int
 ) -> Predictions:
-    """What the unit says of satellites `rows` (p,) of its almanac for time marks, (p,) or one.
+    """What the unit reports of satellites `rows` (p,) of its almanac for time marks, (p,) or one.
 
     sky, satellite   at the latch, and what picks the satellites (p,) from its arrays
     """

@@ -5,8 +5,8 @@ A channel is idle, or it is set on a satellite. Set on one, it searches while th
 Without a signal it goes back to search and waits there for as long as it is set.
 
 The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
-unless each keeps its own. Modelled: times of acquisition are what the scenario says (an ephemeris may take as
-long as the frames of its message do, `emulator.signal.data_frames`), a signal strong enough is found and
+unless each keeps its own. Modelled: times of acquisition are those of the scenario (an ephemeris may take as long
+as the frames of its message do, `emulator.signal.data_frames`), a signal strong enough is found and
 never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
 run to its end.
 
@@ -141,7 +141,7 @@ def advance(
     """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
 
     signal   (m, n) whether a satellite's signal is strong enough at an antenna
-    collection_ns   how long an ephemeris takes to be collected, None: as `pace` says
+    collection_ns   how long an ephemeris takes to be collected, None: as `pace` has it
     returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
     """
     target, lock, since_ns = channels.target, channels.lock, channels.since_ns

@@ -52,10 +52,10 @@ class Commands:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prospects:
-    """What a receiver knows of the sky when it weighs a command.
+    """What a receiver holds of the sky when it weighs a command.
 
     row_of      (SATELLITES,) row of the sky by satellite index, -1 none
-    available, healthy, in_sight   (n,) by row; in_sight is True where the receiver cannot tell
+    available, healthy, in_sight   (n,) by row; in_sight is True where the receiver cannot judge
     """
 
     row_of: I64

@@ -32,7 +32,7 @@ class Receivers:
     session          identifier of the run
     row_of           (SATELLITES,) row of the sky by satellite index, -1 none
     almanac          what they hold, None: the sky itself
-    collection_ns    how long an ephemeris takes by system and time, None: as `pace` says
+    collection_ns    how long an ephemeris takes by system and time, None: as `pace` has it
     holders          1: receivers share ephemerides; their number: they do not
     mark_source      value of the contract's table "MarkClock"
     epochs_per_pass  epochs in which the almanac is sent once

@@ -2,7 +2,7 @@
 
 All of it is of a channel, from its phase's start on: turns known but for whole cycles are counted on from
 epoch to epoch, a slip stays. After half a cycle the data are upside down, which the next subframe or string
-tells by its preamble: the receiver then turns its phase by the other half, and counts that too.
+shows by its preamble: the receiver then turns its phase by the other half, and counts that too.
 """
 
 from __future__ import annotations

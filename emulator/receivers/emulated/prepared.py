@@ -37,7 +37,7 @@ class Columns:
     pair is not receivable are zero.
 
     words   (r, 10) payloads of the measurement frames but for channel and phase;  whole (r,) all values fit
-    values  (v, r) what the words say, by the template's names; None where no model changes it later
+    values  (v, r) what the words hold, by the template's names; None where no model changes it later
     """
 
     words: U64
@@ -241,7 +241,7 @@ def _words(data) -> U64:
 
 
 def _observations(found: Signals) -> Observations:
-    """Signals as a channel would tell them, without channel, phase and slips."""
+    """Signals as a channel would measure them, without channel, phase and slips."""
     at, none = found.at, np.zeros(len(found.at), np.int64)
     return Observations(
         receiver=at.receiver,
@@ -297,7 +297,7 @@ def _frames(receivers: Receivers, epochs: int, epoch: I64, can_id: U32, data: U8
     return epoch_frames(receivers.codec, epochs, of_frame, can_id.reshape(-1), words, fits.reshape(-1))
 
 
-def _satellites_known(receivers: Receivers, block: Block) -> I64:
+def _satellites_in_almanac(receivers: Receivers, block: Block) -> I64:
     """(k,) how many satellites are in the almanac."""
     available = block.geometry.sky.broadcast.available
     held = receivers.almanac
@@ -312,7 +312,7 @@ def _closing(receivers: Receivers, block: Block) -> U64:
     values = {
         "tag_offset_ns": frames.tag_offset_ns(clock_s).reshape(-1),
         "clock_domain": np.tile(domain, len(at)),
-        "almanac_satellites": np.repeat(_satellites_known(receivers, block), m),
+        "almanac_satellites": np.repeat(_satellites_in_almanac(receivers, block), m),
         "frames": 0, "channels_tracking": 0, "state": 0,
     }  # fmt: skip
     data, _ = receivers.templates.closing.fill(len(at) * m, values)
@@ -320,7 +320,7 @@ def _closing(receivers: Receivers, block: Block) -> U64:
 
 
 def _truth(env: Environment, block: Block):
-    """(k,) rows of truth: place and motion at the time the mark says, all else of the latch."""
+    """(k,) rows of truth: place and motion at the time of the mark, all else of the latch."""
     at = block.geometry
     usable = (block.signal & at.sky.broadcast.healthy[:, None]).any(axis=1)
     seen = np.zeros((len(at), satellites.SATELLITES), np.uint8)

@@ -1,4 +1,4 @@
-"""Emulated receivers of one craft, an epoch at a time: hear, choose, track, measure, send.
+"""Emulated receivers of one craft, an epoch at a time: obey, choose, track, measure, send.
 
 Commands sent in epoch k arrive here with epoch k + 1, act at once and are answered in this block.
 """
@@ -262,7 +262,7 @@ class EmulatedCraft:
         timely = commands.timely(checked.frames, epoch)
         refused[e2e.Verdict.MIXED_EPOCH] += np.count_nonzero(~timely)
         orders = commands.read(codec, checked.frames[timely])
-        # A unit that knows neither time nor place cannot tell what the Earth hides: it accepts, and
+        # A unit that knows neither time nor place cannot judge what the Earth hides: it accepts, and
         # searches in vain.
         in_sight = prepared.block.in_sight[k] | (not unit.knowledge.warm)
         at = prepared.block.geometry

@@ -74,10 +74,10 @@ Best = list[list[int]]
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule of search: what it says, and its choice."""
+    """A rule of search: what it does, in words, and its choice."""
 
     name: str
-    says: str
+    summary: str
     best: Callable[[Outlook], Best]
 
 

@@ -1,8 +1,8 @@
 """A craft whose receiver is real: its observations come from a file, its frames are those of any craft.
 
-Its marks are the file's epoch tags, by the receiver's own clock: they say so on the bus. Satellites
-are put where they were when they sent, which a pseudorange and a tag of the same clock tell exactly, however
-far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
+Its marks are the file's epoch tags, by the receiver's own clock: so they are reported on the bus. Satellites
+are put where they were when they sent, which a pseudorange and a tag of the same clock determine exactly,
+however far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
 unknown: body axes are reported as those of the Earth, which means nothing while the vehicle file has no lever
 arms. The receiver obeys no command.
 """
@@ -52,7 +52,7 @@ MISSING_CN0_DBHZ = 45.0
 
 
 class Trajectory(Protocol):
-    """Where a craft is known to have been."""
+    """Where a craft has been, by reference."""
 
     def at(self, t_ns: int) -> CraftState: ...
 
@@ -110,7 +110,7 @@ class RecordedUnit:
 
 
 def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Observations:
-    """What the receiver saw in an epoch, as far as the sky knows the satellites; sky at the epoch's mark."""
+    """What the receiver saw in an epoch, as far as the satellites are in the sky; sky at the epoch's mark."""
     seen = craft.tracks[craft.bounds[epoch] : craft.bounds[epoch + 1]]
     row = row_of[seen.sat]
     known = (row >= 0) & sky.broadcast.available[row]
@@ -155,7 +155,7 @@ def play(
     """The block of an epoch; sky at the epoch's mark."""
     held = craft.almanac
     templates, mark_ns = craft.templates, int(craft.marks_ns[epoch])
-    # Precise orbits tell no frequencies; what the receiver tuned to counts.
+    # Precise orbits have no frequencies; what the receiver tuned to counts.
     tuned = craft.frequency[sky.index]
     frequency = np.where(tuned != 0, tuned, sky.broadcast.frequency)
     sky = replace(sky, broadcast=replace(sky.broadcast, frequency=frequency))

@@ -1,7 +1,7 @@
-"""Observations of a file as what channels tell: one row for each satellite, signal and epoch.
+"""Observations of a file as what channels track: one row for each satellite, signal and epoch.
 
 A satellite's signal keeps a channel from its first observation to a gap. Within such an arc, cut again where
-the receiver tells a loss of lock, the carrier phase counts cycles, and a spline through it gives the range
+the receiver reports a loss of lock, the carrier phase counts cycles, and a spline through it gives the range
 rate where the file has no Doppler.
 """
 
@@ -30,7 +30,7 @@ LOST_LOCK = 1
 """Bit 0 of a loss of lock indicator. RINEX 2.11, table A2."""
 
 HALF_CYCLE = 2
-"""Bit 1: half a cycle is in doubt. RINEX 3.05, 5.4; version 2 says so by the other wavelength factor."""
+"""Bit 1: half a cycle is in doubt. RINEX 3.05, 5.4; version 2 flags it by the other wavelength factor."""
 
 LOUDEST_DBHZ = 64.0
 """No receiver of navigation signals sees more: strengths beyond it are ratios of voltages, not dBHz."""
@@ -47,7 +47,7 @@ class Tracks:
     range_m   (p,) pseudorange;  rate_mps (p,) its rate;  phase_cyc (p,) less an arc's first, nan where none
     slips     (p,) arcs of phase the channel has begun, modulo 16
     half_cycle   (p,) whether half a cycle of the phase is in doubt
-    cn0_dbhz  (p,) nan where the file tells no strength
+    cn0_dbhz  (p,) nan where the file has no strength
     dropped   rows left out: no range rate could be had, or no channel was free
     """
 
@@ -146,7 +146,7 @@ def _raw(file: Observations, signal: Signal, epoch_of: I64) -> _Raw:
 def _best_rates(sat: I64, epoch: I64, arc: I64, t_s: F64, phase_m: F64, code_m: F64) -> F64:
     """Range rates (p,) [m/s]: of the phase; of the code, coarser, where an arc of phase is too short for it.
 
-    The code knows no slips: its arcs end at gaps alone. Where both are too short the phase's chord is left.
+    The code has no slips: its arcs end at gaps alone. Where both are too short the phase's chord is left.
     """
     always = np.ones(len(sat), bool)
     by_code = arcs(sat, epoch, always, ~always)
@@ -235,7 +235,7 @@ def _first_of_each(arc: I64, phase_cyc: F64) -> F64:
 def decibels(strength: F64) -> F64:
     """C/N0 (p,) [dBHz] of signal strengths as written: dBHz, or voltage ratios in 1 Hz.
 
-    Source: RINEX 3.05, 5.7 (S in dBHz); GRACE's receivers tell voltage ratios, 20 log10 of which is C/N0
+    Source: RINEX 3.05, 5.7 (S in dBHz); GRACE's receivers report voltage ratios, 20 log10 of which is C/N0
     (JPL, GRACE Level 1B Data Product User Handbook, GPS1B)
     """
     known = strength[np.isfinite(strength)]

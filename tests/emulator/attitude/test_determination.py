@@ -67,7 +67,7 @@ def play(parameters, epochs, seeds, interval_ns=S):
     for seed in range(seeds):
         state, path = None, []
         for epoch in range(epochs):
-            state = a.known(parts, state, Stream(seed, 77, "attitude_error"), epoch)
+            state = a.estimated(parts, state, Stream(seed, 77, "attitude_error"), epoch)
             path.append((state.angle_rad, state.rate_rps))
         angles.append([angle for angle, _ in path])
         rates.append([rate for _, rate in path])
@@ -127,10 +127,10 @@ def test_star_fixes_find_the_drift_of_the_gyros():
     parts = sensors(parameters, 10 * S)
     sigma_rad, sigma_rps = np.sqrt(np.diag(after))
     for seed in range(4):
-        state = a.known(parts, None, Stream(seed, 77, "attitude_error"), 0)
+        state = a.estimated(parts, None, Stream(seed, 77, "attitude_error"), 0)
         state = replace(state, drift_rps=state.drift_rps + 100 * sigma_rps)
         for epoch in range(1, 1081):
-            state = a.known(parts, state, Stream(seed, 77, "attitude_error"), epoch)
+            state = a.estimated(parts, state, Stream(seed, 77, "attitude_error"), epoch)
         assert np.abs(state.angle_rad).max() < 5 * sigma_rad
         assert np.abs(state.drift_rps).max() < 5 * sigma_rps
 
