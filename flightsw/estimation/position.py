@@ -105,7 +105,7 @@ def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
     m = offered.ranges
     items, clocks = clock_columns(offered.domain, m.sat // NUMBERS)
     needed = 4 + sum(map(is_offset, items))
-    if len(set(m.sat.tolist())) < needed or len(m) < 3 + len(items):
+    if m.satellites < needed or len(m) < 3 + len(items):
         return NoFix.TOO_FEW_SATELLITES
     variance = range_variance_m2(m.code_variance_m2, m.ura, m.sat, offered.ura_scale)
     found = intersect(code_ranges(m, offered.lever_m, clocks, variance), items, start_m)
@@ -178,7 +178,7 @@ def solve(
         gain=_scattered(found.estimate.gain[:3], rows, len(m), 0.0),
         pdop=pdop,
         used=_scattered(np.ones(len(rows), bool), rows, len(m), False),
-        satellites=len(set(used.ranges.sat.tolist())),
+        satellites=used.ranges.satellites,
         residual_m=_scattered(found.residual_m, rows, len(m), np.nan),
         iterations=found.iterations,
         misfit=1.0 if kept.consistent else kept.trial.chi_square / kept.trial.freedom,

@@ -79,7 +79,7 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
     """
     screened = e2e.screen(codec, frames, counters, block_layout(codec, frames.can_id).protection)
     counts = Rejections(rejected)
-    if screened.verdict.any():
+    if screened.lost or len(screened.frames) < len(frames):
         counts.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
     layout = block_layout(codec, screened.frames.can_id)
     node_monitor.count_silent(codec, layout, counters, counts)

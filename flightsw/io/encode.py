@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -59,12 +59,19 @@ def _page(codec: Codec, mode: FixMode, items: int, receivers: int) -> Page:
     return Page(form(codec, kinds), np.array(can_id, np.uint32), np.full(len(kinds), WIDTH, np.uint8))
 
 
-def _used(m: Ranges, fix: Fix, receivers: int) -> list[int]:
+def _used(m: Ranges, fix: Fix, receivers: int) -> tuple[int, ...]:
     """receiver, channel mask, ... of every receiver."""
+    return _masks(m.receiver[fix.used].tobytes(), m.channels[fix.used].tobytes(), receivers)
+
+
+@lru_cache(maxsize=64)
+def _masks(receivers_used: bytes, channels_used: bytes, receivers: int) -> tuple[int, ...]:
+    """Most epochs use the same channels as the one before."""
     masks = [0] * receivers
-    for receiver, channels in zip(m.receiver[fix.used].tolist(), m.channels[fix.used].tolist(), strict=True):
-        masks[receiver] |= channels
-    return [value for number, mask in enumerate(masks, 1) for value in (number, mask)]
+    receiver, channels = (np.frombuffer(used, np.int64).tolist() for used in (receivers_used, channels_used))
+    for number, channel in zip(receiver, channels, strict=True):
+        masks[number] |= channel
+    return tuple(value for number, mask in enumerate(masks, 1) for value in (number, mask))
 
 
 def _pairs(items: tuple[int, ...], values: F64 | None) -> list[float]:

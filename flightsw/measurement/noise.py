@@ -41,13 +41,12 @@ def _thermal(cn0_dbhz: F64) -> F64:
     return 10 ** (4.5 - 0.1 * cn0_dbhz)
 
 
-def code_variance_m2(cn0_dbhz: F64, sat: I64, noise: Noise = Noise()) -> F64:
-    """(n,) of the code loop, whose noise is a share of the chip of the satellite's system."""
-    return noise.code_floor_m**2 + (noise.code_m * _CHIP[sat // NUMBERS]) ** 2 * _thermal(cn0_dbhz)
-
-
-def rate_variance_m2ps2(cn0_dbhz: F64, noise: Noise = Noise()) -> F64:
-    return noise.rate_floor_mps**2 + noise.rate_mps**2 * _thermal(cn0_dbhz)
+def variances(cn0_dbhz: F64, sat: I64, noise: Noise = Noise()) -> tuple[F64, F64]:
+    """(n,) of pseudoranges [m^2], whose noise is a share of the chip of the satellite's system, and of range
+    rates [m^2/s^2]."""
+    thermal = _thermal(cn0_dbhz)
+    code = noise.code_floor_m**2 + (noise.code_m * _CHIP[sat // NUMBERS]) ** 2 * thermal
+    return code, noise.rate_floor_mps**2 + noise.rate_mps**2 * thermal
 
 
 def range_variance_m2(code_variance: F64, ura: F64, sat: I64, ura_scale: float = 1.0) -> F64:

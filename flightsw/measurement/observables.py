@@ -11,10 +11,10 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.satellites import SATELLITES
-from gnss_hil.flightsw.measurement.noise import Noise, code_variance_m2, rate_variance_m2ps2
+from gnss_hil.flightsw.measurement.noise import Noise, variances
 from gnss_hil.flightsw.measurement.signals import RANK
 from gnss_hil.flightsw.records.epoch import Measurements
-from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.ranges import Ranges, distinct
 
 
 def antenna_satellite(m: Measurements) -> I64:
@@ -24,6 +24,7 @@ def antenna_satellite(m: Measurements) -> I64:
 
 def of_each_channel(m: Measurements, noise: Noise) -> Ranges:
     """Every channel a range."""
+    code, rate = variances(m.cn0_dbhz, m.sat, noise)
     return Ranges(
         receiver=m.receiver,
         sat=m.sat,
@@ -35,8 +36,8 @@ def of_each_channel(m: Measurements, noise: Noise) -> Ranges:
         vel_sv_mps=m.vel_sv_mps,
         clock_m=m.clock_m,
         clock_drift_mps=m.clock_drift_mps,
-        code_variance_m2=code_variance_m2(m.cn0_dbhz, m.sat, noise),
-        rate_variance_m2ps2=rate_variance_m2ps2(m.cn0_dbhz, noise),
+        code_variance_m2=code,
+        rate_variance_m2ps2=rate,
     )
 
 
@@ -46,7 +47,7 @@ def of_one_signal(m: Measurements, noise: Noise) -> Ranges:
     Of equals it is the lowest channel.
     """
     pair = antenna_satellite(m)
-    if len(set(pair.tolist())) < len(pair):
+    if distinct(pair) < len(pair):
         order = np.lexsort((m.channel, RANK[m.signal], pair))
         first = np.diff(pair[order], prepend=-1) != 0
         m = m[np.sort(order[first])]

@@ -125,7 +125,7 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
     channels = manager.channels
     rows, inside = channels.rows(m.receiver, m.channel)
     wrong = inside & channels.contradicts(rows, m.sat)
-    same_boots = np.array_equal(boots, manager.boots)
+    same_boots = _same(boots, manager.boots)
     if same_boots and not wrong.any():
         return manager
     restarted = (boots >= 0) & (manager.boots >= 0) & (boots != manager.boots)
@@ -135,6 +135,11 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
     unknown = channels.of_antennas(restarted[: len(channels.exists) // channels.width])
     unknown[rows[wrong]] = True
     return replace(manager, channels=channels.forgotten(unknown), stale=True, boots=latest)
+
+
+def _same(a: I64, b: I64) -> bool:
+    """Whether arrays of one shape are equal."""
+    return a.tobytes() == b.tobytes()
 
 
 def usable(manager: ChannelManager, m: Measurements) -> Bool:
@@ -147,7 +152,7 @@ def usable(manager: ChannelManager, m: Measurements) -> Bool:
 
 def planned(manager: ChannelManager, permitted: I64, m: Measurements) -> ChannelManager:
     """With targets that realise the permissions (SATELLITES,): antenna of each satellite, -1 none."""
-    if not manager.stale and np.array_equal(permitted, manager.satellites.permitted):
+    if not manager.stale and _same(permitted, manager.satellites.permitted):
         return manager
     channels = manager.channels
     measured = np.full(len(channels.exists), -1, np.int64)
@@ -168,14 +173,12 @@ def surrendered(manager: ChannelManager) -> ChannelManager:
 def due(manager: ChannelManager, epoch: int, options: ChannelOptions) -> tuple[ChannelManager, Commands]:
     """The commands of this epoch, releases first, and the state after sending them."""
     channels = manager.channels
-    anew, again = channels.due(epoch, options.resend_epochs)
-    (rows,) = (anew | again).nonzero()
+    rows, anew = channels.due(epoch, options.resend_epochs)
     if not len(rows):
         return manager, NO_COMMANDS
     sat = channels.target[rows]
     order = np.argsort(sat >= 0, kind="stable")
-    rows, sat = rows[order], sat[order]
-    first = anew[rows]
+    rows, sat, first = rows[order], sat[order], anew[order]
     count = int(first.sum())
     transaction = channels.transaction[rows]
     transaction[first] = (manager.next_transaction + np.arange(count)) % TRANSACTIONS

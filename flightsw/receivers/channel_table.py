@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class ChannelTable:
     @property
     def commanded(self) -> bool:
         """Whether any channel acknowledged a command."""
-        return bool((self.held >= IDLE).any())
+        return bool(self.held.max() >= IDLE)
 
     @property
     def antenna(self) -> I64:
@@ -51,9 +52,7 @@ class ChannelTable:
     def rows(self, receiver: I64, channel: I64) -> tuple[I64, Bool]:
         """(n,) rows of channels by 0-based receiver and channel, and whether the table has them; the row of
         one that it does not have is 0."""
-        first = receiver * self.width
-        inside = (first < len(self.exists)) & (channel < self.width)
-        return (first + channel) * inside, inside
+        return _rows(self.width, len(self.exists), receiver.tobytes(), channel.tobytes())
 
     def of_antennas(self, which: Bool) -> Bool:
         """(k,) channels of the antennas that `which` (antennas,) marks."""
@@ -102,17 +101,33 @@ class ChannelTable:
             transaction=np.where(overtaken, NO_TRANSACTION, self.transaction),
         )
 
-    def due(self, epoch: int, resend_epochs: int) -> tuple[Bool, Bool]:
-        """(k,) channels to be commanded in this epoch: anew, and again under the same transaction."""
-        differs = (self.target != self.held) & (self.not_before <= epoch)
-        idle = self.transaction == NO_TRANSACTION
-        return differs & idle, differs & ~idle & (epoch - self.sent_epoch >= resend_epochs)
+    def due(self, epoch: int, resend_epochs: int) -> tuple[Index, Bool]:
+        """Rows (n,) of channels to be commanded in this epoch, and which of them anew: the others are asked
+        again, under the same transaction."""
+        (rows,) = ((self.target != self.held) & (self.not_before <= epoch)).nonzero()
+        if not len(rows):
+            return rows, np.zeros(0, bool)
+        anew = self.transaction[rows] == NO_TRANSACTION
+        due = anew | (epoch - self.sent_epoch[rows] >= resend_epochs)
+        return rows[due], anew[due]
 
     def sent(self, rows: Index, transaction: I64, epoch: int) -> ChannelTable:
         """After commands for the targets of rows (n,) in this epoch."""
         asked, numbers, sent_epoch = self.asked.copy(), self.transaction.copy(), self.sent_epoch.copy()
         asked[rows], numbers[rows], sent_epoch[rows] = self.target[rows], transaction, epoch
         return replace(self, asked=asked, transaction=numbers, sent_epoch=sent_epoch)
+
+
+@lru_cache(maxsize=64)
+def _rows(width: int, channels: int, receivers: bytes, of_receiver: bytes) -> tuple[I64, Bool]:
+    """Most epochs measure on the same channels as the one before."""
+    receiver, channel = np.frombuffer(receivers, np.int64), np.frombuffer(of_receiver, np.int64)
+    first = receiver * width
+    inside = (first < channels) & (channel < width)
+    rows = (first + channel) * inside
+    for shared in (rows, inside):
+        shared.setflags(write=False)
+    return rows, inside
 
 
 def searching(channels: I64) -> ChannelTable:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
 
@@ -35,5 +38,21 @@ class Ranges:
     def __len__(self) -> int:
         return len(self.sat)
 
+    @property
+    def satellites(self) -> int:
+        """How many there are."""
+        return distinct(self.sat)
+
     def __getitem__(self, rows) -> Ranges:
         return Ranges(*(getattr(self, name)[..., rows] for name in self.__slots__))
+
+
+def distinct(numbers: I64) -> int:
+    """How many different ones there are among numbers (n,)."""
+    return _distinct(numbers.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _distinct(numbers: bytes) -> int:
+    """Most epochs measure the same satellites as the one before."""
+    return len(set(np.frombuffer(numbers, np.int64).tolist()))

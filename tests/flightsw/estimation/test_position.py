@@ -10,7 +10,7 @@ import pytest
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
 from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
 from gnss_hil.flightsw.estimation.position import solve
-from gnss_hil.flightsw.measurement.noise import code_variance_m2, range_variance_m2, rate_variance_m2ps2
+from gnss_hil.flightsw.measurement.noise import range_variance_m2, variances
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix
@@ -64,7 +64,7 @@ def measurements(o, cn0=45.0):
     return Ranges(
         antenna, sat, 1 << np.arange(n) % 32, flat, o["p"], o["pdot"],
         np.array([o["x"], o["y"], o["z"]]), np.array([o["vx"], o["vy"], o["vz"]]), o["clock"], o["drift"],
-        code_variance_m2(flat + cn0, sat), rate_variance_m2ps2(flat + cn0),
+        *variances(flat + cn0, sat),
     )  # fmt: skip
 
 
@@ -339,7 +339,7 @@ def test_common_error_of_a_satellite_does_not_average_out():
 
 def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_the_option_states():
     both = np.array([1, 65])
-    code, ura = code_variance_m2(np.full(2, 45.0), both), np.full(2, 2.0)
+    (code, _), ura = variances(np.full(2, 45.0), both), np.full(2, 2.0)
     assert code == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
     assert range_variance_m2(code, ura, both, 0.0) == pytest.approx(code)
     assert range_variance_m2(code, ura, both, 0.5) - code == pytest.approx(4.0)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gnss_hil.flightsw.measurement.noise import rate_variance_m2ps2
+from gnss_hil.flightsw.measurement.noise import variances
 from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
 
@@ -18,7 +18,7 @@ CN0 = np.array([50.0, 30.0, 44.0, 36.0, 47.0, 33.0, 41.0, 38.0])
 def weak_and_strong(c):
     """Eight satellites, of very different C/N0."""
     m = measurements(s.observe(c, in_view(c, 8, sats=GPS), SKY))
-    return replace(m, rate_variance_m2ps2=rate_variance_m2ps2(CN0))
+    return replace(m, rate_variance_m2ps2=variances(CN0, m.sat)[1])
 
 
 def geometry(c, m):
