@@ -27,6 +27,7 @@ ACROSS = {
     "flightsw/app/test_fuzz.py": "the whole flight software under random frames",
     "flightsw/estimation/test_navigators.py": "all navigators beside each other",
     "flightsw/estimation/test_seam.py": "what a navigator is asked for, by one of the test's own",
+    "emulator/receivers/test_kinds.py": "which kind of receivers a craft gets",
     "emulator/receivers/test_made_up_kind.py": "a kind of receivers that is nowhere else",
     "flightsw/test_process.py": "the flight software as a process",
     "tools/export/test_command.py": "gnss-hil export",

@@ -5,8 +5,8 @@ A channel is idle, or it is set on a satellite. Set on one, it searches while th
 Without a signal it goes back to search and waits there for as long as it is set.
 
 The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
-unless each keeps its own. Modelled: times of acquisition are those of the scenario (an ephemeris may take as long
-as the frames of its message do, `emulator.signal.data_frames`), a signal strong enough is found and
+unless each keeps its own. Modelled: times of acquisition are those of the scenario (an ephemeris may take as
+long as the frames of its message do, `emulator.signal.data_frames`), a signal strong enough is found and
 never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
 run to its end.
 

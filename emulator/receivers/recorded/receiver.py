@@ -2,9 +2,9 @@
 
 Its marks are the file's epoch tags, by the receiver's own clock: so they are reported on the bus. Satellites
 are put where they were when they sent, which a pseudorange and a tag of the same clock determine exactly,
-however far that clock is off. Where there is a reference orbit it is the truth; else there is none. The attitude is
-unknown: body axes are reported as those of the Earth, which means nothing while the vehicle file has no lever
-arms. The receiver obeys no command.
+however far that clock is off. Where there is a reference orbit it is the truth; else there is none. The
+attitude is unknown: body axes are reported as those of the Earth, which means nothing while the vehicle file
+has no lever arms. The receiver obeys no command.
 """
 
 from __future__ import annotations

@@ -16,7 +16,8 @@ pytestmark = [
         "tools/study/factors.py",
         "tools/study/page.py",
         what="Studies: one factor at a time, two craft side by side",
-        by="emulator and flight software of ours, played together; what two craft share cancels, noise does not",
+        by="emulator and flight software of ours, played together; what two craft share cancels, noise does "
+        "not",
         status="modelled",
     ),
 ]
