@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
+from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch
 
 TRAILER_BITS = 13
 """CRC delimiter, acknowledge slot and delimiter, end of frame (7) and intermission (3)."""
@@ -73,6 +73,7 @@ def _tables():
     states = np.arange(_STATES)[:, None]
     header_state, header_stuff = _walk(np.array(_START), header, 19)
     byte_state, byte_stuff = _stretch(8)
+    byte_step = byte_state | byte_stuff << 4  # both in one look-up
     crc_state, crc_stuff = _walk(states, np.arange(1 << 15), 15)
     # A stuff bit due after the last CRC bit is still sent.
     crc_stuff = crc_stuff + ((crc_state - 1) % 5 == 4)
@@ -80,8 +81,7 @@ def _tables():
         header_state,
         header_stuff,
         _crc15(np.zeros_like(header), header, 19),
-        byte_state,
-        byte_stuff,
+        byte_step,
         _crc15(np.zeros(256, np.int64), np.arange(256), 8),
         crc_stuff,
     )
@@ -89,17 +89,20 @@ def _tables():
 
 def frame_bits(frames: FrameBatch) -> NDArray[np.int64]:
     """(n,) bits each base-format data frame occupies, intermission included (8 bytes: 111 + stuff bits)."""
-    header_state, header_stuff, header_crc, byte_state, byte_stuff, byte_crc, crc_stuff = _tables()
+    header_state, header_stuff, header_crc, byte_step, byte_crc, crc_stuff = _tables()
     length = frames.length.astype(np.int64)
     header = (frames.can_id & SFF_MASK).astype(np.int64) << 4 | length
     state = header_state[header]
     stuffed = header_stuff[header]
     crc = header_crc[header]
+    shortest = int(length.min(initial=WIDTH))
     for k in range(int(length.max(initial=0))):
         byte = frames.data[:, k]
-        sent = k < length
-        stuffed += np.where(sent, byte_stuff[state, byte], 0)
-        next_crc = (crc << 8 & 0x7FFF) ^ byte_crc[crc >> 7 ^ byte]
-        state = np.where(sent, byte_state[state, byte], state)
-        crc = np.where(sent, next_crc, crc)
+        step = byte_step[state, byte]
+        after = (crc << 8 & 0x7FFF) ^ byte_crc[crc >> 7 ^ byte]
+        if k >= shortest:
+            sent = k < length
+            step, after = np.where(sent, step, state), np.where(sent, after, crc)
+        state, crc = step & 15, after
+        stuffed += step >> 4
     return 34 + 8 * length + stuffed + crc_stuff[state, crc] + TRAILER_BITS

@@ -91,7 +91,7 @@ def _pair_tables() -> NDArray[np.uint8]:
 
 
 _PAIR = _pair_tables()
-_PAIR_BASE = np.arange(4, dtype=np.int64) << 16
+_PAIR_BASE = np.arange(4, dtype=np.int64)[:, None] << 16
 
 
 def _identifier_crc() -> NDArray[np.uint8]:
@@ -114,7 +114,8 @@ def crc(can_id: NDArray, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _payload_crc(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(n,) what payloads (n, 8) contribute to the CRC."""
-    return np.bitwise_xor.reduce(_PAIR.take((np.ascontiguousarray(data).view("<u2") + _PAIR_BASE).T))
+    pairs = np.ascontiguousarray(data).view("<u2").T
+    return np.bitwise_xor.reduce(_PAIR.take(np.add(pairs, _PAIR_BASE, order="C")))
 
 
 def fresh_counters(codec: Codec) -> NDArray[np.int8]:

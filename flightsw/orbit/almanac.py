@@ -24,6 +24,9 @@ _TRACKABLE: Bool = np.repeat(column(lambda system: system.tracked, False), NUMBE
 _TRACKABLE[::NUMBERS] = False
 """(SATELLITES,) whether an index is a satellite of a system that receivers track."""
 
+_TURNING_RPS = ROTATION_RPS * np.array([[1.0], [-1.0]])
+"""Minus the rotation as a vector product: of y and x (2, n), its x and y."""
+
 TRACKED_AGE_NS = 120 * 10**9
 """For this long the report of a satellite once tracked stands against almanac frames: it stays better."""
 
@@ -54,10 +57,9 @@ def no_predictions() -> Predictions:
 def plausible(sat: I64, pos_ecef_m: F64, vel_ecef_mps: F64) -> Bool:
     """(n,) satellites that receivers can track, outside the Earth and bound to it; pos, vel (3, n), any
     instant."""
-    x, y = pos_ecef_m[0], pos_ecef_m[1]
-    vx, vy, vz = vel_ecef_mps[0], vel_ecef_mps[1], vel_ecef_mps[2]
     r2 = np.add.reduce(pos_ecef_m * pos_ecef_m)
-    inertial2 = (vx - ROTATION_RPS * y) ** 2 + (vy + ROTATION_RPS * x) ** 2 + vz * vz
+    across, along = vel_ecef_mps[:2] - _TURNING_RPS * pos_ecef_m[1::-1], vel_ecef_mps[2]
+    inertial2 = np.add.reduce(across * across) + along * along
     return _TRACKABLE[sat] & (r2 > EQUATOR_M**2) & (inertial2 * inertial2 * r2 < (2 * MU_M3_S2) ** 2)
 
 
@@ -102,6 +104,5 @@ def predicted(table: Predictions, t_ns: int) -> tuple[I64, F64]:
     dt = (t_ns - table.t_ns[sat]) * 1e-9
     r2 = np.add.reduce(r * r)
     acceleration = r * (-MU_M3_S2 / (r2 * np.sqrt(r2)))
-    acceleration[0] += ROTATION_RPS * (ROTATION_RPS * r[0] + 2 * v[1])
-    acceleration[1] += ROTATION_RPS * (ROTATION_RPS * r[1] - 2 * v[0])
+    acceleration[:2] += ROTATION_RPS**2 * r[:2] + 2 * _TURNING_RPS * v[1::-1]
     return sat, r + dt * (v + 0.5 * dt * acceleration)
