@@ -1,5 +1,5 @@
 # make run    the bench, played: Soyuz, four antennas, two processes on a bus of their own
-# make test   style, architecture, tests; on all processors
+# make test   style, architecture, types, tests; on all processors
 # make quick  the tests of single modules: the inner loop
 # make bench  speeds
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
@@ -28,8 +28,8 @@ test: $(DEVELOPMENT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(BIN)/basedpyright --level error
-	$(PYTEST)
+	@said=$$(mktemp); $(BIN)/basedpyright --level error >$$said 2>&1 & checker=$$!; trap 'kill $$checker' INT TERM; \
+	$(PYTEST); tests=$$?; wait $$checker; types=$$?; cat $$said; rm $$said; exit $$((tests || types))
 
 quick: $(DEVELOPMENT)
 	$(PYTEST) -m 'not slow and not realdata' tests/dbc tests/emulator tests/flightsw tests/tools

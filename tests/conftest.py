@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,6 +21,9 @@ settings.load_profile("bench")
 
 SHARING = {"system", "realdata", "peers"}
 """Folders whose modules share a costly run among their tests: each module is played by one process."""
+
+USUAL = 5.0
+"""Seconds of a slow test that does not say: they give an order, and nothing is judged by them."""
 
 _own = pytest.StashKey[str]()
 
@@ -37,14 +41,31 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """For several processes: long tests first, so that none is the last alone; one user-mode kernel at a
-    time, which takes two gigabytes."""
-    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+    """For several processes: what takes longest first, so that nothing long is the last and alone; one
+    user-mode kernel at a time, which takes two gigabytes."""
     for item in items:
         if "uml" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.xdist_group("user-mode kernel"))
         elif item.path.parent.name in SHARING:
             item.add_marker(pytest.mark.xdist_group(item.path.name))
+    cost = Counter[str]()
+    for item in items:
+        cost[_unit(item)] += _seconds(item)
+    items.sort(key=lambda item: -cost[_unit(item)])
+
+
+def _unit(item: pytest.Item) -> str:
+    """What is played in one go by one process: the group of a test, or the test."""
+    group = item.get_closest_marker("xdist_group")
+    return group.args[0] if group else item.nodeid
+
+
+def _seconds(item: pytest.Item) -> float:
+    """Of processor time or waiting, as its marker says; USUAL where that names none."""
+    slow = item.get_closest_marker("slow")
+    if slow:
+        return slow.kwargs.get("seconds", USUAL)
+    return 1.0 if item.path.parent.name in SHARING else 0.0
 
 
 @pytest.fixture(autouse=True)

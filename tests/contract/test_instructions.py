@@ -8,7 +8,7 @@ from tests.benchmarks import instructions
 from tests.support.outside import program
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=35)
 def test_an_epoch_costs_no_more_than_its_limit():
     program("valgrind", "valgrind", "VALGRIND")
     found = instructions.measured()

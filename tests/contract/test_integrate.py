@@ -56,7 +56,7 @@ def run(script: str, folder: Path) -> subprocess.CompletedProcess:
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=80)
 def test_the_guide_is_done_as_written(tmp_path):
     c_tools("cc", "make", "sha256sum", "bash")
     shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=shutil.ignore_patterns("build"))

@@ -24,7 +24,7 @@ pytestmark = [
     pytest.mark.verifies(what="Record: canonical order and stamps of frames"),
 ]
 
-DURATION_S = 300
+DURATION_S = 150
 FLY = f"{shlex.quote(sys.executable)} -m gnss_hil.flightsw --quiet --once"
 
 
@@ -116,6 +116,7 @@ def test_process_paused(expected_log, tmp_path, module):
     assert log.read_bytes().startswith(expected_log)
 
 
+@pytest.mark.slow(seconds=30)
 def test_real_vcan_in_user_mode_linux(expected, tmp_path, uml):  # noqa: F811
     done = shell(*command(tmp_path / "run", "--bus", "socketcan:vcan0"), cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -56,7 +56,7 @@ def nothing_left() -> bool:
     return not kernels.stdout and not list(Path(tempfile.gettempdir()).glob("gnss-hil-vcan-*"))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=150)
 def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
     suites = ["tests/conformance", "tests/system/test_socketcan_inside.py"]
     suites += ["tests/system/test_receiver_py_inside.py", "tests/system/test_replay_inside.py"]

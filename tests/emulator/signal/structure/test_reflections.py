@@ -52,7 +52,7 @@ def fermat(faces, face, antenna_m, los):
     return found.x, path(found.x)[0] - direct
 
 
-@pytest.mark.slow
+@pytest.mark.slow(seconds=10)
 @pytest.mark.verifies(
     "emulator/signal/structure/reflections.py",
     what="Reflections: place and path",
