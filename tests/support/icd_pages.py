@@ -6,6 +6,10 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from functools import cache
 
+from cantools.database import load_string
+from cantools.database.can import Database
+
+from gnss_hil.dbc.contract.generate import dbc_text
 from gnss_hil.tools.icd.page import document
 from gnss_hil.tools.icd.subject import Subject, subject
 
@@ -15,6 +19,12 @@ SVG = "{http://www.w3.org/2000/svg}"
 @cache
 def subject_of(scenario: str | None = None, receivers: int | None = None) -> Subject:
     return subject(scenario, receivers)
+
+
+@cache
+def read_by_cantools(receivers: int) -> Database:
+    """The DBC of as many receivers."""
+    return load_string(dbc_text(receivers), "dbc")
 
 
 @cache

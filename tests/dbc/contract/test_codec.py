@@ -22,9 +22,11 @@ pytestmark = pytest.mark.verifies(
 
 CODEC = codec(4)
 CANTOOLS = load_string(CODEC.text, "dbc")
+KINDS = [m for m in CANTOOLS.messages if not re.match(r"RX[2-9]", m.name)]
+"""Each kind of message once: other receivers' are laid out alike, which the tables' own test asks for."""
 
 
-@pytest.mark.parametrize("message", CANTOOLS.messages, ids=lambda m: m.name)
+@pytest.mark.parametrize("message", KINDS, ids=lambda m: m.name)
 @given(payloads=st.lists(st.binary(min_size=8, max_size=8), min_size=1, max_size=5))
 @settings(max_examples=15)
 def test_decodes_as_cantools_does(message, payloads):
@@ -35,7 +37,7 @@ def test_decodes_as_cantools_does(message, payloads):
             assert ours[name][row] == value, f"{message.name}.{name}"
 
 
-@pytest.mark.parametrize("message", CANTOOLS.messages, ids=lambda m: m.name)
+@pytest.mark.parametrize("message", KINDS, ids=lambda m: m.name)
 @given(data=st.data())
 @settings(max_examples=15)
 def test_encodes_as_cantools_does(message, data):

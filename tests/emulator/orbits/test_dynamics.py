@@ -152,6 +152,7 @@ def osculating(path, t_s):
     return np.arctan2(node[1], node[0]), np.arctan2(ecc @ across, ecc @ node)
 
 
+@pytest.mark.slow
 def test_energy_and_polar_momentum_are_kept_over_a_day():
     """Zonal gravity has a potential that does not know longitude: both are constants of motion."""
     path = build_orbit(elements(**ISS), START_NS)

@@ -131,6 +131,7 @@ def without_marks(first_epoch_with_ranges):
     return states, {epoch for epoch, *_, action, _ in bus.commands if action == AUTONOMOUS}
 
 
+@pytest.mark.slow
 def test_without_time_marks_the_surrender_is_due_and_commanded_with_the_next_mark():
     states, freed = without_marks(18)
     assert [state.mode for state in states[5:12]] == [
@@ -144,6 +145,7 @@ def test_without_time_marks_the_surrender_is_due_and_commanded_with_the_next_mar
     assert freed == {min(epoch for epoch in marks if epoch >= 12) + 1}
 
 
+@pytest.mark.slow
 def test_a_fix_with_the_next_mark_undoes_the_surrender():
     states, freed = without_marks(6)
     assert states[11].mode is Mode.SURRENDERED and states[-1].mode is Mode.NAVIGATING

@@ -245,6 +245,7 @@ def test_long_without_a_fix_receivers_search_again_then_all_recovers():
     assert error_m(bus.craft, answers[-1], 23) < 0.004
 
 
+@pytest.mark.slow
 def test_restarted_receiver_is_taken_over_again():
     bus = FakeBus(soyuz(), SKY)
     config = configure(SOYUZ, "patent", {})
@@ -258,6 +259,7 @@ def test_restarted_receiver_is_taken_over_again():
         assert len(sats) == len(set(sats))
 
 
+@pytest.mark.slow
 def test_lost_commands_are_repeated_until_obeyed():
     bus = FakeBus(soyuz(), SKY)
     config = configure(SOYUZ, "patent", {})

@@ -92,6 +92,7 @@ def test_a_way_beyond_the_bus_is_no_fix():
     assert isinstance(propagated_to_mark(replace(fix, velocity_mps=-away), 1, None), Fix)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset_s", OFFSETS_S)
 @pytest.mark.parametrize("policy", ["patent", "prototype"])
 def test_on_the_bus(policy, offset_s):

@@ -176,6 +176,7 @@ class Radius:
         return x.position_m[None, :] / np.linalg.norm(x.position_m)
 
 
+@pytest.mark.slow
 def test_a_kind_that_only_a_row_names_reaches_the_filter_and_no_other_navigator(monkeypatch):
     """A sharp radius that is 40 m too large draws the filter's radius after it; a snapshot stays as it is."""
     bus = FakeBus(soyuz(), SKY)
@@ -195,6 +196,7 @@ def test_a_kind_that_only_a_row_names_reaches_the_filter_and_no_other_navigator(
     assert np.linalg.norm(states[-1].solution.fix.position_m) - true == pytest.approx(40.0, abs=1.0)
 
 
+@pytest.mark.slow
 def test_a_filter_of_the_tests_flies_through_the_same_step(monkeypatch):
     monkeypatch.setitem(NAVIGATORS, "filter", FILTER)
     config = configure(SOYUZ, "patent", navigator_name="filter")

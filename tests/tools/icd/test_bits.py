@@ -5,11 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from cantools.database import load_string
 
-from gnss_hil.dbc.contract.generate import dbc_text
 from gnss_hil.tools.icd import bits
-from tests.support.icd_pages import by_id, subject_of, tree
+from tests.support.icd_pages import by_id, read_by_cantools, subject_of, tree
 
 
 def drawn(section) -> dict[tuple[str, int], int]:
@@ -48,7 +46,7 @@ def test_drawn_bits_are_those_cantools_sets(receivers):
         for layout in subject_of(None, receivers).contract.layouts
         for m in layout.messages
     }
-    for message in load_string(dbc_text(receivers), "dbc").messages:
+    for message in read_by_cantools(receivers).messages:
         assert drawn(anchors[layouts[message.name]]) == set_by_cantools(message), message.name
 
 
@@ -75,8 +73,8 @@ def test_neighbouring_signals_have_different_tones():
 def test_the_map_shows_every_identifier_once():
     root = tree(8)
     marked = [int(e.get("data-id")) for e in root.iter() if e.get("data-id", "").isdigit()]
-    assert sorted(marked) == sorted(m.frame_id for m in load_string(dbc_text(8), "dbc").messages)
+    assert sorted(marked) == sorted(m.frame_id for m in read_by_cantools(8).messages)
     kept = [e for e in tree(1).iter() if e.get("class") == "kept"]
-    in_one = {m.frame_id for m in load_string(dbc_text(1), "dbc").messages}
-    in_eight = {m.frame_id for m in load_string(dbc_text(8), "dbc").messages}
+    in_one = {m.frame_id for m in read_by_cantools(1).messages}
+    in_eight = {m.frame_id for m in read_by_cantools(8).messages}
     assert len(kept) == len(in_eight - in_one)

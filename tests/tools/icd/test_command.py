@@ -26,6 +26,7 @@ def test_into_a_pipe_goes_the_page(argv, capsys):
     assert capsys.readouterr().out == page()
 
 
+@pytest.mark.slow
 def test_on_a_terminal_the_page_goes_to_a_file(tmp_path):
     ours, theirs = pty.openpty()
     done = subprocess.run(

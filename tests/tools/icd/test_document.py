@@ -8,15 +8,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from cantools.database import load_string
 
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.dbc.contract.generate import dbc_text
 from gnss_hil.tools.icd import prose
 from gnss_hil.tools.icd.chapters import chapters, section
 from gnss_hil.tools.icd.messages import number, readers
 from gnss_hil.tools.icd.page import document
-from tests.support.icd_pages import by_id, page, subject_of, tree, words
+from tests.support.icd_pages import by_id, page, read_by_cantools, subject_of, tree, words
 
 pytestmark = pytest.mark.verifies(what="Interface control document: the page")
 
@@ -28,7 +26,7 @@ SIZES = [1, 4, 8]
 def test_every_message_of_the_dbc_has_its_place(receivers):
     """Read from the generator's text, not from what the document read."""
     anchors = by_id(tree(receivers))
-    for m in load_string(dbc_text(receivers), "dbc").messages:
+    for m in read_by_cantools(receivers).messages:
         place = anchors[m.name]
         row = words(place) if place.tag == "section" else words(_row_of(tree(receivers), place))
         assert f"0x{m.frame_id:03X}" in row, m.name
@@ -59,7 +57,7 @@ def test_every_signal_of_the_dbc_has_its_row(receivers):
         if "." in code.get("id", "")
     }
     seen = set()
-    for m in load_string(dbc_text(receivers), "dbc").messages:
+    for m in read_by_cantools(receivers).messages:
         for s in m.signals:
             seen.add(f"{kind_of[m.name]}.{s.name}")
             name, start, bits, sign, step, unit, span, meaning = rows[f"{kind_of[m.name]}.{s.name}"]
@@ -80,7 +78,7 @@ def test_numbers_lose_no_digit():
 
 def test_value_tables_are_those_of_the_dbc():
     anchors = by_id(tree())
-    for name, table in load_string(dbc_text(4), "dbc").dbc.value_tables.items():
+    for name, table in read_by_cantools(4).dbc.value_tables.items():
         cells = [words(cell) for cell in anchors[f"values-{name}"].iter("td")]
         pairs = dict(zip(cells[::2], cells[1::2], strict=True))
         assert pairs == {str(raw): str(label) for raw, label in table.items()}

@@ -141,6 +141,7 @@ def test_a_reader_that_leaves_ends_it_quietly():
         process.stderr.close()
 
 
+@pytest.mark.slow
 @pytest.mark.verifies(
     "tools/monitor/table.py",
     "tools/monitor/lines.py",

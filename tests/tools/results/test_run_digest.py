@@ -75,6 +75,7 @@ def test_while_it_runs_or_from_its_log_a_digest_is_the_same(tmp_path, monkeypatc
     assert not list(tmp_path.rglob(".*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", ["soyuz", "pair"])
 def test_a_run_reported_again_has_the_same_tables_and_summary(tmp_path, scenario, capsys):
     run = tmp_path / "run"

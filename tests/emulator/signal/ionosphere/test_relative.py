@@ -58,6 +58,7 @@ def test_cancels_by_twenty_and_more(activity):
     assert np.abs(gradient).max() < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("activity", ["low", "high"])
 def test_no_step_as_the_craft_moves(activity):
     """Every 50 m over 75 km, in several places: a step would leave a second difference as large as itself."""
