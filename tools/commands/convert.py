@@ -48,16 +48,6 @@ def run(arguments: Namespace) -> int:
     finally:
         ticker.close()
     print(f"{out}: {done.frames} frames")
-    for line in _remarks(source, out, done):
+    for line in done.remarks(source, out):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 0
-
-
-def _remarks(source: Path, out: Path, done) -> list[str]:
-    """What is not in the new file as it was in the old one."""
-    return [
-        *([f"{source}: {done.complaint}"] if done.complaint else []),
-        *(f"{source}: frames left out: {count} {reason}" for reason, count in done.omitted.items()),
-        *(f"{source}: {count} frames {reason}" for reason, count in done.strayed.items()),
-        *(f"{out}: bus {name} comes back as {other}" for name, other in done.renamed.items()),
-    ]

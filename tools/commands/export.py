@@ -50,7 +50,9 @@ def run(arguments: Namespace) -> int:
         choices = Choices(arguments.shapiro, not arguments.pz90, not arguments.no_navigation)
         files, remarks = files_of(scenario, craft, choices)
     else:
-        files = _series(kind, folder, scenario.name, craft, arguments.truth)
+        from gnss_hil.tools.export import orbit_files
+
+        files = orbit_files.files_of(kind, folder, scenario.name, craft, arguments.truth)
     out = arguments.out or folder / FOLDER
     out.mkdir(parents=True, exist_ok=True)
     for file in files:
@@ -69,18 +71,6 @@ def _check(arguments: Namespace) -> None:
         raise Mistake("--truth belongs to export oem and sp3: nothing observes the truth")
     if arguments.out and arguments.out.exists() and not arguments.out.is_dir():
         raise Mistake(f"--out {arguments.out}: is a file; name a folder")
-
-
-def _series(kind: str, folder: Path, scenario: str, craft, true: bool) -> list:
-    """OEM files, one a craft, or one SP3 file."""
-    from gnss_hil.tools.export import oem, sp3, time_series
-    from gnss_hil.tools.export.rinex import File
-
-    series = time_series.of_truth(folder, craft) if true else time_series.of_fixes(craft)
-    if kind == "sp3":
-        orbits = sp3.of_craft(series)
-        return [File(f"{scenario}.sp3", sp3.text_of(orbits), f"{len(orbits.t_ns)} epochs")]
-    return [File(f"{c.name}.oem", oem.text_of(c), f"{len(c.t_ns)} states") for c in series]
 
 
 def _write(path: Path, text: Iterable[str]) -> None:

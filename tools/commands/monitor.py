@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
-import time
 from argparse import Namespace
 
 from gnss_hil.tools.command_line import arguments as shared
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Failed, Mistake
-
-TURN_S = 0.1
+from gnss_hil.tools.common.errors import Mistake
 
 _DESCRIPTION = """\
 Listens on a bus and decodes live: a table on a terminal, one line a frame in a pipe. It never sends.
@@ -55,17 +51,17 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.tools.monitor.discovery import running_bus
     from gnss_hil.tools.monitor.filter import FrameFilter
     from gnss_hil.tools.monitor.format import Formatter
+    from gnss_hil.tools.monitor.listening import listen
 
     contract = codec(_contract(arguments))
-    formatter = Formatter(contract)
-    wanted = FrameFilter(contract, formatter, arguments.only)
+    wanted = FrameFilter(contract, Formatter(contract), arguments.only)
     if arguments.bus == "inline":
         raise Mistake("--bus inline: it is inside one process, nobody can listen")
     spec = running_bus() if arguments.bus == "embedded" else arguments.bus
     link = open_link(spec)
     try:
         with Stop() as stop:
-            return _listen(arguments, spec, link, contract, wanted, formatter, stop)
+            return listen(link, spec, contract, wanted, arguments.raw, arguments.duration, stop)
     finally:
         link.close()
 
@@ -79,43 +75,3 @@ def _contract(arguments: Namespace) -> int:
     if arguments.receivers not in (None, antennas):
         raise Mistake(f"--receivers {arguments.receivers}: {arguments.vehicle} has {antennas} receivers")
     return antennas
-
-
-def _listen(arguments: Namespace, spec: str, link, contract, wanted, formatter, stop) -> int:
-    """Until the time is over, it is interrupted, or the bus ends; the exit status."""
-    from gnss_hil.dbc.bus.base import LinkClosed
-    from gnss_hil.tools.live.terminal import Terminal, can_draw
-    from gnss_hil.tools.monitor.output import Piped, Table
-    from gnss_hil.tools.monitor.stats import BusStats
-    from gnss_hil.tools.monitor.table import totals
-
-    stats = BusStats(contract)
-    on_terminal = can_draw(sys.stdout)
-    face = (
-        Table(Terminal(sys.stdout), stats, wanted, formatter, arguments.raw, spec)
-        if on_terminal
-        else Piped(sys.stdout.fileno(), wanted, formatter, arguments.raw, spec)
-    )
-    begun = time.monotonic()
-    end = begun + (arguments.duration or float("inf"))
-    gone = None
-    try:
-        while not stop() and (rest := end - time.monotonic()) > 0:
-            try:
-                frames = link.receive(min(TURN_S, rest))
-            except LinkClosed as error:
-                gone = str(error) or "gone"
-                break
-            if len(frames):
-                face.hear(frames, stats.hear(frames, time.monotonic()))
-            face.refresh(link.dropped)
-    finally:
-        face.close()
-    seconds = time.monotonic() - begun
-    text = totals(stats, wanted, formatter, seconds, link.dropped, face.left_out)
-    print(text, file=sys.stdout if on_terminal else sys.stderr)
-    if gone and not stats.ended:
-        raise Failed(f"bus {spec}: {gone}")
-    if gone:
-        print(f"{PROGRAM}: the bench has ended its run", file=sys.stderr)
-    return INTERRUPTED if stop() else 0

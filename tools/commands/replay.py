@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.process.command_line import voice
 from gnss_hil.tools.command_line.arguments import pace, seconds
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
-from gnss_hil.tools.run_config.config import EXTERNAL, OURS, ReplayConfig
+from gnss_hil.tools.run_config.config import EXTERNAL, OTHER_SIDE, OURS, ReplayConfig
 
 LIMIT_S = 10.0
-
-OTHER_SIDE = {"emulator": "flight", "flight": "emulator"}
-"""Who hears the side that is played."""
 
 _AWAITS = "needs --only: without it nothing is awaited from anybody"
 _OWN = "belongs to our own flight software: --only emulator --flight ours"
@@ -106,26 +103,26 @@ def run(arguments: Namespace) -> int:
 
     found = source.find(config.recording, config.craft, config.vehicle)
     output.check(config.out, config.report, config.force, found)
-    say = _silent if config.quiet else _say
+    say = voice(PROGRAM, config.quiet)
     with Stop() as stop, RuntimeDir() as runtime_dir, peer.bus(config.bus, runtime_dir, say) as spec:
         played, folder = session.play(config, found, spec, runtime_dir, say, stop)
-    for line in _account(config, played):
+    for line in output.account(config, played):
         print(line)
     if folder is not None:
         print(flush=True)
-        _report(folder, output.facts_of(found, config, played))
+        _report(folder.path, output.facts_of(found, config, played))
     if stop():
         return INTERRUPTED
     return 1 if config.same and played.comparison.different else 0
 
 
-def _report(folder, facts: Mapping[str, Any]) -> None:
+def _report(folder: Path, facts: Mapping[str, Any]) -> None:
     """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them."""
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.recording.run_folder import FACTS, write_json
 
     write_json(folder / FACTS, facts)
-    report.run(Namespace(run=folder.path, other=None, out=None))
+    report.run(Namespace(run=folder, other=None, out=None))
 
 
 def config_of(a: Namespace) -> ReplayConfig:
@@ -176,23 +173,3 @@ def _pace(only: str | None, emulator: str | None) -> str | None:
     if only is None:
         return "realtime"
     return None if emulator == EXTERNAL else "lockstep"
-
-
-def _say(text: str) -> None:
-    print(f"{PROGRAM}: {text}", file=sys.stderr, flush=True)
-
-
-def _silent(text: str) -> None:
-    pass
-
-
-def _account(config: ReplayConfig, played) -> list[str]:
-    """What a replay showed."""
-    wall = f"{played.wall_s:.1f} s"
-    if config.only is None:
-        return [f"replayed    {played.sent} frames in {wall}; {played.heard} heard from others"]
-    lines = [f"replayed    {played.epochs} epochs in {wall}: {played.sent} frames sent, {played.heard} heard"]
-    if config.only == "emulator" and config.pace == "lockstep":
-        lines.append(f"unanswered  {played.tally.unanswered} epochs")
-    lines.append(f"{OTHER_SIDE[config.only]:<11} {played.comparison.result}")
-    return lines

@@ -18,7 +18,7 @@ from gnss_hil.tools.replay.players import Keep, Played
 from gnss_hil.tools.replay.recorded_run import RecordedRun
 from gnss_hil.tools.replay.source import Source, scenario_of
 from gnss_hil.tools.results import assemble
-from gnss_hil.tools.run_config.config import OURS, ReplayConfig
+from gnss_hil.tools.run_config.config import OTHER_SIDE, OURS, ReplayConfig
 
 
 def check(out: Path | None, report: Path | None, force: bool, source: Source) -> None:
@@ -109,3 +109,15 @@ def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, 
         epoch_latency_ms=assemble.latency_ms(latency.percentile_s(50), latency.percentile_s(99)),
         latency_histogram=[list(bar) for bar in latency.histogram()],
     )
+
+
+def account(config: ReplayConfig, played: Played) -> list[str]:
+    """What a replay showed, in lines."""
+    wall = f"{played.wall_s:.1f} s"
+    if config.only is None:
+        return [f"replayed    {played.sent} frames in {wall}; {played.heard} heard from others"]
+    lines = [f"replayed    {played.epochs} epochs in {wall}: {played.sent} frames sent, {played.heard} heard"]
+    if config.only == "emulator" and config.pace == "lockstep":
+        lines.append(f"unanswered  {played.tally.unanswered} epochs")
+    lines.append(f"{OTHER_SIDE[config.only]:<11} {played.comparison.result}")
+    return lines

@@ -15,6 +15,9 @@ from gnss_hil.dbc.process.command_line import Value
 OURS, EXTERNAL = "ours", "external"
 """Whose software is on a side of the bus: ours, or one that is started elsewhere; else a command to start."""
 
+OTHER_SIDE = {"emulator": "flight", "flight": "emulator"}
+"""Who receives the side that is played."""
+
 
 @dataclass(frozen=True, slots=True)
 class Overrides:

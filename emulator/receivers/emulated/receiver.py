@@ -161,6 +161,7 @@ class EmulatedCraft:
         words, fits = columns.words[rows], columns.whole[rows]
         states = list(unit.models)
         if models:
+            assert columns.values is not None, "kept where models change them"
             values = dict(zip(templates.channel.names, columns.values[:, rows], strict=True))
             at = prepared.block.geometry
             seen = Measured(

@@ -8,6 +8,12 @@ from gnss_hil.tools.command_line.main import main
 from tests.support.exported import played
 
 
+@pytest.mark.verifies(
+    "tools/export/orbit_files.py",
+    what="Files of gnss-hil export oem and sp3",
+    by="names and kinds of the files that come out of a run; what is in them, by the packages oem and sp3",
+    status="modelled",
+)
 def test_files_go_where_they_are_wanted(run, tmp_path, capsys):
     assert main(["export", "rinex", str(run), "--out", str(tmp_path / "new" / "rinex")]) == 0
     assert main(["export", "oem", str(run), "--truth", "--out", str(tmp_path)]) == 0

@@ -145,6 +145,7 @@ def test_a_reader_that_leaves_ends_it_quietly():
 @pytest.mark.verifies(
     "tools/monitor/table.py",
     "tools/monitor/lines.py",
+    "tools/monitor/listening.py",
     "tools/monitor/output.py",
     what="Monitor: table and lines",
     by="pyte sees the table drawn, resized, left clean; raw lines are candump's form",

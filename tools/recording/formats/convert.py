@@ -27,6 +27,15 @@ class Converted:
     strayed: Counter[str] = field(default_factory=Counter)
     renamed: dict[str, str] = field(default_factory=dict)
 
+    def remarks(self, source: Path, out: Path) -> list[str]:
+        """What is not in the new file as it was in the old one, in lines."""
+        return [
+            *([f"{source}: {self.complaint}"] if self.complaint else []),
+            *(f"{source}: frames left out: {count} {reason}" for reason, count in self.omitted.items()),
+            *(f"{source}: {count} frames {reason}" for reason, count in self.strayed.items()),
+            *(f"{out}: bus {name} comes back as {other}" for name, other in self.renamed.items()),
+        ]
+
 
 def convert(
     recording: Recording, out: Path, progress: Callable[[int, float | None], None] = lambda n, share: None
