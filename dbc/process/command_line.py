@@ -64,7 +64,7 @@ def seconds(text: str) -> float:
             f"'{text}' is not a duration; seconds, or a number with s, m, h or d (600, 10m, 1d)"
         ) from None
     if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text} s; must be greater than 0")
+        raise argparse.ArgumentTypeError(f"{text} s; must be finite and greater than 0")
     return value
 
 

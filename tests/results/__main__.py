@@ -16,6 +16,7 @@ from tests.results.readers import Played
 from tests.results.table import RESULTS, Result
 
 LAST = 4000  # characters of output that a failure shows
+UNNAMED = "SCENARIO-DATE-TIME"  # a run's folder in what is shown, as it is called where none is named
 BUSY = 1.0  # load average above which speeds are not measured
 
 
@@ -60,7 +61,7 @@ def measure(result: Result) -> tuple[dict[str, float], str]:
         folder = Path(place) / "run"
         played = play(result.command, folder)
         figures = {name: reader(played) for name, reader in result.figures.items()}
-        return figures, played.output.replace(str(folder), f"runs/{result.name}") if result.shown else ""
+        return figures, played.output.replace(str(folder), f"runs/{UNNAMED}") if result.shown else ""
 
 
 def arguments() -> argparse.Namespace:

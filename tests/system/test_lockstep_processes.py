@@ -310,7 +310,7 @@ MISTAKES = [
         2,
         "one CRAFT=BUS for each craft",
     ),
-    (["emulator", "soyuz", "--bus", "virtual:x", "--duration", "-1"], 2, "must be greater than 0"),
+    (["emulator", "soyuz", "--bus", "virtual:x", "--duration", "-1"], 2, "must be finite and greater than 0"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--truth", "/nowhere/t"], 2, "/nowhere/t: No such file"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--status", "fd:99"], 2, "fd:99: Bad file descriptor"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--require", "WARP"], 2, "no node 'WARP'"),

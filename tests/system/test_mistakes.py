@@ -43,13 +43,13 @@ no such option
     unrecognized arguments: --polcy
 negative duration
     $ run --duration -5
-    --duration: -5 s; must be greater than 0
+    --duration: -5 s; must be finite and greater than 0
 zero duration
     $ run --duration 0
-    --duration: 0 s; must be greater than 0
+    --duration: 0 s; must be finite and greater than 0
 duration of nothing
     $ run --duration nan
-    --duration: nan s; must be greater than 0
+    --duration: nan s; must be finite and greater than 0
 duration in an unknown unit
     $ run --duration 5parsec
     '5parsec' is not a duration
@@ -67,7 +67,7 @@ unknown policy
     policy 'nearest': not known; there are patent, prototype, analogue, single
 unknown option
     $ run --option foo=1
-    policy 'patent': foo: unknown key
+    foo: unknown option; there are .*overflow
 option out of range
     $ run --option hysteresis_deg=-1
     hysteresis_deg: .*found -1
@@ -79,7 +79,7 @@ option twice
     given 2 times
 option of the other policy
     $ run --policy prototype --option overflow=next
-    overflow: unknown key
+    overflow: unknown option; there are 
 unknown rule
     $ run --autonomous chance
     --autonomous: invalid choice: 'chance'.*elevation
@@ -107,6 +107,9 @@ run folder cannot be
 flight software that there is not
     $ run --flight nosuch
     --flight 'nosuch': no such program
+flight software that is not executable
+    $ run --flight {empty}.12n
+    --flight '.*': .*empty.12n is not executable; name what runs it before it
 flight software with an open quotation
     $ run --flight sh'unclosed
     --flight .*'unclosed.*: not a command: No closing quotation
@@ -170,7 +173,7 @@ def test_a_mistake_gets_its_line_and_status(mistake, bench, desk, capsys):
 @pytest.mark.parametrize(
     ("argv", "status", "line"),
     [
-        (["run", "--duration", "-1"], 2, "gnss-hil: --duration: -1 s; must be greater than 0"),
+        (["run", "--duration", "-1"], 2, "gnss-hil: --duration: -1 s; must be finite and greater than 0"),
         (["run", "--bus", "socketcan:vcan77"], 3, "gnss-hil: bus 'socketcan:vcan77'"),
         (["nonsense"], 2, "gnss-hil: unknown command 'nonsense'"),
     ],

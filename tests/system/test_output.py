@@ -24,6 +24,24 @@ def test_no_room_for_the_output_is_one_line(command, desk):
     assert done.stderr == "gnss-hil: standard output: No space left on device\n"
 
 
+@pytest.mark.parametrize(
+    ("command", "file"),
+    [
+        ("icd html --out page.html", "page.html"),
+        ("schema vehicle --out schemas", "schemas/vehicle.schema.json"),
+    ],
+)
+def test_no_room_for_a_file_names_it(command, file, desk):
+    def short_of_room():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+    done = subprocess.run(
+        [PROGRAM, *command.split()], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        timeout=HANG_S, preexec_fn=short_of_room,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (1, f"gnss-hil: {file}: File too large\n")
+
+
 def test_no_room_for_the_record_names_the_run_folder(desk):
     def short_of_room():
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))

@@ -249,4 +249,4 @@ def test_a_recording_alone_needs_to_be_told_its_vehicle_and_has_no_scenario(run,
     assert main(["replay", str(tmp_path), "--only", "flight"]) == 2
     assert "is no run folder with a log" in capsys.readouterr().err
     assert main(["replay", str(tmp_path / "none.log"), "--only", "flight"]) == 2
-    assert "no such file" in capsys.readouterr().err
+    assert "no such run folder or recording" in capsys.readouterr().err

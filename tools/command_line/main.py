@@ -56,12 +56,12 @@ COMMANDS = {
         ),
         Command(
             "report", "a run's tables, summary and report.html again; or two runs compared",
-            ("report runs/soyuz-20121031-001500", "report runs/patent runs/prototype --out compared.html"),
+            ("report runs/patent", "report runs/patent runs/prototype --out compared.html"),
         ),
         Command(
             "replay", "play a recording again: one side against real software, or all of it",
             (
-                "replay runs/soyuz-20121031-001500 --only emulator --same",
+                "replay runs/patent --only emulator --same",
                 "replay RUN --only emulator --flight ./mine --report runs/mine",
                 "replay trace.blf --only emulator --bus socketcan:vcan0 --pace realtime",
                 "replay RUN --only flight --bus socketcan:can0",
@@ -70,14 +70,14 @@ COMMANDS = {
         ),
         Command(
             "convert", "write a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
-            ("convert runs/soyuz-20121031-001500 soyuz.blf", "convert trace.asc trace.log"),
+            ("convert runs/patent soyuz.blf", "convert trace.asc trace.log"),
         ),
         Command(
             "export", "what a run measured, for other software: RINEX, CCSDS OEM, SP3",
             (
-                "export rinex runs/soyuz-20121031-001500 --out rinex",
-                "export oem runs/soyuz-20121031-001500 --truth",
-                "export sp3 runs/soyuz-20121031-001500",
+                "export rinex runs/patent --out rinex",
+                "export oem runs/patent --truth",
+                "export sp3 runs/patent",
             ),
         ),
         Command(

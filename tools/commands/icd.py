@@ -8,6 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.common.whole_file import draft_of
 
 PARTS = ("html", "dbc", "hash", "budget")
 DEFAULT_FILE = "gnss-hil-icd.html"
@@ -90,7 +91,8 @@ def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -
         sys.stdout.write(page)
         return
     path = out or Path(DEFAULT_FILE)
-    path.write_text(page, "utf-8")
+    with draft_of(path) as draft:
+        draft.write_text(page, "utf-8")
     print(f"interface control document: {path}")
 
 

@@ -96,12 +96,12 @@ def _session(text: str) -> int:
 
 
 def run(arguments: Namespace) -> int:
-    config = config_of(arguments)
     from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
     from gnss_hil.dbc.process.shutdown import Stop
     from gnss_hil.tools.replay import output, peer, session, source
 
-    found = source.find(config.recording, config.craft, config.vehicle)
+    found = source.find(arguments.run, arguments.craft, arguments.vehicle)
+    config = config_of(arguments)
     output.check(config.out, config.report, config.force, found)
     say = voice(PROGRAM, config.quiet)
     with Stop() as stop, RuntimeDir() as runtime_dir, peer.bus(config.bus, runtime_dir, say) as spec:
@@ -165,7 +165,10 @@ def _sides(a: Namespace) -> dict[str, str | None]:
     if other and sides[other] is None:
         sides[other] = OURS if own_bus else EXTERNAL
     if own_bus and (sides[other] == EXTERNAL if other else True):
-        raise Mistake("--bus embedded: nobody else can be there; name a bus (embedded:PATH, socketcan:vcan0)")
+        raise Mistake(
+            "--bus embedded: nobody else can be there; name a bus (embedded:PATH, socketcan:vcan0), or play "
+            "to our own software with --only emulator"
+        )
     return sides
 
 

@@ -8,14 +8,20 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.common.whole_file import draft_of
 
 KINDS = ("scenario", "vehicle", "structure")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("kind", nargs="?", metavar="KIND", help=f"{', '.join(KINDS)} (default: all)")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="write KIND.schema.json into a folder; without: print"
+        "kind",
+        nargs="?",
+        metavar="KIND",
+        help=f"{', '.join(KINDS)}; with --out all of them where none is named",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="write KIND.schema.json into a folder, instead of printing it"
     )
 
 
@@ -33,6 +39,7 @@ def run(arguments: Namespace) -> int:
     out.mkdir(parents=True, exist_ok=True)
     for one in (kind,) if kind else KINDS:
         path = out / file_name(one)
-        path.write_text(text(one), "utf-8")
+        with draft_of(path) as draft:
+            draft.write_text(text(one), "utf-8")
         print(f'{path}: begin a {one} file with "#:schema ./{path.name}"')
     return 0

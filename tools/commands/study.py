@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gnss_hil.dbc.process.command_line import seconds
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.common.whole_file import draft_of
 
 SCENARIO = "pair"
 
@@ -66,6 +67,7 @@ def run(arguments: Namespace) -> int:
     print(page.text(rows))
     target = arguments.out / "factors.html"
     page.write(effects, rows, jobs[0].about(), target)
-    (arguments.out / "factors.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+    with draft_of(arguments.out / "factors.json") as draft:
+        draft.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
     print(f"\nstudy: {target}")
     return 0

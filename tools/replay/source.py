@@ -50,6 +50,8 @@ def find(path: Path, craft: str | None, vehicle: str | None) -> Source:
     craft    its name in the run, or the name of its bus in the recording; None: the only one
     vehicle  file, or name of a shipped one, instead of the run's
     """
+    if not path.exists():
+        raise Mistake(f"{path}: no such run folder or recording")
     named = Path(vehicles.find(vehicle)) if vehicle else None
     contract = codec(vehicles.load(named).antennas) if named else None
     folder = _folder_of(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import shutil
 from collections.abc import Mapping
+from pathlib import Path
 
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.tools.common.errors import Mistake
@@ -33,8 +34,11 @@ def _check_command(side: str, command: str) -> None:
         words = shlex.split(command)
     except ValueError as error:
         raise Mistake(f"--{side} {command!r}: not a command: {error}") from None
-    if not words or shutil.which(words[0]) is None:
-        raise Mistake(f"--{side} {command!r}: no such program")
+    if words and shutil.which(words[0]) is not None:
+        return
+    if words and Path(words[0]).is_file():
+        raise Mistake(f"--{side} {command!r}: {words[0]} is not executable; name what runs it before it")
+    raise Mistake(f"--{side} {command!r}: no such program")
 
 
 def awaited(codec: Codec, flight: str, emulator: str) -> set[str]:
