@@ -104,7 +104,7 @@ def form(codec: Codec, kinds: Sequence[str]) -> Form:
 class Reader:
     """s signals of records that consist of several frames.
 
-    names    (s,) of the signals
+    names    (s,) of the signals; in a joined reader of the parts
     frame    (s,) which frame of a record has each
     shifted  whether any signal has an offset
     shift, mask, sign_bit, factor, offset   (s, 1) as in the codec's layouts; (s,) in a joined reader
@@ -156,12 +156,14 @@ def reader(codec: Codec, kinds: Sequence[str], names: Sequence[str]) -> Reader:
 
 def joined(parts: Sequence[tuple[Reader, int]]) -> Reader:
     """One reader for n records of each: signal after signal, of each signal record after record."""
+    names = tuple(name for part, _ in parts for name in part.names)
+    row = np.repeat(np.arange(len(names)), [n for part, n in parts for _ in part.names])
 
     def column(of: str) -> NDArray:
-        return np.concatenate([np.repeat(getattr(part, of), n) for part, n in parts])
+        return np.concatenate([getattr(part, of).ravel() for part, _ in parts]).take(row)
 
     return Reader(
-        names=tuple(name for part, n in parts for name in part.names for _ in range(n)),
+        names=names,
         frame=column("frame"),
         shifted=any(part.shifted for part, _ in parts),
         shift=column("shift"),

@@ -68,9 +68,10 @@ def block_layout(codec: Codec, can_id: U32) -> BlockLayout:
 def _layout(codec: Codec, identifiers: bytes) -> BlockLayout:
     can_id, nodes = np.frombuffer(identifiers, np.uint32), roster(codec)
     heard = set(nodes.closing[can_id[can_id <= SFF_MASK]].tolist())
+    beats = set(nodes.beat_id.tolist())
     return BlockLayout(
         protection=e2e.identifiers(codec, can_id) if len(can_id) else None,
         marks=tuple(np.flatnonzero(can_id == codec.can_id_of["TIME_MARK", 0]).tolist()),
-        beats=tuple(np.flatnonzero(np.isin(can_id, nodes.beat_id)).tolist()),
+        beats=tuple(row for row, identifier in enumerate(can_id.tolist()) if identifier in beats),
         silent=tuple(i for i, n in enumerate(nodes.node.tolist()) if n not in heard),
     )

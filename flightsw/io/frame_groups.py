@@ -167,8 +167,11 @@ class Unused:
 def unused(filled: I32, slot: I64, rows: Index, found: Iterable[Records]) -> Unused:
     """Of frames (n,) in some rows, their slots, the row that has each slot, and the records found."""
     standing = filled[slot] == rows
-    held = np.isin(rows, np.concatenate([records.rows.ravel() for records in found]))
-    return Unused(rows[~standing], rows[standing & ~held])
+    left = np.zeros(int(rows.max(initial=-1)) + 1, bool)
+    left[rows[standing]] = True
+    for records in found:
+        left[records.rows] = False
+    return Unused(rows[~standing], np.flatnonzero(left))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
