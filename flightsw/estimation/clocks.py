@@ -1,6 +1,6 @@
 """Clocks as unknowns: one for each clock domain, and the time offset of each system from the reference.
 
-A clock and an offset can be told apart only where systems are heard together. Domains and systems that are
+A clock and an offset can be told apart only where systems are tracked together. Domains and systems that are
 linked by measurements form a component; in one that lacks the reference system the clocks contain the time
 offset of its first system (of the table's lowest number), and that offset is no unknown.
 """
@@ -27,7 +27,7 @@ def is_offset(item: int) -> bool:
 
 
 def base_system(systems: Iterable[int]) -> int:
-    """The system whose time the clocks are by where these (at least one) are heard together."""
+    """The system whose time the clocks are by where these (at least one) are tracked together."""
     return min(systems, key=_by_rank)
 
 
@@ -35,10 +35,10 @@ def _by_rank(system: int) -> tuple[bool, int]:
     return system != REFERENCE, system
 
 
-def estimable_offsets(heard: Iterable[tuple[int, int]]) -> list[int]:
+def estimable_offsets(tracked: Iterable[tuple[int, int]]) -> list[int]:
     """Systems whose time offsets these pairs (clock domain, system) tell apart from the clocks."""
     linked: list[tuple[set[int], set[int]]] = []
-    for domain, system in heard:
+    for domain, system in tracked:
         domains, systems = {domain}, {system}
         apart = []
         for other in linked:
@@ -60,9 +60,9 @@ def clock_columns(domain: I64, system: I64) -> tuple[tuple[int, ...], F64]:
 
 
 @lru_cache(maxsize=64)
-def _clock_columns(domains_heard: bytes, systems_heard: bytes) -> tuple[tuple[int, ...], F64]:
+def _clock_columns(domains_tracked: bytes, systems_tracked: bytes) -> tuple[tuple[int, ...], F64]:
     """Most epochs measure the same satellites on the same channels as the one before."""
-    domain, system = np.frombuffer(domains_heard, np.int64), np.frombuffer(systems_heard, np.int64)
+    domain, system = np.frombuffer(domains_tracked, np.int64), np.frombuffer(systems_tracked, np.int64)
     domains, offsets, items = _unknowns(frozenset(zip(domain.tolist(), system.tolist(), strict=True)))
     columns = np.concatenate((domain[:, None] == domains, system[:, None] == offsets), axis=1).astype(float)
     columns.setflags(write=False)
@@ -70,9 +70,9 @@ def _clock_columns(domains_heard: bytes, systems_heard: bytes) -> tuple[tuple[in
 
 
 @lru_cache(maxsize=256)
-def _unknowns(heard: frozenset[tuple[int, int]]) -> tuple[I64, I64, tuple[int, ...]]:
+def _unknowns(tracked: frozenset[tuple[int, int]]) -> tuple[I64, I64, tuple[int, ...]]:
     """Domains, systems with an offset of their own, and the items of both."""
-    domains, offsets = sorted({d for d, _ in heard}), estimable_offsets(heard)
+    domains, offsets = sorted({d for d, _ in tracked}), estimable_offsets(tracked)
     items = (*domains, *(OFFSET_ITEM[s] for s in offsets))
     return np.array(domains, np.int64), np.array(offsets, np.int64), items
 

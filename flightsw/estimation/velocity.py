@@ -15,7 +15,7 @@ from gnss_hil.flightsw.records.solution import FASTEST_MPS
 def velocity_and_drift(z: RangeRates, sat: I64, rules: Rules) -> tuple[F64, F64] | tuple[None, None]:
     """Velocity (3,) and clock rates (c,), after the exclusion of satellites that contradict the others.
 
-    None if the range rates contradict each other or the bus cannot carry what they say.
+    None if the range rates contradict each other or the bus cannot carry what they give.
 
     z     along rays of a position that these measurements made observable
     sat   (n,) satellite of each
@@ -26,7 +26,7 @@ def velocity_and_drift(z: RangeRates, sat: I64, rules: Rules) -> tuple[F64, F64]
     first = Trial(x, design, y - design @ x, variance)
 
     def refit(rows: Index) -> Trial[F64] | None:
-        # A clock heard on the excluded satellite only has no rate any more: not observable.
+        # A clock measured on the excluded satellite alone has no rate any more: not observable.
         estimate = least_squares(design[rows], y[rows], 1 / variance[rows])
         if estimate is None:
             return None
