@@ -242,7 +242,8 @@ while 0x710 not in link.receive(1.0).can_id:  # let the flight software come
     pass
 for begin, end in zip(marks[7:], marks[8:]):
     link.send(frames[begin:end])
-    time.sleep(0.05)
+    while len(heard := link.receive(5.0)) and 0x40 not in heard.can_id:  # a rhythm that the machine can keep
+        pass
 time.sleep(3600)
 """
 
@@ -254,7 +255,7 @@ def test_an_emulator_that_neither_steers_nor_ends_is_recorded_for_the_scenarios_
     assert main(["run", "--emulator", player, "--duration", "40", "--out", str(folder), "--quiet"]) == 0
     summary = summary_of(folder)
     assert (summary["epochs"], summary["duration_s"]) == (40, 40.0)
-    # Nobody waits for anybody here: on a busy machine an answer may come epochs late.
+    # The run waits for nobody here: on a busy machine an answer may come epochs late.
     assert set(summary["frames"]["rejected"]) <= {"MIXED_EPOCH"} and summary["frames"]["lost"] == 0
     assert summary["craft"]["soyuz"]["fixes"] > 0
     assert summary["epoch_latency_ms"]["p50"] > 0
