@@ -23,7 +23,7 @@ from tests.mutants.workspace import FAILED, PASSED, Hung, Workspace, made
 KILLED, SURVIVED, HUNG, BROKEN = "killed", "SURVIVED", "HUNG", "BROKEN"
 
 SECONDS = 300.0
-"""For the tests of a row: a guard against mutants that hang, not a judgement of how fast they are."""
+"""For the tests of a row, and for each of all together: a guard against what hangs, not a judgement."""
 
 
 def main() -> int:
@@ -63,7 +63,7 @@ def _arguments() -> argparse.ArgumentParser:
 def _sound(workspace: Workspace, mutants: Sequence[Mutant]) -> bool:
     """Whether the tests pass without a mutant: else they would tell nothing."""
     tests = sorted({test for mutant in mutants for test in mutant.tests})
-    status, output = workspace.test(tests, 3 * SECONDS)
+    status, output = workspace.test(tests, len(tests) * SECONDS)
     if status != PASSED:
         print(f"{output}\nthe tests do not pass on the code as it stands")
     return status == PASSED
