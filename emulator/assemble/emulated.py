@@ -18,7 +18,7 @@ from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.environment import models as joined
 from gnss_hil.emulator.environment.block import Environment, epochs_at
-from gnss_hil.emulator.environment.link import PlainReceiver, build_link
+from gnss_hil.emulator.environment.carrier_to_noise import PlainReceiver, build_link
 from gnss_hil.emulator.environment.models import Clocks
 from gnss_hil.emulator.error_models.base import Context, Stage
 from gnss_hil.emulator.error_models.params import Factor

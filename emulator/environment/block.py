@@ -21,7 +21,7 @@ from gnss_hil.emulator.attitude.turning import Attitude
 from gnss_hil.emulator.constellation.sky import Sky, SkyState
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment import models as joined
-from gnss_hil.emulator.environment.link import Link, cn0_dbhz
+from gnss_hil.emulator.environment.carrier_to_noise import Link, cn0_dbhz
 from gnss_hil.emulator.environment.models import Clocks, Models
 from gnss_hil.emulator.error_models.base import AttitudeTerm, Epochs
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.emulator.constellation import blocks
+from gnss_hil.emulator.constellation import block_types
 from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage, require_systems
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import link_budget
@@ -32,11 +32,11 @@ class TransmitPattern(Factor):
 
 def transmitters_of(params: TransmitPattern, day: date) -> link_budget.Transmit:
     """Transmitters of all satellites as they were on that day; ValueError if a block is not the system's."""
-    return link_budget.transmit(blocks.block_rows(day, params.gps, params.blocks), params.level)
+    return link_budget.transmit(block_types.block_rows(day, params.gps, params.blocks), params.level)
 
 
 def build(params: TransmitPattern, context: Context) -> Fixed[LinkTerm]:
-    require_systems(context, {block.system for block in blocks.BLOCKS.values()}, "blocks")
+    require_systems(context, {block.system for block in block_types.BLOCKS.values()}, "blocks")
     day = gpstime.to_calendar(context.start_ns).date()
     return Fixed(LinkTerm(transmitters=transmitters_of(params, day)))
 

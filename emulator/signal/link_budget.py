@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64, Index
-from gnss_hil.emulator.constellation.blocks import BLOCKS, Block
+from gnss_hil.emulator.constellation.block_types import BLOCKS, Block
 from gnss_hil.emulator.files import antenna_table
 from gnss_hil.emulator.signal import antenna_patterns
 from gnss_hil.emulator.signal.antenna_patterns import Pattern, Receive

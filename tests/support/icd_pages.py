@@ -10,8 +10,8 @@ from cantools.database import load_string
 from cantools.database.can import Database
 
 from gnss_hil.dbc.contract.generate import dbc_text
+from gnss_hil.tools.icd.documented_buses import Subject, subject
 from gnss_hil.tools.icd.page import document
-from gnss_hil.tools.icd.subject import Subject, subject
 
 SVG = "{http://www.w3.org/2000/svg}"
 

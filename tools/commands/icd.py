@@ -83,8 +83,8 @@ def _asked(arguments: Namespace) -> tuple[str, str | None]:
 
 
 def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -> None:
+    from gnss_hil.tools.icd.documented_buses import subject
     from gnss_hil.tools.icd.page import document
-    from gnss_hil.tools.icd.subject import subject
 
     page = document(subject(scenario, receivers))
     if out is None and not sys.stdout.isatty():

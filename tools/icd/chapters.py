@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from gnss_hil.tools.icd import messages, prose, protection, sequence, timing
-from gnss_hil.tools.icd.subject import Subject
+from gnss_hil.tools.icd.documented_buses import Subject
 from gnss_hil.tools.report.markup import Child, Markup, figure, own, tag, text
 
 _CHAPTER = re.compile(r"^## (.+) \{#(.+)\}\n", re.MULTILINE)

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.common.errors import PROGRAM
 from gnss_hil.tools.icd.chapters import chapters, render
-from gnss_hil.tools.icd.subject import Subject
+from gnss_hil.tools.icd.documented_buses import Subject
 from gnss_hil.tools.report.markup import Markup, filled, own, table, tag, text
 
 _SUBHEADING = re.compile(r'<h3 id="([^"]+)">(.*?)</h3>')

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.tools.study.pair import Errors
+from gnss_hil.tools.study.two_craft import Errors
 
 Array = NDArray[np.float64]
 

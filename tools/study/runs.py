@@ -12,7 +12,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import Overrides
 from gnss_hil.tools.run_config.plan import Plan, make
 from gnss_hil.tools.study.factors import ALONE
-from gnss_hil.tools.study.pair import Errors, play
+from gnss_hil.tools.study.two_craft import Errors, play
 
 TURN_DEG = 60.0
 """Roll of the second craft where it shall see other satellites, or the same on other antennas."""

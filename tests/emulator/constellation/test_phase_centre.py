@@ -9,7 +9,7 @@ import pytest
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.constellation import phase_centre
-from gnss_hil.emulator.constellation.blocks import gps_blocks
+from gnss_hil.emulator.constellation.block_types import gps_blocks
 
 pytestmark = pytest.mark.verifies(
     "emulator/constellation/antenna_offsets.py",

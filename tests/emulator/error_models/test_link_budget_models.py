@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from gnss_hil.emulator.constellation import blocks
+from gnss_hil.emulator.constellation import block_types
 from gnss_hil.emulator.error_models import jamming as jamming_model
 from gnss_hil.emulator.error_models import link_budget as link_model
 from gnss_hil.emulator.error_models import receive_pattern, transmit_pattern
@@ -111,6 +111,6 @@ def test_what_makes_no_sense_is_refused(make):
 
 
 def test_choices_are_the_blocks_there_are():
-    for name in blocks.NAMES:
+    for name in block_types.NAMES:
         kind = "R01" if name == "glonass-m" else "G01"
         assert TransmitPattern(blocks={kind: name}).blocks[kind] == name

@@ -38,7 +38,7 @@ pytestmark = pytest.mark.verifies(
     "emulator/error_models/jamming.py",
     "emulator/receivers/emulated/phase.py",
     "emulator/environment/models.py",
-    "emulator/environment/link.py",
+    "emulator/environment/carrier_to_noise.py",
     "emulator/signal/structure/poses.py",
     what="Measured signals, effects, latch",
     by="wiring of what is judged elsewhere; every factor, switched on by itself, shows on the bus",

@@ -7,7 +7,7 @@ import pytest
 from scipy import constants
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.emulator.constellation import blocks
+from gnss_hil.emulator.constellation import block_types
 from gnss_hil.emulator.signal import antenna_patterns, frontend, link_budget
 from gnss_hil.emulator.signal.bands import band_of
 
@@ -30,20 +30,20 @@ def received_dbw(block, radius_m, craft_m, off_nadir_deg=None, elevation_deg=Non
     satellite = np.array([[radius_m, 0.0, 0.0]])
     craft = satellite[0] + distance_m * np.array([-np.cos(off_nadir), np.sin(off_nadir), 0.0])
     assert np.linalg.norm(craft) == pytest.approx(craft_m)
-    index = np.array([satellites.index(blocks.BLOCKS[block].system, 1)])
-    row = np.full(satellites.SATELLITES, blocks.NAMES.index(block))
+    index = np.array([satellites.index(block_types.BLOCKS[block].system, 1)])
+    row = np.full(satellites.SATELLITES, block_types.NAMES.index(block))
     angle = link_budget.off_nadir_rad(satellite, craft)
     assert angle[0] == pytest.approx(off_nadir, abs=1e-9)
     return link_budget.arriving_dbw(link_budget.transmit(row, level), index, angle, np.array([distance_m]))[0]
 
 
 def radius_of(block):
-    return band_of(blocks.BLOCKS[block].system).radius_m
+    return band_of(block_types.BLOCKS[block].system).radius_m
 
 
 @pytest.mark.verifies(
     "emulator/signal/link_budget.py",
-    "emulator/constellation/blocks.py",
+    "emulator/constellation/block_types.py",
     what="Transmit powers: what is promised, GPS IIR and IIR-M",
     by=(
         "interface documents at 5 deg, by plane trigonometry; a book's levels and the maker's directivities "
@@ -51,7 +51,7 @@ def radius_of(block):
     ),
     status="validated",
 )
-@pytest.mark.parametrize("block", blocks.NAMES)
+@pytest.mark.parametrize("block", block_types.NAMES)
 def test_the_least_level_is_the_documents_promise(block):
     """IS-GPS-200 table 3-Va: -158.5 dBW; GLONASS ICD 3.3.1.6: -161 dBW, 5 deg above the horizon."""
     promised = -161.0 if block == "glonass-m" else -158.5
@@ -60,7 +60,7 @@ def test_the_least_level_is_the_documents_promise(block):
 
 
 @pytest.mark.verifies(
-    "emulator/constellation/blocks.py",
+    "emulator/constellation/block_types.py",
     what="Transmit powers: GPS IIA and IIF, GLONASS-M; levels in the geostationary orbit",
     by=(
         "worked out from published powers (14.3 dBW into the antenna; EIRP of a handbook), which the test "
@@ -75,7 +75,7 @@ def test_levels_were_worked_out_from_power_gain_and_free_space(block, feed_dbw):
 
     The table's levels of these blocks were made so: this judges their typing, and nothing else.
     """
-    radius_m, pattern = radius_of(block), link_budget.shipped(blocks.BLOCKS[block].pattern)
+    radius_m, pattern = radius_of(block), link_budget.shipped(block_types.BLOCKS[block].pattern)
     carrier_hz = 1602e6 if block == "glonass-m" else 1575.42e6
     off_nadir_deg = np.degrees(np.arcsin(EARTH_M * np.cos(np.radians(5)) / radius_m))
     distance_m = np.sqrt(radius_m**2 - (EARTH_M * np.cos(np.radians(5))) ** 2) - EARTH_M * np.sin(
@@ -91,7 +91,7 @@ def test_levels_were_worked_out_from_power_gain_and_free_space(block, feed_dbw):
 @pytest.mark.parametrize("block", ("gps-iir", "gps-iir-improved"))
 def test_the_makers_power_into_the_two_panels_is_one(block):
     """Levels come from one book, directivities from the maker: both give 14.3 dBW radiated."""
-    pattern, level = link_budget.shipped(block), blocks.BLOCKS[block].received_dbw
+    pattern, level = link_budget.shipped(block), block_types.BLOCKS[block].received_dbw
     radiated_dbw = level + 184.43 - np.interp(13.84, pattern.angle_deg, pattern.gain_db)
     assert radiated_dbw == pytest.approx(14.3, abs=0.2)
 
@@ -122,7 +122,7 @@ def test_blocks_at_the_geostationary_orbit_keep_the_space_service_volume():
 
 
 def test_a_satellite_of_no_known_block_has_no_power():
-    row = blocks.block_rows(date(2021, 1, 15), "by-date", {})
+    row = block_types.block_rows(date(2021, 1, 15), "by-date", {})
     index = np.array([satellites.parse("E11")])
     found = link_budget.arriving_dbw(
         link_budget.transmit(row, "typical"), index, np.zeros(1), np.full(1, 2e7)
@@ -131,7 +131,7 @@ def test_a_satellite_of_no_known_block_has_no_power():
 
 
 def test_cn0_is_power_gain_noise_and_loss():
-    row = blocks.block_rows(date(2021, 1, 15), "by-date", {})
+    row = block_types.block_rows(date(2021, 1, 15), "by-date", {})
     table = link_budget.Budget(
         link_budget.transmit(row, "minimum"), ISOTROPIC, frontend.density_wphz(290.0), 1.5
     )
@@ -145,7 +145,7 @@ def test_cn0_is_power_gain_noise_and_loss():
 
 
 def test_noise_of_every_antenna_and_jamming_add_as_powers():
-    row = blocks.block_rows(date(2021, 1, 15), "by-date", {})
+    row = block_types.block_rows(date(2021, 1, 15), "by-date", {})
     both = antenna_patterns.receive((link_budget.shipped("isotropic"),) * 2, 0.0)
     noise = frontend.density_wphz(np.array([290.0, 580.0]))
     table = link_budget.Budget(link_budget.transmit(row, "typical"), both, noise, 0.0)
@@ -157,7 +157,7 @@ def test_noise_of_every_antenna_and_jamming_add_as_powers():
 
 
 def test_poles_and_nulls_are_finite():
-    row = blocks.block_rows(date(2021, 1, 15), "by-date", {})
+    row = block_types.block_rows(date(2021, 1, 15), "by-date", {})
     index = np.concatenate((np.arange(1, 33), np.arange(65, 89)))
     transmitters = link_budget.transmit(row, "typical")
     for angle in (0.0, np.pi / 2, np.pi):

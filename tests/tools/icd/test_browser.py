@@ -20,7 +20,7 @@ pytestmark = pytest.mark.verifies(
     "tools/icd/chapters.py",
     "tools/icd/prose.py",
     "tools/report/markup.py",
-    "tools/icd/subject.py",
+    "tools/icd/documented_buses.py",
     what="Interface control document: the page",
     by=(
         "Chromium opens it without a word, prints it, scrolls nothing sideways; sound XML, every link leads "

@@ -12,7 +12,7 @@ pytestmark = [
     pytest.mark.xdist_group("study of factors"),  # one study for all tests of it
     pytest.mark.verifies(
         "tools/study/runs.py",
-        "tools/study/pair.py",
+        "tools/study/two_craft.py",
         "tools/study/factors.py",
         "tools/study/page.py",
         what="Studies: one factor at a time, two craft side by side",

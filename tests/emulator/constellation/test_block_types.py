@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.emulator.constellation import blocks
+from gnss_hil.emulator.constellation import block_types
 
 pytestmark = pytest.mark.verifies(
-    "emulator/constellation/blocks.py",
+    "emulator/constellation/block_types.py",
     what="GPS III antennas",
     by="stand in as IIR-M; the maker's tables were not at hand",
     status="modelled",
@@ -27,19 +27,19 @@ JANUARY_2021 = {
 
 
 @pytest.mark.verifies(
-    "emulator/constellation/blocks.py",
+    "emulator/constellation/block_types.py",
     what="Blocks of GPS numbers by date",
     by="a published table of January 2021; other dates by JPL's list of numbers",
     status="validated",
 )
 def test_january_2021_against_a_published_table():
-    found = blocks.gps_blocks(date(2021, 1, 15))
+    found = block_types.gps_blocks(date(2021, 1, 15))
     assert {number: found[number] for number in JANUARY_2021} == JANUARY_2021
 
 
 def test_2012_flies_nine_old_satellites_and_three_new():
     """31 October 2012: IIF SVN 62, 63 and 65, the last launched on 4 October; SVN 49, a IIR-M, as PRN 27."""
-    found = [blocks.gps_blocks(date(2012, 10, 31))[number] for number in range(1, 33)]
+    found = [block_types.gps_blocks(date(2012, 10, 31))[number] for number in range(1, 33)]
     assert [found.count(name) for name in ("gps-iia", IIF, III)] == [9, 3, 0]
 
 
@@ -51,18 +51,18 @@ def test_2012_flies_nine_old_satellites_and_three_new():
 ])  # fmt: skip
 def test_a_number_is_its_last_holders(day, number, block):
     """Notices of the US Coast Guard's navigation centre on which satellite transmits as which PRN."""
-    assert blocks.gps_blocks(day)[number] == block
+    assert block_types.gps_blocks(day)[number] == block
 
 
 def test_rows_follow_what_is_chosen():
-    rows = blocks.block_rows(date(2021, 1, 15), "gps-iia", {"G05": IIF})
-    assert blocks.NAMES[rows[satellites.parse("G05")]] == IIF
-    assert blocks.NAMES[rows[satellites.parse("G06")]] == "gps-iia"
-    assert blocks.NAMES[rows[satellites.parse("R24")]] == "glonass-m"
-    assert rows[satellites.parse("E11")] == blocks.NO_BLOCK
-    assert np.all(rows <= blocks.NO_BLOCK)
+    rows = block_types.block_rows(date(2021, 1, 15), "gps-iia", {"G05": IIF})
+    assert block_types.NAMES[rows[satellites.parse("G05")]] == IIF
+    assert block_types.NAMES[rows[satellites.parse("G06")]] == "gps-iia"
+    assert block_types.NAMES[rows[satellites.parse("R24")]] == "glonass-m"
+    assert rows[satellites.parse("E11")] == block_types.NO_BLOCK
+    assert np.all(rows <= block_types.NO_BLOCK)
 
 
 def test_a_satellite_cannot_be_of_another_systems_block():
     with pytest.raises(ValueError, match="R05 cannot be of block gps-iif"):
-        blocks.block_rows(date(2021, 1, 15), "by-date", {"R05": IIF})
+        block_types.block_rows(date(2021, 1, 15), "by-date", {"R05": IIF})
