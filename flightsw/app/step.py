@@ -186,13 +186,12 @@ def _permissions(
     vehicle, options, satellites = config.vehicle, config.options, channels.satellites
     sat, pos_sv = almanac.predicted(predictions, mark.t_ns)
     los, distance = directions(pos_sv, orbit.position_m)
-    theta = angles_rad(los, boresights_ecef(attitude, vehicle.boresight_body))
     visible = clear_of_earth(los, distance, orbit.position_m, options.ray_height_km * 1e3)
     visible &= predictions.healthy[sat] & (satellites.blocked_until[sat] <= mark.epoch)
+    sat, los = sat[visible], los.compress(visible, axis=1)
+    theta = angles_rad(los, boresights_ecef(attitude, vehicle.boresight_body))
     permitted = np.full(SATELLITES, -1, np.int64)
-    permitted[sat] = assign(
-        theta, visible, vehicle.mask_rad, vehicle.channels, satellites.permitted[sat], options
-    )
+    permitted[sat] = assign(theta, vehicle.mask_rad, vehicle.channels, satellites.permitted[sat], options)
     return permitted
 
 

@@ -38,16 +38,14 @@ class NearestBoresightOptions(AssignmentOptions):
 
 def assign(
     angles_rad: F64,
-    visible: Bool,
     mask_rad: F64,
     channels: I64,
     previous: I64,
     options: NearestBoresightOptions,
 ) -> I64:
-    """The antenna of each satellite, (n,) int64, -1 for none.
+    """The antenna of each visible satellite, (n,) int64, -1 for none.
 
     angles_rad  (m, n) between boresights and satellites, satellites in the order of their index
-    visible     (n,) bool, candidates at all
     mask_rad    (m,) largest angle off boresight
     channels    (m,) of each antenna
     previous    (n,) antenna that has the satellite now, -1 none
@@ -55,7 +53,6 @@ def assign(
     below = angles_rad < mask_rad[:, None]
     if options.mask_reading == "all":
         below = below & below.all(axis=0)
-    below = below & visible
     cost = angles_rad
     if options.hysteresis_deg:
         mine = previous == np.arange(len(mask_rad))[:, None]

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.flightsw.assignment import nearest_boresight
 from gnss_hil.flightsw.assignment.options import AssignmentOptions
 
-Assign = Callable[[F64, Bool, F64, I64, I64, Any], I64]
+Assign = Callable[[F64, F64, I64, I64, Any], I64]
 """See `assignment.nearest_boresight.assign`; the last argument are the policy's options."""
 
 

@@ -29,6 +29,7 @@ class ChannelTable:
     transaction  of the command under way; NO_TRANSACTION if there is none
     sent_epoch   of the last command
     not_before   epoch before which it is not commanded
+    commanded    whether any channel of the table acknowledged a command
     """
 
     width: int
@@ -39,11 +40,7 @@ class ChannelTable:
     transaction: I64
     sent_epoch: I64
     not_before: I64
-
-    @property
-    def commanded(self) -> bool:
-        """Whether any channel acknowledged a command."""
-        return bool(self.held.max() >= IDLE)
+    commanded: bool
 
     @property
     def antenna(self) -> I64:
@@ -65,7 +62,7 @@ class ChannelTable:
         transaction[rows] = NO_TRANSACTION
         held[yes] = self.asked[yes]
         target[no] = np.maximum(held[no], AUTO)
-        return replace(self, held=held, target=target, transaction=transaction)
+        return replace(self._holding(held), target=target, transaction=transaction)
 
     def waiting_until(self, rows: Index, epoch: int) -> ChannelTable:
         """With rows that are not commanded before an epoch."""
@@ -75,7 +72,11 @@ class ChannelTable:
 
     def forgotten(self, which: Bool) -> ChannelTable:
         """With channels that `which` (k,) marks, of which it is unknown what they do."""
-        return replace(self, held=np.where(which & self.exists, UNKNOWN, self.held))
+        return self._holding(np.where(which & self.exists, UNKNOWN, self.held))
+
+    def _holding(self, held: I64) -> ChannelTable:
+        """With other channels held."""
+        return replace(self, held=held, commanded=bool(held.max() >= IDLE))
 
     def contradicts(self, rows: I64, sat: I64) -> Bool:
         """(n,) whether a channel measures another satellite than the one it acknowledged and shall track."""
@@ -95,9 +96,8 @@ class ChannelTable:
         the channel does is unknown."""
         overtaken = (self.transaction != NO_TRANSACTION) & (target != self.asked)
         return replace(
-            self,
+            self._holding(np.where(overtaken, UNKNOWN, self.held)),
             target=target,
-            held=np.where(overtaken, UNKNOWN, self.held),
             transaction=np.where(overtaken, NO_TRANSACTION, self.transaction),
         )
 
@@ -136,7 +136,7 @@ def searching(channels: I64) -> ChannelTable:
     exists = (np.arange(width) < channels[:, None]).ravel()
     auto, never = np.full(len(exists), AUTO, np.int64), np.full(len(exists), NEVER, np.int64)
     none = np.full(len(exists), NO_TRANSACTION, np.int64)
-    return ChannelTable(width, exists, auto, auto, auto, none, never, never)
+    return ChannelTable(width, exists, auto, auto, auto, none, never, never, commanded=False)
 
 
 def assigned(table: ChannelTable, permitted: I64, measured: I64) -> I64:

@@ -23,11 +23,10 @@ def skies(draw):
     angles = draw(
         hnp.arrays(float, (antennas, satellites), elements=st.integers(0, 36).map(lambda k: 5 * k * DEG))
     )
-    visible = draw(hnp.arrays(bool, satellites))
     mask = draw(hnp.arrays(float, antennas, elements=st.sampled_from([60 * DEG, 85 * DEG, 120 * DEG])))
     channels = draw(hnp.arrays(np.int64, antennas, elements=st.integers(1, 8)))
     previous = draw(hnp.arrays(np.int64, satellites, elements=st.integers(-1, antennas - 1)))
-    return angles, visible, mask, channels, previous
+    return angles, mask, channels, previous
 
 
 @pytest.mark.slow
@@ -35,14 +34,13 @@ def skies(draw):
     skies(), st.sampled_from(["drop", "next"]), st.sampled_from(["antenna", "all"]), st.sampled_from([0, 7.0])
 )
 @settings(max_examples=150, deadline=None)
-def test_channels_mask_and_visibility_hold(sky, overflow, reading, hysteresis):
-    angles, visible, mask, channels, _ = sky
+def test_channels_and_mask_hold(sky, overflow, reading, hysteresis):
+    angles, mask, channels, _ = sky
     options = NearestBoresightOptions(overflow=overflow, mask_reading=reading, hysteresis_deg=hysteresis)
     chosen = assign(*sky, options)
     # One satellite, one antenna, by the shape of the answer.
-    assert chosen.shape == visible.shape
+    assert len(chosen) == angles.shape[1]
     sats = np.flatnonzero(chosen >= 0)
-    assert visible[sats].all()
     assert (angles[chosen[sats], sats] < mask[chosen[sats]]).all()
     if reading == "all":
         assert (angles[:, sats] < mask[:, None]).all()
@@ -53,15 +51,13 @@ def test_channels_mask_and_visibility_hold(sky, overflow, reading, hysteresis):
 @settings(max_examples=150, deadline=None)
 def test_literal_patent_by_exhaustive_reading(sky):
     """Steps 8 and 9 in loops: nearest antenna, lower one in a tie; nearest satellites stay."""
-    angles, visible, mask, channels, _ = sky
-    expected = [-1] * len(visible)
+    angles, mask, channels, _ = sky
+    expected = [-1] * angles.shape[1]
     for a in range(len(mask)):
         wanting = [
             (angles[a][i], i)
-            for i in range(len(visible))
-            if visible[i]
-            and a == min(range(len(mask)), key=lambda k: (angles[k][i], k))
-            and angles[a][i] < mask[a]
+            for i in range(angles.shape[1])
+            if a == min(range(len(mask)), key=lambda k: (angles[k][i], k)) and angles[a][i] < mask[a]
         ]
         for _, i in sorted(wanting)[: channels[a]]:
             expected[i] = a
@@ -72,9 +68,9 @@ def test_literal_patent_by_exhaustive_reading(sky):
 @given(skies())
 @settings(max_examples=150, deadline=None)
 def test_next_leaves_no_satellite_and_antenna_that_would_rather_have_each_other(sky):
-    angles, visible, mask, channels, _ = sky
+    angles, mask, channels, _ = sky
     chosen = assign(*sky, NearestBoresightOptions(overflow="next"))
-    for i in np.flatnonzero(visible):
+    for i in range(angles.shape[1]):
         for a in range(len(mask)):
             if angles[a, i] >= mask[a] or (chosen[i] >= 0 and angles[a, i] >= angles[chosen[i], i]):
                 continue
@@ -95,7 +91,7 @@ def one(angles_deg, previous=-1, mask_deg=85.0, **options):
     angles = np.radians(np.array(angles_deg, float))[:, None]
     antennas = len(angles_deg)
     return assign(
-        angles, np.array([True]), np.full(antennas, mask_deg * DEG), np.full(antennas, 6),
+        angles, np.full(antennas, mask_deg * DEG), np.full(antennas, 6),
         np.array([previous]), NearestBoresightOptions(**options),
     )[0]  # fmt: skip
 
@@ -113,7 +109,7 @@ def test_hysteresis_keeps_the_present_antenna_until_the_difference_exceeds_it():
 
 def test_hysteresis_keeps_a_satellite_against_a_slightly_nearer_one():
     angles = np.radians([[50.0, 49.0]])
-    args = angles, np.array([True, True]), np.array([85 * DEG]), np.array([1]), np.array([0, -1])
+    args = angles, np.array([85 * DEG]), np.array([1]), np.array([0, -1])
     assert assign(*args, NearestBoresightOptions()).tolist() == [-1, 0]
     assert assign(*args, NearestBoresightOptions(hysteresis_deg=2)).tolist() == [0, -1]
 
