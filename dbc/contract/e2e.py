@@ -263,12 +263,14 @@ class Screened:
     verdict   (n,) uint8 Verdict of every received frame
     counters  receiver's next state
     lost      frames missing before the accepted ones, by the counters
+    streams   (n,) protected stream of each received frame; None where not all were protected and accepted
     """
 
     frames: FrameBatch
     verdict: NDArray[np.uint8]
     counters: NDArray[np.int8]
     lost: int
+    streams: NDArray[np.int64] | None = None
 
 
 _PASS, _LOST = int(Verdict.OK), int(Verdict.LOST)
@@ -317,21 +319,27 @@ def screen(
     if not len(frames):
         return Screened(frames, np.zeros(0, np.uint8), counters, 0)
     ids = identifiers(codec, frames.can_id) if ids is None else ids
+    streams = None
     if ids is not None and (frames.length == WIDTH).all():
-        verdict, counters, lost = _sequence_verdict(ids, frames.data, counters)
+        streams = ids.streams(frames.words)
+        verdict, counters, lost = _sequence_verdict(ids, streams, frames.data, counters)
     else:
         verdict, lost = _form_verdict(codec, frames), 0
         # An unprotected kind (bench frames) has passed with its form.
         rows = np.flatnonzero((verdict == _PASS) & codec.protected_of[frames.can_id & SFF_MASK])
         ids = identifiers(codec, frames.can_id[rows]) if len(rows) else None
         if ids is not None:
-            verdict[rows], counters, lost = _sequence_verdict(ids, frames.data[rows], counters)
+            some = frames[rows]
+            stream = ids.streams(some.words)
+            verdict[rows], counters, lost = _sequence_verdict(ids, stream, some.data, counters)
     accepted = verdict <= _LOST
-    return Screened(frames if accepted.all() else frames[accepted], verdict, counters, lost)
+    if accepted.all():
+        return Screened(frames, verdict, counters, lost, streams)
+    return Screened(frames[accepted], verdict, counters, lost)
 
 
 def _sequence_verdict(
-    ids: Identifiers, data: NDArray[np.uint8], counters: NDArray[np.int8]
+    ids: Identifiers, stream: NDArray[np.int64], data: NDArray[np.uint8], counters: NDArray[np.int8]
 ) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
     """Verdict of well-formed frames by CRC and counter, next counters, and frames missing between."""
     counter = data[:, 1] & 0x0F
@@ -339,10 +347,11 @@ def _sequence_verdict(
     if not intact.all():
         verdict = np.full(len(data), int(Verdict.CORRUPTED), np.uint8)
         if intact.any():
-            verdict[intact], counters, lost = _sequence_verdict(ids[intact], data[intact], counters)
+            verdict[intact], counters, lost = _sequence_verdict(
+                ids[intact], stream[intact], data[intact], counters
+            )
             return verdict, counters, lost
         return verdict, counters, 0
-    stream = ids.streams(np.ascontiguousarray(data).view("<u8")[:, 0])
     last = counters.take(stream).astype(np.intp)
     runs = _runs(stream)
     if runs is not None:

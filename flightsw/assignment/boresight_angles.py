@@ -53,7 +53,8 @@ def clear_of_earth(
     origin = position_m * _STRETCH
     ray = los_ecef * _STRETCH[:, None]
     squared = np.add.reduce(ray * ray)
-    lowest = -(origin @ ray) / squared
-    height2 = origin @ origin - lowest * lowest * squared
+    down = -(origin @ ray)
+    lowest = down / squared
+    height2 = origin @ origin - lowest * down
     between = (lowest > 0) & (lowest < distance_m)
     return ~(between & (height2 < (EQUATOR_M + ray_height_m) ** 2))

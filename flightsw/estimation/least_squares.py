@@ -47,9 +47,9 @@ def least_squares(design: F64, y: F64, weight: F64) -> Estimate | None:
         inverse: F64 = np.linalg.inv(normal).astype(np.float64, copy=False)
     except np.linalg.LinAlgError:
         return None
-    inflation = (normal * inverse).diagonal(axis1=1, axis2=2)
+    inverse_pivots = (normal * inverse).diagonal(axis1=1, axis2=2)
     # What rounding makes of a singular matrix may also be negative or no number.
-    if not 0 < inflation.min() <= inflation.max() <= 1 / LEAST_PIVOT:
+    if not all(0 < p <= 1 / LEAST_PIVOT for p in inverse_pivots.ravel().tolist()):
         return None
     covariance, cofactor = inverse
     return Estimate(covariance @ (weighted @ y), covariance, cofactor, weighted)

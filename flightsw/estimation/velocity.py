@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
 from gnss_hil.flightsw.integrity import exclusion
@@ -37,4 +35,5 @@ def velocity_and_drift(z: RangeRates, sat: I64, rules: Rules) -> tuple[F64, F64]
     if kept is None:
         return None, None
     x = kept.trial.found
-    return (x[:3], x[3:]) if np.abs(x).max() <= FASTEST_MPS else (None, None)
+    carriable = all(abs(rate) <= FASTEST_MPS for rate in x.tolist())
+    return (x[:3], x[3:]) if carriable else (None, None)

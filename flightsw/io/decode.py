@@ -29,7 +29,7 @@ from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.io import node_monitor
-from gnss_hil.flightsw.io.block_layout import block_layout
+from gnss_hil.flightsw.io.block_layout import BlockLayout, block_layout
 from gnss_hil.flightsw.io.frame_groups import Records, almanac_records, block_plan, group_table
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 from gnss_hil.flightsw.records.epoch import (
@@ -46,6 +46,8 @@ from gnss_hil.flightsw.records.epoch import (
 
 LAST_WEEK = np.iinfo(np.int64).max // gpstime.NS_PER_WEEK - 1
 """The last whole week, 15249 (AD 2272), that 64 bits of nanoseconds can hold."""
+
+_NONE_REPORTED = np.full((2, MAX_RECEIVERS), -1, np.int64)
 
 UNIT_NORM = 1e-4
 """Quantisation leaves the norm of a quaternion within 3e-7 of one; farther off it is no attitude."""
@@ -77,14 +79,18 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
     rejected   (REASONS, IDENTIFIERS) counts so far
     returns    the epoch, the next counters, the next counts; arguments are not modified
     """
-    screened = e2e.screen(codec, frames, counters, block_layout(codec, frames.can_id).protection)
+    layout = block_layout(codec, frames.can_id)
+    screened = e2e.screen(codec, frames, counters, layout.protection)
     counts = Rejections(rejected)
     if screened.lost or len(screened.frames) < len(frames):
         counts.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
-    layout = block_layout(codec, screened.frames.can_id)
+        layout = block_layout(codec, screened.frames.can_id)
     node_monitor.count_silent(codec, layout, counters, counts)
     ours = node_monitor.of_our_contract(codec, screened.frames, layout, counts)
-    block, mark_nibble = _block(codec, ours)
+    streams = screened.streams
+    if len(ours) < len(frames):
+        layout, streams = block_layout(codec, ours.can_id), None
+    block, mark_nibble = _block(codec, ours, layout, streams)
     of_mark = block.nibble == mark_nibble
     rows = None if of_mark.all() else np.flatnonzero(of_mark)
     epoch_block = block if rows is None else block[rows]
@@ -134,13 +140,15 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
     return frames[~found.marks], counts.counts, False
 
 
-def _block(codec: Codec, frames: FrameBatch) -> tuple[_Block, int]:
-    """Frames as a block, and the epoch modulo 16 of its last TIME_MARK; -1, which none has, without one."""
-    layout, words = block_layout(codec, frames.can_id), frames.words
-    protection = layout.protection
-    stream = codec.key_of(frames.can_id, frames.data) if protection is None else protection.streams(words)
+def _block(codec: Codec, frames: FrameBatch, layout: BlockLayout, streams: I64 | None) -> tuple[_Block, int]:
+    """Frames as a block, and the epoch modulo 16 of its last TIME_MARK; -1, which none has, without one.
+
+    streams   protected ones of the frames (n,), None where they have yet to be found
+    """
+    streams = codec.key_of(frames.can_id, frames.data) if streams is None else streams
     nibble = frames.data[:, 1] >> np.uint8(4)
-    return _Block(frames.can_id, stream, words, nibble), int(nibble[layout.marks[-1]]) if layout.marks else -1
+    mark_nibble = int(nibble[layout.marks[-1]]) if layout.marks else -1
+    return _Block(frames.can_id, streams, frames.words, nibble), mark_nibble
 
 
 def _grouped(codec: Codec, block: _Block) -> Bool:
@@ -233,6 +241,6 @@ def _acks(found: Records, values: F64) -> Acks:
 
 def _receivers(found: Records, values: F64) -> tuple[I64, I64]:
     """Boot counts and clock domains, (MAX_RECEIVERS,) each."""
-    both = np.full((2, MAX_RECEIVERS), -1, np.int64)
+    both = _NONE_REPORTED.copy()
     both[:, found.sender] = values
     return both[0], both[1]

@@ -11,9 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
-from gnss_hil.flightsw.orbit.earth import EQUATOR_M, LIGHT_MPS, MU_M3_S2, ROTATION_RPS
+from gnss_hil.flightsw.orbit.earth import LIGHT_MPS, MU_M3_S2, ROTATION_RPS
 
 _SHAPIRO_M = 2 * MU_M3_S2 / LIGHT_MPS**2
+
+_STRAIGHTEST = 1 - 1e-8
+"""A ray as a share of the way by the Earth's centre: of one that passes the Earth it is below 0.999 even from
+the Moon. Closer to the centre, where an iterate may be, the delay stays at 0.17 m and within bounds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,15 +55,12 @@ def flight_angle_rad(pos_sv_m: F64, antenna_m: F64) -> F64:
 
 
 def shapiro_m(pos_sv_m: F64, antenna_m: F64, range_m: F64) -> F64:
-    """(n,) relativistic delay of the ray in the Earth's field; zero while an iterate is inside the Earth.
+    """(n,) relativistic delay of the ray in the Earth's field.
 
     Source: IERS Conventions 2010, 11.1 (gravitational delay), Earth's monopole
     """
-    r = _norm(antenna_m)
-    total = r + _norm(pos_sv_m)
-    return np.where(
-        r > 0.5 * EQUATOR_M, _SHAPIRO_M * np.log((total + range_m) / np.maximum(total - range_m, 1.0)), 0.0
-    )
+    straight = range_m / (_norm(antenna_m) + _norm(pos_sv_m))
+    return 2 * _SHAPIRO_M * np.arctanh(np.minimum(straight, _STRAIGHTEST))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
-from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
+from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.common.systems import column
 from gnss_hil.flightsw.orbit.earth import EQUATOR_M, LIGHT_MPS, MU_M3_S2, ROTATION_RPS
 from gnss_hil.flightsw.records.epoch import AlmanacRows, Measurements
@@ -24,6 +24,9 @@ _TRACKABLE: Bool = np.repeat(column(lambda system: system.tracked, False), NUMBE
 _TRACKABLE[::NUMBERS] = False
 """(SATELLITES,) whether an index is a satellite of a system that receivers track."""
 
+ROWS = int(_TRACKABLE.nonzero()[0][-1]) + 1
+"""Indices up to the last such satellite."""
+
 _TURNING_RPS = ROTATION_RPS * np.array([[1.0], [-1.0]])
 """Minus the rotation as a vector product: of y and x (2, n), its x and y."""
 
@@ -33,10 +36,10 @@ TRACKED_AGE_NS = 120 * 10**9
 
 @dataclass(frozen=True, slots=True)
 class Predictions:
-    """A table over satellite indices.
+    """A table over the satellite indices that receivers may track.
 
-    pos_ecef_m, vel_ecef_mps   (3, SATELLITES) in the frame of instant t_ns (SATELLITES,)
-    predicted, tracked, healthy   (SATELLITES,) bool; tracked: from a measurement, not from the almanac
+    pos_ecef_m, vel_ecef_mps   (3, ROWS) in the frame of instant t_ns (ROWS,)
+    predicted, tracked, healthy   (ROWS,) bool; tracked: from a measurement, not from the almanac
     """
 
     pos_ecef_m: F64
@@ -48,10 +51,8 @@ class Predictions:
 
 
 def no_predictions() -> Predictions:
-    no = np.zeros(SATELLITES, bool)
-    return Predictions(
-        np.zeros((3, SATELLITES)), np.zeros((3, SATELLITES)), np.zeros(SATELLITES, np.int64), no, no, no
-    )
+    no = np.zeros(ROWS, bool)
+    return Predictions(np.zeros((3, ROWS)), np.zeros((3, ROWS)), np.zeros(ROWS, np.int64), no, no, no)
 
 
 def plausible(sat: I64, pos_ecef_m: F64, vel_ecef_mps: F64) -> Bool:
