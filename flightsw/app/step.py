@@ -53,6 +53,8 @@ from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution
 FULL_LOCK = raw_of("Lock")["FULL"]
 """Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
 
+_NOWHERE = np.full(SATELLITES, -1, np.int64)
+
 
 def flight_step(
     config: FlightConfig, state: FlightState, inbox: FrameBatch
@@ -190,7 +192,7 @@ def _permissions(
     visible &= predictions.healthy[sat] & (satellites.blocked_until[sat] <= mark.epoch)
     sat, los = sat[visible], los.compress(visible, axis=1)
     theta = angles_rad(los, boresights_ecef(attitude, vehicle.boresight_body))
-    permitted = np.full(SATELLITES, -1, np.int64)
+    permitted = _NOWHERE.copy()
     permitted[sat] = assign(theta, vehicle.mask_rad, vehicle.channels, satellites.permitted[sat], options)
     return permitted
 

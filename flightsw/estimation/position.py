@@ -168,6 +168,8 @@ def solve(
     used = offered[rows]
     rates = range_rates(used.ranges, found.design, found.rays, used.lever_rate_mps)
     velocity, drift = velocity_and_drift(rates, used.ranges.sat, rules)
+    among_offered = np.zeros(len(m), bool)
+    among_offered[rows] = True
     return SnapshotFix(
         position_m=found.position_m,
         velocity_mps=velocity,
@@ -177,7 +179,7 @@ def solve(
         covariance_m2=found.estimate.covariance[:3, :3],
         gain=_scattered(found.estimate.gain[:3], rows, len(m), 0.0),
         pdop=pdop,
-        used=_scattered(np.ones(len(rows), bool), rows, len(m), False),
+        used=among_offered,
         satellites=used.ranges.satellites,
         residual_m=_scattered(found.residual_m, rows, len(m), np.nan),
         iterations=found.iterations,
@@ -185,10 +187,10 @@ def solve(
     )
 
 
-def _scattered(values, rows: Index, n: int, fill: float | bool):
+def _scattered(values: F64, rows: Index, n: int, fill: float) -> F64:
     """(..., n) with values (..., k) in rows (k,) and `fill` elsewhere."""
     if len(rows) == n:
         return values
-    out = np.full((*values.shape[:-1], n), fill, values.dtype)
+    out = np.full((*values.shape[:-1], n), fill)
     out[..., rows] = values
     return out

@@ -82,7 +82,7 @@ def _pairs(items: tuple[int, ...], values: F64 | None) -> list[float]:
 
 
 def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[float]:
-    sigma = np.sqrt(np.diagonal(fix.covariance_m2)).tolist()
+    sigma = np.sqrt(fix.covariance_m2.diagonal()).tolist()
     (_, xy, xz), (_, _, yz), _ = fix.covariance_m2.tolist()
     used = _used(m, fix, receivers)
     assert fix.pdop is not None, "estimation.dilution has seen to it"

@@ -30,6 +30,8 @@ ROWS = int(_TRACKABLE.nonzero()[0][-1]) + 1
 _TURNING_RPS = ROTATION_RPS * np.array([[1.0], [-1.0]])
 """Minus the rotation as a vector product: of y and x (2, n), its x and y."""
 
+_CORIOLIS_RPS = 2 * _TURNING_RPS
+
 TRACKED_AGE_NS = 120 * 10**9
 """For this long the report of a satellite once tracked stands against almanac frames: it stays better."""
 
@@ -105,5 +107,5 @@ def predicted(table: Predictions, t_ns: int) -> tuple[I64, F64]:
     dt = (t_ns - table.t_ns[sat]) * 1e-9
     r2 = np.add.reduce(r * r)
     acceleration = r * (-MU_M3_S2 / (r2 * np.sqrt(r2)))
-    acceleration[:2] += ROTATION_RPS**2 * r[:2] + 2 * _TURNING_RPS * v[1::-1]
+    acceleration[:2] += ROTATION_RPS**2 * r[:2] + _CORIOLIS_RPS * v[1::-1]
     return sat, r + dt * (v + 0.5 * dt * acceleration)

@@ -328,6 +328,25 @@ def test_unweighted_rows_agree_with_numpys_least_squares():
     assert adjusted(design, y, weight) == pytest.approx(expected)
 
 
+def test_what_rounding_makes_of_singular_matrices_is_not_observable():
+    """Of a column that the others make up, the inverse has anything: 1e16 of either sign."""
+    rng = np.random.default_rng(6)
+    for _ in range(200):
+        design, weight = rng.normal(size=(12, 5)), rng.uniform(0.2, 3, 12)
+        design[:, 4] = design[:, :4] @ rng.normal(size=4)
+        assert least_squares(design, np.zeros(12), weight) is None
+        design[:, 4] += 1e-3 * rng.normal(size=12)
+        assert least_squares(design, np.zeros(12), weight) is not None
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf])
+def test_a_column_that_says_nothing_is_not_observable(value):
+    design = np.random.default_rng(7).normal(size=(12, 5))
+    design[:, 2] = value
+    with np.errstate(invalid="ignore"):
+        assert least_squares(design, np.zeros(12), np.ones(12)) is None
+
+
 def test_common_error_of_a_satellite_does_not_average_out():
     code, ura = 0.1**2 + 0.5**2, np.full(4, 2.0)
     alone, shared = (
