@@ -1,6 +1,6 @@
 """A run with a satellite system of the test's own: its rows are added to the tables, nothing else is.
 
-`python -m tests.support.third_system RUN ...` is `gnss-hil run` where the system KEPLER exists. Rows come
+`python -m tests.support.third_system ...` is `gnss-hil ...` where the system KEPLER exists. Rows come
 before anything reads the tables, as if they stood in the files.
 """
 
@@ -53,4 +53,4 @@ if __name__ == "__main__":
     add_rows()
     from gnss_hil.tools.command_line.main import main
 
-    sys.exit(main(["run", *sys.argv[1:]]))
+    sys.exit(main(sys.argv[1:]))

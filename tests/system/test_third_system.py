@@ -11,6 +11,7 @@ import pytest
 
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import concat
+from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.tools.recording.formats.candump import read_chunks
 from tests.support.third_system import K1, KEPLER, OFFSET_NS
 
@@ -45,9 +46,13 @@ def started(folder, policy="patent", sky="", *more, kepler="nominal"):
     """A run with the third system, ended."""
     scenario = folder / "third.toml"
     scenario.write_text(SCENARIO.format(policy=policy, sky=sky, kepler=kepler))
-    command = [sys.executable, "-m", "tests.support.third_system", str(scenario)]
+    return command("run", scenario, "--bus", "inline", "--quiet", "--out", folder / "run", *more)
+
+
+def command(*arguments):
+    """A command of the bench where the third system exists, ended."""
     return subprocess.run(
-        [*command, "--bus", "inline", "--quiet", "--out", str(folder / "run"), *more],
+        [sys.executable, "-m", "tests.support.third_system", *map(str, arguments)],
         cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
     )  # fmt: skip
 
@@ -125,6 +130,21 @@ def test_it_is_navigated_by_alone(tmp_path):
     run = flown(tmp_path, sky='gps = "none"\nglonass = "none"')
     assert_exact(run)
     assert set(decoded(run, "NAV_CLOCK")["item"].tolist()) == {0}
+
+
+def test_an_export_has_its_ranges_and_orbits_and_the_others_messages(run, tmp_path):
+    """Without makers of its messages the navigation file is that of the others, and says so once."""
+    done = command("export", "rinex", run, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert done.stderr.count("without") == 1
+    assert "broadcast.nav is without kepler (no messages of it are made)" in done.stderr
+    found = rinex_nav.parse((tmp_path / "broadcast.nav").read_text(), "written")
+    assert {letter: len(set(rows.number.tolist())) for letter, rows in found.records.items()} == {
+        "G": 24,
+        "R": 24,
+    }
+    for name, start in (("soyuz.obs", KEPLER.letter), ("satellites.sp3", f"P{KEPLER.letter}")):
+        assert len({line[:4] for line in (tmp_path / name).open() if line.startswith(start)}) >= 4
 
 
 @pytest.mark.parametrize(

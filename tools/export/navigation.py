@@ -12,35 +12,49 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.emulator.constellation.base import Constellation
-from gnss_hil.emulator.constellation.broadcast import glonass, gps
-from gnss_hil.emulator.constellation.messages import Stretch, records
+from gnss_hil.emulator.constellation.nominal_messages import Stretch
+from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
+from gnss_hil.emulator.constellation.registry import MAKERS, records_of
 from gnss_hil.emulator.constellation.sources import from_files, nominal
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_nav import Records
-from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export.rinex_systems import navigation_lines, opening
 from gnss_hil.tools.export.rinex_text import labelled, leap_seconds
-from gnss_hil.tools.export.run_data import CraftData, Rows
+from gnss_hil.tools.export.run_data import CraftData
 
 _LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2
 _COMPARED = 2000
 """Rows of a craft that are held against the file."""
 
+_PRECISE = "precise orbits have no messages"
+_NO_MAKER = "no messages of it are made"
+
 
 def messages(sky: Mapping[str, Constellation], data: Sequence[CraftData], wgs84: bool) -> dict[str, Records]:
-    """Records by RINEX letter for all epochs of the run; Mistake for satellites without messages."""
+    """Records by RINEX letter for all epochs of the run, of those systems whose satellites have any."""
     first, last = span_ns(data)
     stretch = Stretch(first - _LONGEST_FLIGHT_NS, last + _LONGEST_FLIGHT_NS)
-    try:
-        return {letter: records(constellation, stretch, wgs84) for letter, constellation in sky.items()}
-    except TypeError as error:
-        raise Mistake(str(error)) from None
+    made = {
+        system.letter: records_of(system.name, sky[system.letter], stretch, wgs84)
+        for system in SYSTEMS.values()
+        if system.letter in sky
+    }
+    return {letter: records for letter, records in made.items() if records is not None}
+
+
+def without_messages(sky: Mapping[str, Constellation], found: Mapping[str, Records]) -> str:
+    """Which systems of the sky have no records, and why; empty if all have."""
+    names = [
+        f"{system.name} ({_PRECISE if isinstance(sky[system.letter], PreciseConstellation) else _NO_MAKER})"
+        for system in SYSTEMS.values()
+        if system.letter in sky and system.letter not in found
+    ]
+    return ", ".join(names)
 
 
 def span_ns(data: Sequence[CraftData]) -> tuple[int, int]:
@@ -93,37 +107,12 @@ def disagreement_m(found: Mapping[str, Records], data: CraftData) -> float | Non
     rows = data.rows[tagged[:: max(1, len(tagged) // _COMPARED)]]
     tag_ns = data.tag_ns(rows.epoch, rows.receiver)
     sent_ns = tag_ns - np.rint((rows.pseudorange_m + rows.clock_m) / LIGHT_MPS * 1e9).astype(np.int64)
+    number = satellites.number_of(rows.sat)
     apart_m = [
-        np.linalg.norm(place(found[letter], rows[mine], sent_ns[mine]) - rows.pos_sv_m[mine], axis=1)
-        for system, place in _PLACES.items()
-        if (letter := SYSTEMS[system].letter) in found
-        and (mine := np.isin(rows.sat, satellites.index(SYSTEMS[system].value, found[letter].number))).any()
+        np.linalg.norm(row.places(found[letter], number[mine], sent_ns[mine]) - rows.pos_sv_m[mine], axis=1)
+        for name, row in MAKERS.items()
+        if (letter := SYSTEMS[name].letter) in found
+        and row.places is not None
+        and (mine := np.isin(rows.sat, satellites.index(SYSTEMS[name].value, found[letter].number))).any()
     ]
     return float(np.median(np.concatenate(apart_m))) if apart_m else None
-
-
-def _nearest(found: Records, reference_ns: NDArray[np.int64], rows: Rows, t_ns: NDArray[np.int64]):
-    """(k,) record of each row's satellite nearest to t_ns (k,), and the time from its reference [s]."""
-    away_ns = t_ns[:, None] - reference_ns
-    strange = satellites.number_of(rows.sat)[:, None] != found.number
-    pick = np.argmin(np.abs(away_ns) + strange * (np.iinfo(np.int64).max // 4), axis=1)
-    return pick, away_ns[np.arange(len(pick)), pick] / gpstime.NS_PER_S
-
-
-def _gps_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-    broadcast = gps.from_records(found)
-    found = Records(broadcast.number, (), broadcast.fields)
-    pick, age_s = _nearest(found, broadcast.toe_ns, rows, t_ns)
-    elements = {name: column[pick] for name, column in broadcast.fields.items()}
-    return gps.orbit(elements, elements["toe"], age_s)[0]
-
-
-def _glonass_places(found: Records, rows: Rows, t_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-    broadcast = glonass.from_records(found, np.zeros(len(found)))
-    found = Records(broadcast.number, (), found.fields)
-    pick, age_s = _nearest(found, broadcast.tb_ns, rows, t_ns)
-    return glonass.propagate(broadcast.state[pick], broadcast.luni_solar[pick], age_s)[:, :3]
-
-
-_PLACES = {"gps": _gps_places, "glonass": _glonass_places}
-"""Systems whose messages have a form here, and where a record puts its satellite."""

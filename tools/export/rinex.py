@@ -110,11 +110,11 @@ def _add_satellites(
         return
     orbits = satellite_orbits.reported(sky, navigation.span_ns(data))
     table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported")
-    try:
-        plain = navigation.messages(sky, data, wgs84=True)
-        written = plain if wgs84 else navigation.messages(sky, data, wgs84=False)
-    except Mistake as error:
-        remarks.append(f"no {NAVIGATION}: {error}")
+    plain = navigation.messages(sky, data, wgs84=True)
+    written = plain if wgs84 else navigation.messages(sky, data, wgs84=False)
+    missing = navigation.without_messages(sky, plain)
+    if not plain:
+        remarks.append(f"no {NAVIGATION}: {missing}")
         files.append(table)
         return
     compared = {craft.name: navigation.disagreement_m(plain, craft) for craft in data}
@@ -131,6 +131,8 @@ def _add_satellites(
         remarks.append(
             f"{where} are {worst_m:.3g} m (median) from the navigation file: error factors of the sky"
         )
+    if missing:
+        remarks.append(f"{NAVIGATION} is without {missing}")
     count = sum(len(rows) for rows in written.values())
     text = navigation.text_of(written, int(data[0].t_ns[0]), wgs84)
     files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (median) from the bus"))

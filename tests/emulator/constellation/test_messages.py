@@ -11,8 +11,9 @@ from scipy.integrate import solve_ivp
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.constellation import messages
 from gnss_hil.emulator.constellation.broadcast import glonass, gps
-from gnss_hil.emulator.constellation.messages import Stretch
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
+from gnss_hil.emulator.constellation.nominal_messages import Stretch
+from gnss_hil.emulator.constellation.registry import records_of
 
 pytestmark = pytest.mark.verifies(
     "emulator/constellation/messages.py",
@@ -38,7 +39,7 @@ def test_nominal_gps_comes_out_of_its_elements_exactly(start_ns):
     """By IS-GPS-200's user algorithm, through the end of a week as well."""
     sky = nominal_gps(start_ns)
     stretch = Stretch(start_ns, start_ns + 6 * 3600 * gpstime.NS_PER_S)
-    made = gps.from_records(messages.records(sky, stretch))
+    made = gps.from_records(records_of("gps", sky, stretch))
     times = np.arange(start_ns, stretch.end_ns, 10 * MINUTE_NS)
     nodes = np.array((-0.08, 0.0))
     (place, clock, broadcast), (wanted, wanted_clock, _) = made.sample(times, nodes), sky.sample(times, nodes)
@@ -75,7 +76,7 @@ def test_nominal_glonass_is_followed_as_well_as_a_message_can(minutes, limit_m):
     """Circles are no solutions of the messages' equations; a constant acceleration leaves a cubic: J2's pull
     of 6e-5 m/s^2 turns with twice the satellite, 2 n, so 2e-8 m/s^3 (450 s)^3 / 24 is 0.08 m."""
     sky = nominal_glonass(START_NS)
-    made = messages.records(sky, Stretch(START_NS, START_NS + minutes * MINUTE_NS))
+    made = records_of("glonass", sky, Stretch(START_NS, START_NS + minutes * MINUTE_NS))
     tb_ns = np.array([gpstime.from_utc(moment) for moment in made.epoch])
     fields = made.fields
     worst = 0.0
@@ -109,7 +110,7 @@ def test_a_record_in_wgs84_flies_where_pz90_puts_it(row, limit_m):
 def test_pz90_records_of_a_nominal_sky_come_back_as_wgs84():
     """Written in PZ-90, read and transformed again: where the circle is."""
     sky = nominal_glonass(START_NS)
-    made = messages.records(sky, Stretch(START_NS, START_NS + 7 * MINUTE_NS), wgs84=False)
+    made = records_of("glonass", sky, Stretch(START_NS, START_NS + 7 * MINUTE_NS), wgs84=False)
     read = glonass.from_records(made, np.zeros(len(made)))
     nodes = np.array((-0.08, 0.0))
     (place, clock, _), (wanted, wanted_clock, _) = (c.sample(moments(7), nodes) for c in (read, sky))
@@ -117,15 +118,15 @@ def test_pz90_records_of_a_nominal_sky_come_back_as_wgs84():
     assert np.abs(clock - wanted_clock).max() < 1e-6
     assert (
         np.abs(
-            messages.records(sky, Stretch(START_NS, START_NS)).fields["x_km"][:24] - made.fields["x_km"][:24]
+            records_of("glonass", sky, Stretch(START_NS, START_NS)).fields["x_km"][:24]
+            - made.fields["x_km"][:24]
         ).max()
         > 3e-4
     )  # PZ-90.02 is 0.36 m away
 
 
-def test_an_unknown_constellation_has_no_records():
-    class Invented:
-        index = np.array([1])
-
-    with pytest.raises(TypeError, match="no navigation records"):
-        messages.records(Invented(), Stretch(START_NS, START_NS))
+def test_satellites_without_a_maker_of_messages_have_no_records():
+    """Those of a system that has no row, and a constellation of no known kind."""
+    moment = Stretch(START_NS, START_NS)
+    assert records_of("galileo", nominal_gps(START_NS), moment) is None
+    assert records_of("gps", object(), moment) is None

@@ -10,6 +10,7 @@ import numpy as np
 import polars
 import pytest
 
+from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
 from gnss_hil.emulator.files import rinex_nav, rinex_obs
 from gnss_hil.tools.export import navigation, rinex
 from gnss_hil.tools.export.codes import codes_of
@@ -142,6 +143,26 @@ def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files
         for name, column in records.fields.items():
             assert np.allclose(got.fields[name], column[order], rtol=1e-12, atol=0), (letter, name)
     assert read.glonass_to_utc_s == 0
+
+
+def test_systems_of_precise_orbits_are_left_out_of_the_navigation_file_by_name(decoded, monkeypatch):
+    """The others are in it; where no system is left there is no file, and one remark says why."""
+    scenario, craft = decoded
+    sky = navigation.constellations(scenario)
+    none = np.zeros(0, np.int64)
+    gps_precise = sky | {"G": PreciseConstellation(none, None, none)}
+    found = navigation.messages(gps_precise, [craft], wgs84=True)
+    assert set(found) == {"R"}
+    why = "gps (precise orbits have no messages)"
+    assert navigation.without_messages(gps_precise, found) == why
+    assert navigation.without_messages(sky, navigation.messages(sky, [craft], wgs84=True)) == ""
+    for left, remark in ((found, "broadcast.nav is without"), ({}, "no broadcast.nav:")):
+        monkeypatch.setattr(navigation, "messages", lambda *_, left=left, **__: left)
+        monkeypatch.setattr(navigation, "without_messages", lambda *_: why)
+        made, remarks = rinex.files_of(scenario, [craft], rinex.Choices())
+        assert remarks == [f"{remark} {why}"]
+        assert ("broadcast.nav" in {file.name for file in made}) == bool(left)
+        assert "satellites.sp3" in {file.name for file in made}
 
 
 def test_satellites_of_another_sky_get_no_navigation_file(decoded):
