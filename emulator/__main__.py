@@ -63,7 +63,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plays what the arguments say; the exit status. Mistakes become lines on stderr."""
-    return command_line.guarded("emulator", lambda stop: _play(arguments, stop))
+    return command_line.guarded("emulator", lambda stop: _told(lambda: _play(arguments, stop)))
+
+
+def _told(work: Callable[[], int]) -> int:
+    """What work returns; an error model or a sensor that fails is a line."""
+    from gnss_hil.emulator.error_models.checked import ModelError
+
+    try:
+        return work()
+    except ModelError as error:
+        raise command_line.Broken(error) from error
 
 
 def _play(arguments: argparse.Namespace, stop) -> int:

@@ -61,7 +61,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         vehicle, settings.loops, shared.motion_of,
     )  # fmt: skip
     try:
-        own = models_of(rows, context)
+        own = models_of(rows, context, f"craft {craft.name}")
         models = merged(own, shared.models)
         link = build_link(
             PlainReceiver(settings.gain_dbi, settings.gain_at_90deg_dbi, settings.noise_temperature_k),

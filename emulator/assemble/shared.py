@@ -16,7 +16,16 @@ from gnss_hil.emulator.constellation.sky import ReportErrors, Sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
 from gnss_hil.emulator.environment.models import Models, acting
-from gnss_hil.emulator.error_models.base import BlockModel, Context, ReportInput, ReportTerm, Stage, StageOf
+from gnss_hil.emulator.error_models.base import (
+    BlockModel,
+    Context,
+    CraftContext,
+    ReportInput,
+    ReportTerm,
+    Stage,
+    StageOf,
+)
+from gnss_hil.emulator.error_models.checked import ModelError, checked, name_of
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import finals
@@ -64,15 +73,25 @@ def context_of(given: scenario.Scenario, key: int, index: I64, open_path: Callab
     return Context(given.seed, key, time.start_ns, time.interval_ns, time.span_ns, index, open_path)
 
 
-def models_of(rows: Mapping[str, Factor], context: Context) -> Models:
-    """Models of rows that are on, by stage."""
+def models_of(rows: Mapping[str, Factor], context: Context, owner: str) -> Models:
+    """Models of rows that are on, by stage, under the checks of their stages.
+
+    owner   whose they are, for people: "sky", "craft soyuz"
+    Raises what a row's `build` says cannot be had (ValueError, FileError); ModelError of what else it raises.
+    """
+    antennas = context.vehicle.antennas if isinstance(context, CraftContext) else 0
     found: dict[StageOf, tuple[Any, ...]] = {}
     for name, params in rows.items():
         row = FACTORS[name]
-        model = row.build(params, context)
-        if not hasattr(model, row.stage.asks):
-            raise TypeError(f"error model '{name}': stage {row.stage.name} asks for `{row.stage.asks}`")
-        found[row.stage] = (*found.get(row.stage, ()), model)
+        try:
+            model = row.build(params, context)
+        except (ValueError, FileError):
+            raise
+        except Exception as error:
+            fault = f"{type(error).__name__}: {error}"
+            raise ModelError(f"{name_of(name, row.stage, owner)}: {fault}") from error
+        one = checked(model, name, row.stage, owner, antennas)
+        found[row.stage] = (*found.get(row.stage, ()), one)
     return found
 
 
@@ -86,7 +105,7 @@ def models_of_sky(given: scenario.Scenario, open_path: Callable[[str], Path], in
     found: Models = {}
     for name, params in given.sky.factors.on().items():
         try:
-            found = merged(found, models_of({name: params}, context))
+            found = merged(found, models_of({name: params}, context, "sky"))
         except (ValueError, FileError) as error:
             raise ScenarioError(f"sky.factors.{name}: {error}") from None
     return found

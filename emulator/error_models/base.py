@@ -23,6 +23,9 @@ it answers are its stage's; the type checker refuses a row whose model is not of
 Stages down to PATH are of the environment, which no command changes: they are worked out for a block of
 epochs at once, and their answers are pure functions of the epoch. So is that of TRACKING. The last two are
 stepped with the receivers: their state, None at first, is answered before the term and handed on.
+
+Every answer is looked at (`checked`): its type, its shape, finite numbers. A model that fails or answers
+something else ends the run with one line of its row, stage and craft.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from gnss_hil.emulator import assemble
 from gnss_hil.emulator.assemble.shared import models_of
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.error_models.base import Fixed, PathTerm, Row, Stage
+from gnss_hil.emulator.error_models.checked import ModelError
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS, of_scope
 from tests.support import emulated
@@ -109,5 +110,5 @@ def test_every_case_is_of_a_factor():
 def test_a_model_that_is_not_of_its_stage_is_refused(monkeypatch):
     stepped = Row("stepped", Factor, Stage.FRAMES, "made up", lambda params, context: Fixed(PathTerm()))
     monkeypatch.setitem(FACTORS, "stepped", stepped)
-    with pytest.raises(TypeError, match="error model 'stepped': stage frames asks for `step`"):
-        models_of({"stepped": Factor()}, None)
+    with pytest.raises(ModelError, match=r"'stepped' \(stage FRAMES, sky\): Fixed has no `step`"):
+        models_of({"stepped": Factor()}, None, "sky")
