@@ -5,7 +5,7 @@ attitude       this epoch's, or the last one turned on
 receivers      answers to commands, and what contradicts them
 measurement    form: channels that may enter a fix, as ranges
 estimation     predict, update: the solution, faulty satellites excluded
-integrity      assess: what the solution is worth
+integrity      assess, publishable: what the solution is worth, and whether it is one
 app.modes      decide: the mode
 assignment     satellites to antennas; receivers: the commands due
 io             encode: solution, commands and heartbeat as frames
@@ -14,6 +14,7 @@ io             encode: solution, commands and heartbeat as frames
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,7 @@ from gnss_hil.flightsw.attitude.attitude import Attitude, attitude_now
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.integrity.assess import assess
+from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.io import decode, encode
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
 from gnss_hil.flightsw.measurement.noise import NO_URA
@@ -48,7 +50,7 @@ from gnss_hil.flightsw.receivers.channel_manager import ChannelManager
 from gnss_hil.flightsw.records.commands import Commands
 from gnss_hil.flightsw.records.epoch import Epoch, Mark, Measurements
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution
+from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution, SolutionError
 
 FULL_LOCK = raw_of("Lock")["FULL"]
 """Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
@@ -86,10 +88,7 @@ def flight_step(
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     z = _form(m.where(sound & (m.health == 0) & channel_manager.usable(channels, m)), options)
 
-    navigator = config.navigator
-    inputs = _fix_inputs(config, decoded, mark, attitude)
-    nav, solution = navigator.update(navigator.predict(state.nav, t_ns), z, inputs)
-    solution = assess(with_dilution(solution, z, inputs))
+    nav, solution = _navigated(config, state.nav, t_ns, z, _fix_inputs(config, decoded, mark, attitude))
     if solution.fix is not None and channels.commanded:
         channels = channel_manager.used(channels, z.sat[solution.fix.used], mark.epoch)
 
@@ -147,6 +146,22 @@ def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Atti
         mark_clock=mark.clock,
         others=other_measurements(decoded),
     )
+
+
+def _navigated(
+    config: FlightConfig, nav: Any, t_ns: int, z: Ranges, inputs: FixInputs
+) -> tuple[Any, Solution]:
+    """The navigator's state after this epoch and its solution as it is published.
+
+    SolutionError names the navigator if its author has made a solution wrong.
+    """
+    navigator = config.navigator
+    try:
+        nav, solution = navigator.update(navigator.predict(nav, t_ns), z, inputs)
+        solution = publishable(assess(solution), len(z))
+    except SolutionError as error:
+        raise SolutionError(f"navigator '{config.navigator_name}': {error}") from error
+    return nav, with_dilution(solution, z, inputs)
 
 
 def _commanded(

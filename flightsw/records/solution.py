@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from math import hypot
 
 from gnss_hil.dbc.common.arrays import F64, Bool
 from gnss_hil.dbc.contract.messages import raw_of
 
-FARTHEST_M = LATEST_M = 109_900_000.0
+FARTHEST_M = 109_900_000.0
 """What NAV_X..NAV_Z and NAV_CLOCK can carry."""
 
 FASTEST_MPS = 13_421.0
@@ -32,6 +34,13 @@ class NoFix(IntEnum):
     NO_ATTITUDE = _NO_FIX["NO_ATTITUDE"]
     INCONSISTENT_RANGES = _NO_FIX["INCONSISTENT_RANGES"]
     NO_VELOCITY = _NO_FIX["NO_VELOCITY"]
+
+
+_FIX = NoFix.FIX
+
+
+class SolutionError(ValueError):
+    """A navigator's author has made it wrong; no measurement does that."""
 
 
 class FixMode(IntEnum):
@@ -104,11 +113,18 @@ class Solution:
     reason   FIX, or why there is none
     fix      the estimate; None where reason is not FIX
     orbit    position and velocity to point antennas by: of the fix, or propagated; None without one
+
+    SolutionError where reason and fix contradict each other.
     """
 
     reason: NoFix
     fix: Fix | None = None
     orbit: OrbitState | None = None
+
+    def __post_init__(self) -> None:
+        if (self.reason is _FIX) is (self.fix is None):
+            with_fix = "without" if self.fix is None else "with"
+            raise SolutionError(f"reason: {self.reason!r} {with_fix} a fix")
 
     @property
     def mode(self) -> FixMode:
@@ -119,5 +135,10 @@ class Solution:
 
 def carriable(position_m: F64, clock_m: F64) -> bool:
     """Whether the bus can carry a position (3,) and clocks (c,); an estimate beyond is no fix."""
-    farthest, latest = (max(map(abs, v.tolist())) for v in (position_m, clock_m))
-    return farthest <= FARTHEST_M and latest <= LATEST_M
+    return within(position_m.tolist() + clock_m.tolist(), FARTHEST_M)
+
+
+def within(values: Sequence[float], limit: float) -> bool:
+    """Whether none is larger than a limit, either way; what is no number is not within."""
+    # If their root sum square is not larger, none is: one call for nearly all there are.
+    return hypot(*values) <= limit or all([abs(value) <= limit for value in values])
