@@ -6,11 +6,19 @@ Tests hold the codec equal to what cantools reads from the DBC, so that what fli
 A *kind* is one layout. A kind that repeats per receiver (or per node) has one identifier for each:
 `base + stride * (number - 1)`. Payload signals are packed little-endian in the order listed, behind
 the 16-bit protection header of AUTOSAR E2E Profile 11 (`dbc.contract.e2e`): CRC, counter, epoch modulo 16.
+
+To add a message: a row of KINDS, among those of its purpose, and in NODES its node, if that is new. What is
+taken twice is refused when this module is imported. Low identifiers go first on the bus. Free are:
+
+    identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x04C..0x05F, 0x180..0x3FF and
+                  0x480..0x6FF; for sensors 0x063..0x0FF. Of one for each receiver the first, with stride
+                  0x10: 0x10A..0x10D, 0x403..0x40F
+    nodes         11..15, 17..223
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from gnss_hil.dbc.common.limits import CHANNELS as CHANNELS
@@ -348,3 +356,43 @@ def messages(receivers: int) -> Iterator[Message]:
         else:
             found.append(Message(kind.base, kind.name, kind, kind.sender, expand(kind.receivers, 0)))
     return iter(sorted(found, key=lambda m: m.can_id))
+
+
+def check(kinds: Iterable[Kind], beside: Mapping[str, int]) -> None:
+    """ValueError with one line if two kinds have a name or an identifier in common, or two nodes a number; if
+    a kind has a sender or a receiver that is no node, or an identifier that there is not or that is kept for
+    the bench.
+
+    beside  number of each node beside the receivers
+    It is asked of the most receivers: fewer have some of the same identifiers.
+    """
+    numbers: dict[int, str] = {r: f"RX{r}" for r in range(1, MAX_RECEIVERS + 1)}
+    names: dict[str, Kind] = {}
+    taken: dict[int, Kind] = {}
+    for name, number in beside.items():
+        if numbers.setdefault(number, name) != name:
+            raise ValueError(f"nodes {numbers[number]} and {name} both have number {number}")
+    for kind in kinds:
+        if (other := names.setdefault(kind.name, kind)) is not kind:
+            raise ValueError(f"kinds at 0x{other.base:03X} and 0x{kind.base:03X} both have name {kind.name}")
+        sender = {"RX"} if kind.per == "receiver" else {"NODE"} if kind.per == "node" else set()
+        for ends, node in ((sender, kind.sender), *(({"RX"}, node) for node in kind.receivers)):
+            if node not in beside and node not in ends:
+                raise ValueError(f"kind {kind.name}: there is no node {node}")
+        for can_id in _identifiers(kind, numbers):
+            if (other := taken.setdefault(can_id, kind)) is not kind:
+                raise ValueError(f"kinds {other.name} and {kind.name} both have identifier 0x{can_id:03X}")
+            kept = kind.protected and BENCH_FIRST <= can_id <= BENCH_LAST
+            if kept or not 0 < can_id < 1 << 11:
+                why = "is kept for the bench" if kept else "is none of 11 bits"
+                raise ValueError(f"kind {kind.name}: identifier 0x{can_id:03X} {why}")
+
+
+def _identifiers(kind: Kind, numbers: Iterable[int]) -> Iterable[int]:
+    """Identifiers of a kind with the most receivers and nodes of these numbers."""
+    if kind.per == "receiver":
+        return [kind.base + kind.stride * r for r in range(MAX_RECEIVERS)]
+    return [kind.base + number - 1 for number in numbers] if kind.per == "node" else (kind.base,)
+
+
+check(KINDS, NODES)

@@ -24,6 +24,9 @@ Stages down to PATH are of the environment, which no command changes: they are w
 epochs at once, and their answers are pure functions of the epoch. So is that of TRACKING. The last two are
 stepped with the receivers: their state, None at first, is answered before the term and handed on.
 
+Where there is room for one model only (OSCILLATOR), "all" means the first row of the registry, or the one
+that a scenario or the command line names; a further clock model is on where it is named.
+
 Every answer is looked at (`checked`): its type, its shape, finite numbers. A model that fails or answers
 something else ends the run with one line of its row, stage and craft.
 """
@@ -245,17 +248,18 @@ class Fixed(Generic[Constant]):
 
 @dataclass(frozen=True, slots=True)
 class StageOf(Generic[Model]):
-    """A stage and the models that act in it."""
+    """A stage and the models that act in it. single: it has room for one."""
 
     name: str
     asks: Literal["block", "step"] = "block"
+    single: bool = False
 
 
 class Stage:
     """Where in a run a model acts, in the order in which stages follow each other."""
 
     BROADCAST: ClassVar[StageOf[BlockModel[ReportInput, ReportTerm]]] = StageOf("broadcast")
-    OSCILLATOR: ClassVar[StageOf[BlockModel[Epochs, F64]]] = StageOf("oscillator")
+    OSCILLATOR: ClassVar[StageOf[BlockModel[Epochs, F64]]] = StageOf("oscillator", single=True)
     LATCH: ClassVar[StageOf[BlockModel[Epochs, F64]]] = StageOf("latch")
     ATTITUDE: ClassVar[StageOf[BlockModel[Epochs, AttitudeTerm]]] = StageOf("attitude")
     LINK: ClassVar[StageOf[BlockModel[None, LinkTerm]]] = StageOf("link")
@@ -318,7 +322,7 @@ class Row(Generic[Model]):
     build    parameters and context -> the model; ValueError or FileError with one line if it cannot be had
     scope    "sky": one for all craft, in [sky.factors]; "craft": each craft's own, in [craft.factors]
     default  on where a scenario does not name it
-    ready    works with its defaults; one that does not is no part of "all"
+    ready    works with its defaults; one that does not is no part of "all" (see `registry.of_all`)
     needs    what the craft must have
     acts_on  "report": what satellites report; "receiver": an emulated receiver, which a recorded one is not
     shows    kind of frames that it must change; with the parameters `example`, where its defaults do nothing

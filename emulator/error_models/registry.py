@@ -6,6 +6,8 @@ whatever its row `shows` is tested. Scenario keys, `--on` and `--off`, help and 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.emulator.error_models import (
     attitude_error,
@@ -61,3 +63,19 @@ FACTORS = table(
 def of_scope(scope: str) -> dict[str, Row]:
     """The rows that belong to the sky, or to each craft."""
     return {name: row for name, row in FACTORS.items() if row.scope == scope}
+
+
+def of_all(scope: str, named: Mapping[str, bool]) -> set[str]:
+    """The rows of a scope that "all" stands for: those that work with their defaults and those that are
+    named; of a stage that has room for one, what is on without "all", else the first.
+
+    named   whether a row is to be on, of rows that are named
+    """
+    rows = of_scope(scope)
+    every = [name for name, row in rows.items() if row.ready or name in named]
+    single = {row.stage for row in rows.values() if row.stage.single}
+    for stage in single:
+        rivals = [name for name in every if rows[name].stage is stage]
+        chosen = [name for name in rivals if named.get(name, rows[name].default)] or rivals[:1]
+        every = [name for name in every if name not in rivals or name in chosen]
+    return set(every)

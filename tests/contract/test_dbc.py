@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
+import re
 from importlib import resources
 
 import pytest
 from cantools.database import load_string
 
+from gnss_hil.dbc.contract import messages as contract
 from gnss_hil.dbc.contract.generate import dbc_text
-from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KINDS, MAX_RECEIVERS, messages
+from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KINDS, MAX_RECEIVERS, NODES, messages
 
 CHECKED_IN = resources.files("gnss_hil.dbc.contract").joinpath("gnss.dbc")
 
@@ -89,3 +91,56 @@ def test_resolution_and_range_promised_by_the_design(signal, kind, least, step):
     found = next(s for k in KINDS if k.name == kind for s in k.signals if s.name == signal)
     assert found.factor <= step
     assert found.raw_range[1] * found.factor >= least
+
+
+def test_what_the_contract_calls_free_is_free():
+    """The lists in the module's docstring, with the most receivers."""
+    text = contract.__doc__ or ""
+    spans = [(int(a, 16), int(b, 16)) for a, b in re.findall(r"(0x[0-9A-F]{3})\.\.(0x[0-9A-F]{3})", text)]
+    alone, of_receivers = spans[:-2], spans[-2:]
+    free = [i for first, last in alone for i in range(first, last + 1)]
+    free += [
+        i + 0x10 * r
+        for first, last in of_receivers
+        for i in range(first, last + 1)
+        for r in range(MAX_RECEIVERS)
+    ]
+    taken = {m.can_id for m in messages(MAX_RECEIVERS)}
+    assert sorted({*free, *taken}) == [*range(1, 0x700), *sorted(i for i in taken if i >= 0x700)]
+    assert len(free) + len(taken) == len({*free, *taken}), "nothing that is called free is taken"
+    nodes = {*range(11, 16), *range(17, 224)}
+    assert nodes | {*range(1, MAX_RECEIVERS + 1), *NODES.values()} == {*range(1, 224)}
+    assert max(nodes) + contract.HEARTBEAT_BASE == contract.BENCH_FIRST - 1
+
+
+def kind(name="TILT", base=0x070, sender="ATT", receivers=("FLIGHT",), **more):
+    return contract._kind(name, base, sender, receivers, "made up", contract._u("tilt_deg", 16, ""), **more)
+
+
+@pytest.mark.parametrize(
+    "kinds, nodes, line",
+    [
+        ([kind(base=0x060)], {}, "kinds ATT_Q01 and TILT both have identifier 0x060"),
+        ([kind(base=0x173)], {}, "kinds SV_X and TILT both have identifier 0x173"),
+        ([kind(base=0x080, sender="RX", per="receiver", stride=1), kind("TURN", 0x087)], {},
+         "kinds TILT and TURN both have identifier 0x087"),
+        ([kind(base=0x709)], {}, "kinds HEARTBEAT and TILT both have identifier 0x709"),
+        ([kind("ATT_Q01")], {}, "kinds at 0x060 and 0x070 both have name ATT_Q01"),
+        ([kind()], {"CLINO": 9}, "nodes ATT and CLINO both have number 9"),
+        ([kind()], {"CLINO": 3}, "nodes RX3 and CLINO both have number 3"),
+        ([kind(sender="CLINO")], {}, "kind TILT: there is no node CLINO"),
+        ([kind(sender="RX")], {}, "kind TILT: there is no node RX"),
+        ([kind(receivers=("GROUND",))], {}, "kind TILT: there is no node GROUND"),
+        ([kind(base=0x7E4)], {}, "kind TILT: identifier 0x7E4 is kept for the bench"),
+        ([], {"CLINO": 0xE5}, "kind HEARTBEAT: identifier 0x7E5 is kept for the bench"),
+        ([kind(base=0x800)], {}, "kind TILT: identifier 0x800 is none of 11 bits"),
+    ],
+)  # fmt: skip
+def test_what_is_taken_twice_is_refused(kinds, nodes, line):
+    with pytest.raises(ValueError) as caught:
+        contract.check((*KINDS, *kinds), {**NODES, **nodes})
+    assert str(caught.value) == line
+
+
+def test_a_free_identifier_and_node_are_taken():
+    contract.check((*KINDS, kind(sender="CLINO")), {**NODES, "CLINO": 11})

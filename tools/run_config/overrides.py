@@ -11,7 +11,7 @@ from typing import Any
 from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.process.command_line import Value
 from gnss_hil.emulator.config.scenario import Flight, ScenarioError
-from gnss_hil.emulator.error_models.registry import of_scope
+from gnss_hil.emulator.error_models import registry
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.flightsw.app.config import carried_over
@@ -76,18 +76,26 @@ def _switch(owner: Any, scope: str, overrides: Overrides) -> None:
     if not isinstance(owner, dict) or not (on or off):
         return
     factors = owner.setdefault("factors", {})
-    rows = of_scope(scope)
+    rows = registry.of_scope(scope)
     both = sorted(set(on) & set(off))
     if both:
         raise Mistake(f"--on {both[0]} with --off {both[0]}: one of the two")
-    ways = ((on, True), (off, False))
-    wanted = {name: way for names, way in ways if "all" in names for name in rows}
-    wanted |= {name: way for names, way in ways for name in names if name in rows}
+    named = {name: _enabled(given) for name, given in factors.items()} | dict.fromkeys(on, True)
+    wanted: dict[str, bool] = {}
+    if "all" in off:
+        wanted = dict.fromkeys(rows, False)
+    elif "all" in on:
+        of_all = registry.of_all(scope, named)
+        wanted = {name: True for name in rows if name in of_all}
+    wanted |= {name: way for names, way in ((on, True), (off, False)) for name in names if name in rows}
     for name, enabled in wanted.items():
-        if enabled and not (rows[name].ready or name in factors or name in on):
-            continue
         given = factors.get(name)
         factors[name] = {**given, "enabled": enabled} if isinstance(given, dict) else enabled
+
+
+def _enabled(given: Any) -> bool:
+    """Whether an error model is on that a scenario gives like this."""
+    return bool(given.get("enabled", True) if isinstance(given, dict) else given)
 
 
 def _once(options: Sequence[tuple[str, Value]]) -> dict[str, Value]:

@@ -1,7 +1,10 @@
 """Which factors `--on` and `--off` leave: a name counts more than "all", and nothing is said twice."""
 
+from dataclasses import replace
+
 import pytest
 
+from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import Overrides
 from gnss_hil.tools.run_config.overrides import overridden
@@ -29,6 +32,26 @@ def test_all_but_one():
 
 def test_a_jammer_that_the_scenario_places_is_one_of_all():
     assert "jamming" in left(on=["all"], factors={"jamming": {"earth": []}})
+
+
+def test_a_second_clock_model_is_no_part_of_all(monkeypatch):
+    """There is room for one: the first row, unless the scenario or the command line names the other."""
+    first = FACTORS["clock_instability"]
+    monkeypatch.setitem(FACTORS, "maser", replace(first, name="maser"))
+
+    def clocks(on, **given):
+        return left(["all", *on], **given) & {"clock_instability", "maser"}
+
+    assert clocks([]) == {"clock_instability"}
+    assert clocks(["maser"]) == {"maser"}
+    assert clocks([], off=["clock_instability"]) == set()
+    assert clocks([], factors={"maser": {"offset_ms": 1.0}}) == {"maser"}
+    assert clocks([], factors={"maser": False, "clock_instability": {"enabled": False}}) == {
+        "clock_instability"
+    }
+    monkeypatch.setitem(FACTORS, "maser", replace(first, name="maser", default=True))
+    assert clocks([], factors={"clock_instability": False}) <= {"maser"}
+    assert left(off=["all"], factors={"maser": True}) == set()
 
 
 @pytest.mark.parametrize("name", ["all", "code_noise"])
