@@ -1,7 +1,8 @@
 """One epoch of the emulator: a pure function from the state between epochs and commands received to frames.
 
-What no command changes is worked out in blocks of epochs (`emulator.environment`) and kept for as long as
-it is near; a world answers the same whether a block is at hand or not. What commands change is stepped here.
+What no command changes is worked out in blocks of epochs (`gnss_hil.emulator.environment`) and kept for as
+long as it is near; a world answers the same whether a block is at hand or not. What commands change is
+stepped here.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def emulate_step(
     """Play one epoch.
 
     inbox    frames received since the last epoch, by name of the craft whose bus they were on
-    returns  next state; frames by craft; truth (crafts,) of dtype `emulator.truth.TRUTH`
+    returns  next state; frames by craft; truth (crafts,) of dtype `gnss_hil.emulator.truth.TRUTH`
     """
     units, sent, truth = [], {}, np.zeros(len(world.craft), TRUTH)
     for number, (craft, unit) in enumerate(zip(world.craft, state.units, strict=True)):

@@ -1,7 +1,7 @@
 """The embedded bus, client side: a UNIX stream of `struct can_frame`, 16 bytes each.
 
 The wire is what a CAN_RAW socket reads and writes, so a C program joins with connect(), read(16) and
-write(16). The other end is `dbc.bus.hub.Hub`. A client that only writes should shutdown(SHUT_RD):
+write(16). The other end is `gnss_hil.dbc.bus.hub.Hub`. A client that only writes should shutdown(SHUT_RD):
 the bus is lossless, so a client that does not read holds all others back.
 """
 

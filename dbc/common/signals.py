@@ -1,7 +1,7 @@
 """Ranging signals of the navigation systems: one row each, a satellite may be tracked on several.
 
 What depends on a signal reads it here; what only the emulated transmitters know (power) is theirs, keyed by
-the signal's name (`gnss_hil.emulator.signal.bands`).
+the signal's name (`gnss_hil.emulator.signal.powers`).
 """
 
 from __future__ import annotations

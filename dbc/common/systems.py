@@ -4,10 +4,25 @@ A system is a small integer on the bus (`value`) and a name in files. A row with
 in NAV_CLOCK, or the reference itself, is one that receivers track and fixes use; the others are only named
 by the contract.
 
-To add a system: its row here, those of its signals (`gnss_hil.dbc.common.signals`), their least powers
-(`gnss_hil.emulator.signal.powers`) and the makers of its constellation
-(`gnss_hil.emulator.constellation.registry`). Bus, scenario keys, receivers, fixes, tables and exports follow;
-`tests/system/test_third_system.py` flies one that is made up.
+To add a nominal system that flies end to end: rows in `dbc/common/systems.py`, `dbc/common/signals.py`,
+`emulator/signal/powers.py` and `emulator/constellation/registry.py`, and its slots in
+`emulator/constellation/nominal.py`. Bus, scenario keys, search, commands, fixes, tables and exported ranges
+and orbits follow; `tests/system/test_third_system.py` flies one that is made up. What else GPS and GLONASS
+have, each thing for itself and refused or left out by name until it is there:
+
+    messages that are read    `emulator/constellation/broadcast/NAME.py`, `emulator/files/rinex_layouts.py`
+    messages that are written `emulator/constellation/nominal_messages.py`,
+                              `emulator/constellation/messages.py`, `tools/export/rinex_systems.py`
+    almanacs                  `emulator/constellation/almanac/NAME.py`,
+                              `emulator/constellation/almanac/orbits.py`, `emulator/files/almanacs.py`
+    blocks, patterns          `emulator/constellation/block_types.py`,
+                              `emulator/error_models/transmit_pattern.py`, a file in `emulator/data/patterns`
+    uploads and their errors  `emulator/constellation/uploads.py`,
+                              `emulator/error_models/ephemeris_error.py`,
+                              `emulator/error_models/satellite_clock_error.py`
+    frames of messages        `emulator/signal/data_frames.py`
+    phase centres of SP3      `emulator/constellation/antenna_offsets.py`,
+                              `emulator/constellation/phase_centre.py`
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ doing it kind by kind costs hundreds of array operations. A `Form` joins the lay
 table, one signal after another, and writes them in one pass; a `Reader` has the layouts of signals that
 are read together, however many frames and kinds they come from. Both equal the codec bit for bit.
 
-Protection headers are written blank (`dbc.contract.e2e.protect` fills them in) and not read.
+Protection headers are written blank (`gnss_hil.dbc.contract.e2e.protect` fills them in) and not read.
 """
 
 from __future__ import annotations

@@ -100,8 +100,9 @@ class Codec:
     ) -> NDArray[np.uint8]:
         """Payloads (n, 8) from name -> (n,) or scalar, rounded half to even.
 
-        Signals not named are zero (the protection header is filled in by `dbc.contract.e2e.protect`).
-        CodecError names the first value that does not fit, nan included.
+        Signals not named are zero (the protection header is filled in by
+        `gnss_hil.dbc.contract.e2e.protect`). CodecError names the first value that does not fit, nan
+        included.
         """
         plan = _plan(self.kinds[kind], tuple(values))
         if n is None:

@@ -5,7 +5,8 @@ Tests hold the codec equal to what cantools reads from the DBC, so that what fli
 
 A *kind* is one layout. A kind that repeats per receiver (or per node) has one identifier for each:
 `base + stride * (number - 1)`. Payload signals are packed little-endian in the order listed, behind
-the 16-bit protection header of AUTOSAR E2E Profile 11 (`dbc.contract.e2e`): CRC, counter, epoch modulo 16.
+the 16-bit protection header of AUTOSAR E2E Profile 11 (`gnss_hil.dbc.contract.e2e`): CRC, counter, epoch
+modulo 16.
 
 To add a message: a row of KINDS, among those of its purpose, and in NODES its node, if that is new. What is
 taken twice is refused when this module is imported. Low identifiers go first on the bus. Free are:

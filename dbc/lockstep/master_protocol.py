@@ -2,7 +2,8 @@
 
 The master opens an epoch with its block and SYNC{session, epoch, count}; each flight node answers with
 its block and DONE{session, epoch, count}. A repeated SYNC gets the same answer again.
-The flight node's side is `dbc.lockstep.slave_protocol`; `dbc.lockstep.master_loop` runs this one on buses.
+The flight node's side is `gnss_hil.dbc.lockstep.slave_protocol`; `gnss_hil.dbc.lockstep.master_loop` runs
+this one on buses.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ FOREIGN = -1
 class Barrier:
     """Nothing flows until every required node was heard with this contract.
 
-    required   node numbers, see `dbc.contract.messages.node_names`
+    required   node numbers, see `gnss_hil.dbc.contract.messages.node_names`
     greetings  data of each node's heartbeat: copies still under way belong to no epoch
     """
 

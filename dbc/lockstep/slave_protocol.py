@@ -1,6 +1,6 @@
 """Lockstep, the flight node's side as a state machine, without I/O or clock: frames cut into epochs.
 
-`dbc.lockstep.slave_loop` runs it on a bus.
+`gnss_hil.dbc.lockstep.slave_loop` runs it on a bus.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ nadir, y along the negative orbit normal (starboard), x completing it (fore); tu
 yaw-pitch-roll, 3-2-1. Orbit plane and rates are those of inertial motion, written in ECEF axes.
 
 Step 5 and block 4 of RU 2706636 C1: the attitude of the spacecraft in the Greenwich frame. This is the
-true one; what the unit puts on the bus is as far off as `emulator.attitude.determination` has it, where
-that factor is on.
+true one; what the unit puts on the bus is as far off as `gnss_hil.emulator.attitude.determination` has it,
+where that factor is on.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class Broadcast:
 class Constellation(Protocol):
     """One system's satellites.
 
-    index   (n,) satellite index, `dbc.common.satellites`
+    index   (n,) satellite index, `gnss_hil.dbc.common.satellites`
     sample  middles_ns (s,) of segments and nodes_s (k,) relative to them ->
             positions (s, k, n, 3) [m], WGS-84 ECEF of each node's instant, antenna phase centre;
             clocks (s, k, n) [m], the contract's clock_m; and what the satellites broadcast, (s, n).

@@ -38,7 +38,7 @@ class SkyState:
     """All satellites of a sky at one instant, or (an axis before) at several; rows are the same satellites
     through a run.
 
-    index               (n,) satellite index, `dbc.common.satellites`
+    index               (n,) satellite index, `gnss_hil.dbc.common.satellites`
     pos_ecef_m          (n, 3) antenna phase centre, WGS-84 ECEF axes of the instant [m]
     vel_ecef_mps        (n, 3) first and
     acc_ecef_mps2       (n, 3) second time derivative of it [m/s], [m/s^2]

@@ -41,7 +41,8 @@ class Uploads:
 
 
 def uploads(seed: int, index: I64, period_s: dict[int, float]) -> Uploads:
-    """The uploads of satellites index (n,), `dbc.common.satellites`; period_s by system, whole minutes.
+    """The uploads of satellites index (n,), `gnss_hil.dbc.common.satellites`; period_s by system, whole
+    minutes.
 
     Satellites of other systems are never given anything new: one upload serves for an age.
     """

@@ -1,8 +1,8 @@
 """From geometry to C/N0: the link budget of a craft, as rich as its models make it.
 
-Without any model of the stage LINK it is that of `emulator.signal.simple_link_budget`. One model brings the
-full budget, in which what the others would give is taken from the same plain model: isotropic transmitters at
-the promised power, a receive pattern linear in the cosine, one noise temperature.
+Without any model of the stage LINK it is that of `gnss_hil.emulator.signal.simple_link_budget`. One model
+brings the full budget, in which what the others would give is taken from the same plain model: isotropic
+transmitters at the promised power, a receive pattern linear in the cosine, one noise temperature.
 """
 
 from __future__ import annotations

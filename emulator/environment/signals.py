@@ -33,8 +33,8 @@ class Signals:
     cycles        (p,) carrier phase from transmission on [cycles]
     turns_cyc     (p,) to be added to it, known but for whole cycles; None: nothing is
     arc           (p,) number of the phase arc: a phase is continuous along one alone. Where a satellite
-                  changes its ephemeris the truth may jump, see `emulator.constellation.sky`; where the
-                  direct ray is hidden or comes back, a loop goes over to another ray, metres longer or
+                  changes its ephemeris the truth may jump, see `gnss_hil.emulator.constellation.sky`; where
+                  the direct ray is hidden or comes back, a loop goes over to another ray, metres longer or
                   shorter
     half_cycles   (p,) by which a loop slips in the epoch; None: never
     preamble      (p,) whether the satellite has begun a subframe or string since the epoch before; None if

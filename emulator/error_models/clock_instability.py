@@ -22,7 +22,7 @@ from gnss_hil.emulator.numerics.recursion import Recursion
 class ClockInstability(Factor):
     """Free oscillators in place of the bounded wander, one for each clock domain.
 
-    oscillator     class: see `emulator.clocks.oscillator.OSCILLATORS`
+    oscillator     class: see `gnss_hil.emulator.clocks.oscillator.OSCILLATORS`
     offset_ms      1 sigma of the time error at the start (modelled)
     frequency_ppb  1 sigma of the frequency error at the start, 1e-9 (modelled)
     reset_ms       a clock more than half of this off is set back by it; 0: never

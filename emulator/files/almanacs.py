@@ -34,7 +34,7 @@ MOSCOW_H = 3
 class Almanac:
     """Satellites of one system, each once, by number.
 
-    system        of `dbc.common.satellites`
+    system        of `gnss_hil.dbc.common.satellites`
     number        (n,) PRN or slot
     healthy       (n,) bool, as the almanac has it
     reference_ns  (n,) GPS time its elements belong to: of applicability, or of the ascending node [ns]

@@ -1,7 +1,7 @@
 """What the emulator steps: a craft and its receivers, of whatever kind.
 
-A kind is a class that has these members, and a row in `emulator.assemble.world.RECEIVER_KINDS` that builds it
-from a scenario; the step, the loop and the tools know no kind by name.
+A kind is a class that has these members, and a row in `gnss_hil.emulator.assemble.world.RECEIVER_KINDS` that
+builds it from a scenario; the step, the loop and the tools know no kind by name.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gnss_hil.dbc.contract.frames import FrameBatch
 
 class Unit(Protocol):
     """A craft between epochs, what all kinds have in common: (verdicts,) command frames refused so far, by
-    `dbc.contract.e2e.Verdict`."""
+    `gnss_hil.dbc.contract.e2e.Verdict`."""
 
     @property
     def refused(self) -> I64: ...
@@ -46,6 +46,6 @@ class Craft(Protocol):
         ...
 
     def step(self, unit: Any, received: FrameBatch, epoch: int) -> tuple[Any, FrameBatch, NDArray]:
-        """One epoch: the unit after it, its frames, and truth, a row of `emulator.truth.TRUTH` but for the
-        craft's number. A pure function of its arguments."""
+        """One epoch: the unit after it, its frames, and truth, a row of `gnss_hil.emulator.truth.TRUTH` but
+        for the craft's number. A pure function of its arguments."""
         ...

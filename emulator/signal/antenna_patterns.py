@@ -20,7 +20,8 @@ _PER_RAD = (NODES - 1) / np.pi
 
 
 def cosine_law(boresight_dbi: float, at_90deg_dbi: float) -> Pattern:
-    """The two-parameter law of `emulator.signal.simple_link_budget.gain_dbi`, in dB linear in the cosine."""
+    """The two-parameter law of `gnss_hil.emulator.signal.simple_link_budget.gain_dbi`, in dB linear in the
+    cosine."""
     gain = at_90deg_dbi + (boresight_dbi - at_90deg_dbi) * np.cos(np.radians(GRID_DEG))
     return Pattern(GRID_DEG, gain, "linear in the cosine")
 

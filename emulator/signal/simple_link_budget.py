@@ -3,7 +3,7 @@
 Transmitted power is the least the interface documents promise and equal in all directions: satellites
 radiate isotropically (modelled: a craft in low orbit is inside the main lobe). Above the satellites' main
 lobes, which end little beyond the Earth's edge, signals come out far too strong and satellites far too
-many: this budget is for low orbits. `emulator.signal.link_budget` is for all.
+many: this budget is for low orbits. `gnss_hil.emulator.signal.link_budget` is for all.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class FlightState:
     """mode           of the last epoch
     mark           the last time mark, None before the first
     received, sent   counters of the protection
-    rejected       (REASONS, identifiers) frames not used; `flightsw.io.frame_statistics` explains
+    rejected       (REASONS, identifiers) frames not used; `gnss_hil.flightsw.io.frame_statistics` explains
     lost           frames missing by the counters
     attitude       None if there is none
     nav            the navigator's own state

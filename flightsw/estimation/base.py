@@ -27,8 +27,8 @@ class FixInputs:
     domain             (m,) clock domain of each antenna
     ura_scale          how much of the broadcast URA counts
     rules              what becomes of measurements that disagree
-    mark_clock         which clock showed the time mark, see `flightsw.records.epoch.Mark`
-    others             measurements of other kinds, see `flightsw.measurement.registry`
+    mark_clock         which clock showed the time mark, see `gnss_hil.flightsw.records.epoch.Mark`
+    others             measurements of other kinds, see `gnss_hil.flightsw.measurement.registry`
     """
 
     attitude: Attitude | None

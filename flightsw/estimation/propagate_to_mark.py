@@ -24,7 +24,7 @@ def propagated_to_mark(fix: Fix, clock: int, last_mps: F64 | None) -> Fix | NoFi
     """A fix of the latch as one of the mark. Clocks stay those of the latch: their drift, 1e-6 at most, makes
     a nanosecond of a millisecond.
 
-    clock       of the mark, see `flightsw.records.epoch.Mark`
+    clock       of the mark, see `gnss_hil.flightsw.records.epoch.Mark`
     last_mps   (3,) velocity to go by where the fix has none, None if there is none either
     returns     NO_VELOCITY where there is no velocity, TOO_FEW_SATELLITES where the clock that showed the
                 mark is not part of the fix, NO_CONVERGENCE where it ends beyond what the bus can carry

@@ -3,8 +3,8 @@
 Nothing here raises on what a bus may carry. What cannot be used is counted by reason and identifier, with
 its consequence. The rules:
 
-- A frame passes `dbc.contract.e2e.screen` (form, CRC, counter) and carries the epoch of the time mark, or
-  is rejected.
+- A frame passes `gnss_hil.dbc.contract.e2e.screen` (form, CRC, counter) and carries the epoch of the time
+  mark, or is rejected.
 - Of two frames for one slot of a record in one epoch the first stands.
 - A channel counts when all its ten frames are there; a lost frame takes out its own channel, nothing else.
   So a status that announces more frames than came changes nothing: the missing ones have done their harm.
@@ -164,7 +164,7 @@ def _count_timeless(codec: Codec, counts: Rejections, block: _Block, opens: I32 
     counts.add(Reason.NO_TIME_MARK, block.can_id, ~bad & _grouped(codec, block))
 
 
-# Signals of the groups in the order of `flightsw.io.frame_groups`.
+# Signals of the groups in the order of `gnss_hil.flightsw.io.frame_groups`.
 
 
 def _mark(values: F64, nibble: int) -> Mark | None:

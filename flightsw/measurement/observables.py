@@ -2,7 +2,8 @@
 
 A receiver may deliver several signals of one satellite. Counted apart they would make two witnesses of one:
 the same satellite's errors, the same ray, the same ionosphere but for a factor. So one of them stands for all
-(`of_one_signal`), or two become one range without ionosphere (`flightsw.measurement.ionosphere_free`).
+(`of_one_signal`), or two become one range without ionosphere
+(`gnss_hil.flightsw.measurement.ionosphere_free`).
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ class Ranges:
     channels                 (n,) int: bit k, channel k of the receiver delivered it
     ura                      (n,) accuracy index
     pseudorange_m, range_rate_mps, pos_sv_m, vel_sv_mps, clock_m, clock_drift_mps
-                             as in `flightsw.records.epoch.Measurements`
+                             as in `gnss_hil.flightsw.records.epoch.Measurements`
     code_variance_m2, rate_variance_m2ps2   (n,) noise of pseudorange and range rate
     """
 

@@ -107,7 +107,7 @@ def test_two_senders_keep_their_order_and_are_heard_in_one(bus, join):
 
 
 def test_a_slow_receiver_loses_nothing_or_tells(bus, join):
-    """Nobody reads until the sender is done, or held back for a while."""
+    """Nothing is read until the sender is done, or held back for a while."""
     sender, receiver = join(), join()
     frames = numbered(1000)
     rounds = bus.volume // 1000 or 1

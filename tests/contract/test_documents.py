@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.e2e import fresh_counters, protect
 from gnss_hil.dbc.contract.frames import batch
+from gnss_hil.emulator.error_models.registry import FACTORS
 
 DOCS = Path(__file__).parents[2] / "docs"
 CODEC = codec(4)
@@ -37,3 +39,29 @@ def test_published_vectors(name):
     frames, _ = protect(CODEC, batch(can_id, CODEC.encode(kind, values)), fresh_counters(CODEC), 37)
     assert int(row[1], 16) == can_id
     assert bytes.fromhex(row[2]) == np.asarray(frames.data).tobytes()
+
+
+def test_every_error_model_is_in_the_table_of_factors():
+    table = re.findall(r"^\|.*\|$", (DOCS / "factors.md").read_text("utf-8").split("## ")[0], re.M)
+    named = set(re.findall(r"`(\w+)`", "".join(table)))
+    assert FACTORS.keys() <= named
+
+
+def test_what_a_satellite_system_takes_is_said_alike():
+    """In the table of systems, where one begins, and among ARCHITECTURE's additions."""
+    (row,) = re.findall(
+        r"^\| a satellite system \|.*$", (DOCS.parent / "ARCHITECTURE.md").read_text("utf-8"), re.M
+    )
+    said, again = (
+        [
+            place
+            for place in re.findall(r"`([\w/.]+)`", text)
+            if place.startswith(("dbc/", "emulator/", "tools/"))
+        ]
+        for text in (row, systems.__doc__)
+    )
+    assert said == again
+    assert f"| {said.index('emulator/constellation/nominal.py') + 1} and a test" in row
+    assert f"{len(said) - 5} more" in row
+    for place in said:
+        assert "NAME" in place or (DOCS.parent / place).exists(), place

@@ -82,7 +82,7 @@ def test_the_guide_is_done_as_written(tmp_path):
 
 
 def test_what_is_not_run_says_so():
-    """Sections with commands in an indented block, which nobody runs here, say that and why."""
+    """Sections with commands in an indented block, which are not run here, say that and why."""
     for section in re.split(r"^(?=## |\*\*)", GUIDE.read_text("utf-8"), flags=re.M):
         if re.search(
             r"^    (?:gnss-hil|git|pip) ", re.sub(r"^```.*?^```$", "", section, flags=re.M | re.S), re.M

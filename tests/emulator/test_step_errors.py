@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from tests.emulator.test_step import OMEGA, ROUNDING_M, predicted_range_m
 from tests.support import emulated
 
-pytestmark = pytest.mark.verifies(what="Measured signals, effects, latch")
+pytestmark = pytest.mark.verifies(what="Error models in a run")
 
 
 def played(epochs, **factors):

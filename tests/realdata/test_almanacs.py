@@ -160,7 +160,7 @@ def test_frames_carry_the_old_almanac_and_its_age(run):
     "emulator/receivers/emulated/almanac.py",
     what="Old almanacs in a run",
     by=(
-        "satellites of April 2016 with the almanac of March: 46 km off (median), satellites nobody has "
+        "satellites of April 2016 with the almanac of March: 46 km off (median), satellites without one "
         "tracked are assigned by it and found; frames read by cantools"
     ),
     status="validated",

@@ -64,7 +64,7 @@ def propagated(t_ns, state, names, drag_area_m2):
     status="validated",
 )
 def test_the_forces_carry_grace_for_a_day(flown):
-    """Start and drag area are fitted (nobody knows the air of that day), nothing else. What is left: tides of
+    """Start and drag area are fitted (the air of that day is not known), nothing else. What is left: tides of
     the solid Earth and the oceans, degrees above 50, the air's real course."""
     t_ns, pos, vel = flown
     state, area_m2 = np.concatenate((pos[0], vel[0])), 0.2

@@ -36,7 +36,7 @@ def until(condition: Callable[[], Any], *processes: subprocess.Popen) -> Any:
 
 
 def last_words(process: subprocess.Popen) -> str:
-    """What an ended process had to say and nobody read."""
+    """What an ended process printed and was not read yet."""
     return "".join(str(stream.read()) for stream in (process.stdout, process.stderr) if stream)
 
 

@@ -24,19 +24,13 @@ pytestmark = [
         "flightsw/assignment/registry.py",
         "flightsw/assignment/options.py",
         what="Assignment by the patent (blocks 8, 9)",
-        by=(
-            "exhaustive reading of the claim; a second reader of bus.log with cantools; 23.3 distinct "
-            "satellites on the real sky, 23.5 in independent simulations"
-        ),
+        by="exhaustive reading of the claim; a second reader of bus.log with cantools",
         status="validated",
     ),
     pytest.mark.verifies(
         "flightsw/io/encode.py",
         "flightsw/records/commands.py",
-        "flightsw/app/step.py",
-        "flightsw/app/state.py",
-        "flightsw/app/config.py",
-        what="Publication, one epoch",
+        what="Encoding: fixes and commands as frames",
         by="decoded by cantools in the second reader",
         status="validated",
     ),
@@ -45,7 +39,8 @@ pytestmark = [
 DBC = Path(str(resources.files("gnss_hil.dbc.contract") / "gnss.dbc"))
 VEHICLE = tomllib.loads((resources.files("gnss_hil.dbc") / "vehicles" / "soyuz-ms.toml").read_text("utf-8"))
 
-# A satellite nobody tracks is known from the almanac only: 250 m steps, up to 20 s of linear extrapolation.
+# A satellite that is not tracked is known from the almanac only: 250 m steps, up to 20 s of linear
+# extrapolation.
 TIE_DEG = 0.02
 
 

@@ -255,7 +255,7 @@ def test_an_emulator_that_neither_steers_nor_ends_is_recorded_for_the_scenarios_
     assert main(["run", "--emulator", player, "--duration", "40", "--out", str(folder), "--quiet"]) == 0
     summary = summary_of(folder)
     assert (summary["epochs"], summary["duration_s"]) == (40, 40.0)
-    # The run waits for nobody here: on a busy machine an answer may come epochs late.
+    # The run waits for no answer here: on a busy machine an answer may come epochs late.
     assert set(summary["frames"]["rejected"]) <= {"MIXED_EPOCH"} and summary["frames"]["lost"] == 0
     assert summary["craft"]["soyuz"]["fixes"] > 0
     assert summary["epoch_latency_ms"]["p50"] > 0

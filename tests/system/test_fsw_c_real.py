@@ -90,7 +90,7 @@ def agreed(fsw: Path, folder: Path, epochs: Sequence[Sequence[Frame]]) -> list[d
 
 
 def test_a_mark_shown_by_a_clock_moves_both_alike(fsw, epochs, tmp_path):
-    """Marks said to be domain 0's, and one of a clock that nobody has."""
+    """Marks said to be domain 0's, and one of a clock that no receiver has."""
     stranger = len(epochs) - 2
 
     def marked(frame, clock):

@@ -1,8 +1,8 @@
 """Fifty processes killed at random: the rest ends, says who, and the folder tells everything up to then.
 
-A child killed: the run writes its folder as ever. The supervisor killed: nobody is left who could, so its
-children end, the log holds what was heard, `gnss-hil report` rebuilds the rest, and the next run removes its
-private folder.
+A child killed: the run writes its folder as ever. The supervisor killed: no process is left that could, so
+its children end, the log holds what was heard, `gnss-hil report` rebuilds the rest, and the next run removes
+its private folder.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from gnss_hil.emulator.config.scenario import shipped
 from gnss_hil.tools.command_line.main import main
 
 NEED_FILES = {"replay", "iss-flown"}
-"""Scenarios of real data, which nobody ships."""
+"""Scenarios of real data, which do not ship."""
 
 
 @pytest.mark.parametrize("name", sorted(shipped().keys() - NEED_FILES))

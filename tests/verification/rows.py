@@ -53,7 +53,7 @@ def extra(path: Path) -> list[Row]:
 
 
 def joined(marked: list[Row]) -> tuple[Row, ...]:
-    """Rows with all their tests; Unclear if two have a name, or one is named that nobody describes."""
+    """Rows with all their tests; Unclear if two have a name, or one is named that no marker describes."""
     found: dict[str, Row] = {}
     for row in marked:
         if row.where and row.what in found:

@@ -22,8 +22,8 @@ os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command; its module, `tools.commands.NAME`, has `add_arguments(parser)` and `run(arguments)`, which
-    returns the exit status."""
+    """A command; its module, `gnss_hil.tools.commands.NAME`, has `add_arguments(parser)` and
+    `run(arguments)`, which returns the exit status."""
 
     name: str
     help: str

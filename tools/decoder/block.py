@@ -34,7 +34,7 @@ def epoch_nibbles(words: U64) -> I64:
 @dataclass(frozen=True, slots=True, eq=False)
 class Messages:
     """Frames (k,) of one kind, in bus order; `messages["cn0_dbhz"]` is a signal of theirs, (k,), and
-    `messages["satellite"]` the index (`dbc.common.satellites`) of the satellite that they name.
+    `messages["satellite"]` the index (`gnss_hil.dbc.common.satellites`) of the satellite that they name.
 
     epoch    row of the block's epochs
     number   of the receiver or node, 1-based; 0 where the kind does not repeat

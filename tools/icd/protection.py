@@ -1,4 +1,5 @@
-"""Protection worked out by hand: what `dbc.contract.e2e` computes for a frame, with every step between."""
+"""Protection worked out by hand: what `gnss_hil.dbc.contract.e2e` computes for a frame, with every step
+between."""
 
 from __future__ import annotations
 

@@ -9,7 +9,8 @@ from gnss_hil.dbc.bus.runtime_dir import parent_folder
 from gnss_hil.tools.common.errors import Missing, Mistake
 
 _PATTERN = "gnss-hil-*/can*"
-"""Sockets in the private folders of benches; `dbc.bus.hub.RuntimeDir`, `tools.processes`."""
+"""Sockets in the private folders of benches; `gnss_hil.dbc.bus.hub.RuntimeDir`,
+`gnss_hil.tools.processes`."""
 
 _KERNEL_LIST = Path("/proc/net/unix")
 

@@ -1,7 +1,7 @@
 """Emulator and flight software as processes on buses, and their supervision.
 
 The supervisor owns the embedded buses' hubs (or listens on a foreign bus) and starts what is to be started on
-either side, ours or another's. `tools.processes.supervision` has its rounds.
+either side, ours or another's. `gnss_hil.tools.processes.supervision` has its rounds.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The recorder: every frame of a run into bus.log, as it happens.
 
 A frame's stamp is the simulated instant its first bit is on the bus: UNIX time of the epoch's mark plus the
-exact length, stuff bits included, of the frames before it in the epoch (`dbc.contract.bits`). The mark's
-time is that of its own frames, with any emulator; where they are not intact, it is reckoned.
+exact length, stuff bits included, of the frames before it in the epoch (`gnss_hil.dbc.contract.bits`). The
+mark's time is that of its own frames, with any emulator; where they are not intact, it is reckoned.
 """
 
 from __future__ import annotations

@@ -24,4 +24,4 @@ def write(path: Path, summary: Mapping[str, Any], failures: Sequence[str]) -> No
         case = ElementTree.SubElement(suite, "testcase", classname=summary["scenario"], name=name)
         if text:
             ElementTree.SubElement(case, "failure", message=text)
-    ElementTree.ElementTree(suite).write(path, encoding="utf-8", xml_declaration=True)
+    path.write_bytes(ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")

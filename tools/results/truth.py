@@ -18,7 +18,7 @@ class TruthError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """craft names, and rows of `emulator.truth.TRUTH` in the order of epochs."""
+    """craft names, and rows of `gnss_hil.emulator.truth.TRUTH` in the order of epochs."""
 
     craft: tuple[str, ...]
     rows: np.ndarray

@@ -31,7 +31,7 @@ _ROUNDS = 5
 def orbit(elements: dict[str, F64], since_node_s: F64) -> tuple[F64, F64]:
     """Positions and velocities some seconds after the almanac's ascending node.
 
-    elements      see `emulator.files.almanacs.Almanac`, (n,) each
+    elements      see `gnss_hil.emulator.files.almanacs.Almanac`, (n,) each
     since_node_s  (n,), either sign
     returns       (n, 3) PZ-90 of the instant, metres from WGS-84 [m]; Earth-relative velocity (n, 3) [m/s]
     """

@@ -6,8 +6,8 @@ Without a signal it goes back to search and waits there for as long as it is set
 
 The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
 unless each keeps its own. Modelled: times of acquisition are those of the scenario (an ephemeris may take as
-long as the frames of its message do, `emulator.signal.data_frames`), a signal strong enough is found and
-never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
+long as the frames of its message do, `gnss_hil.emulator.signal.data_frames`), a signal strong enough is found
+and never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
 run to its end.
 
 Step 2 and block 1 of RU 2706636 C1: an antenna's channels track satellites inside its field of view.
@@ -45,7 +45,7 @@ class Channels:
     since_ns   GPS time since when the channel searches with a signal, or holds it
     slips      times the carrier phase was started, modulo 16
     ambiguity  whole cycles taken off the carrier phase
-    arc        number of the phase arc that is being counted, `emulator.environment.signals`
+    arc        number of the phase arc that is being counted, `gnss_hil.emulator.environment.signals`
     turns_cyc  turns of antennas counted on in the carrier phase [cycles], nan where none are
     """
 

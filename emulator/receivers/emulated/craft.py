@@ -59,7 +59,7 @@ class Unit:
     """The receivers of a craft between epochs.
 
     sent, received   counters of protected streams, as sender and receiver
-    refused          (verdicts,) command frames rejected so far, by `dbc.contract.e2e.Verdict`
+    refused          (verdicts,) command frames rejected so far, by `gnss_hil.dbc.contract.e2e.Verdict`
     models           what error models stepped with the receivers remember, in their order
     """
 

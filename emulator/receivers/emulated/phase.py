@@ -21,7 +21,7 @@ PHASE_LIMIT_CYC = 1.3e8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phases:
-    """What loops meet in an epoch, (p,) each: see `emulator.environment.signals.Signals`."""
+    """What loops meet in an epoch, (p,) each: see `gnss_hil.emulator.environment.signals.Signals`."""
 
     cycles: F64
     turns_cyc: F64 | None

@@ -75,7 +75,7 @@ class Layout:
 class Prepared:
     """One block of a craft, ready to be sent.
 
-    truth   (k,) rows of `emulator.truth.TRUTH`, the craft's number not yet in them
+    truth   (k,) rows of `gnss_hil.emulator.truth.TRUTH`, the craft's number not yet in them
     front   frames of time mark and sensors;  almanac  those of the almanac
     """
 

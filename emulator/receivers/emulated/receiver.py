@@ -94,7 +94,8 @@ class EmulatedCraft:
             prepared.rows(receiver, target[receiver, channel])
 
     def step(self, unit: Unit, received: FrameBatch, epoch: int) -> tuple[Unit, FrameBatch, NDArray]:
-        """One epoch: the next unit, its block of frames, and truth, a row of `emulator.truth.TRUTH`."""
+        """One epoch: the next unit, its block of frames, and truth, a row of
+        `gnss_hil.emulator.truth.TRUTH`."""
         prepared, k = self.prepared(epoch)
         block, receivers = prepared.block, self.receivers
         t_ns = int(block.geometry.t_ns[k])

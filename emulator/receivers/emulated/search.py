@@ -6,10 +6,10 @@ that are healthy and on none of its commanded channels. A satellite that is no l
 dropped; one that still is stays on its channel (modelled: receivers differ; RU 2654321 describes the
 effect of the first rule, the same satellites in all receivers).
 
-The rule `gdop` chooses a set, not one satellite after another (`emulator.receivers.emulated.dilution`). It
-does so
-anew every minute, and at once where a channel is free and a satellite is to be had; in between a receiver
-keeps what it has, and at the minute too unless another set is distinctly better (modelled).
+The rule `gdop` chooses a set, not one satellite after another
+(`gnss_hil.emulator.receivers.emulated.dilution`). It does so anew every minute, and at once where a channel
+is free and a satellite is to be had; in between a receiver keeps what it has, and at the minute too unless
+another set is distinctly better (modelled).
 
 Receivers are oracles here: they know which signals reach their antenna and never search where there is
 none, cold ones too. A real receiver searches by almanac and hope, longer and in another order; how long

@@ -81,7 +81,7 @@ class Part(Strict):
 
     name          of the part
     centre_m      its middle
-    material      the surface's, see `emulator.signal.structure.materials`
+    material      the surface's, see `gnss_hil.emulator.signal.structure.materials`
     amplitude     part of the reflected amplitude that leaves like from a mirror (lattices, wrinkled blankets)
     roughness_m   rms height of the surface
     joint         what turns it; none: it is fixed to the craft

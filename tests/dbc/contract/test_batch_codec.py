@@ -1,9 +1,10 @@
-"""Forms and readers against the codec, kind by kind."""
+"""Forms and readers against cantools, and against the codec: rounding, limits, records of several kinds."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from cantools.database import load_string
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,11 +15,12 @@ from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS, Kind
 pytestmark = pytest.mark.verifies(
     "dbc/contract/batch_codec.py",
     what="Many kinds at once, both directions",
-    by="the codec, which cantools judges, every kind and random mixes of kinds",
+    by="cantools, every kind, both directions; mixes of kinds, limits and rounding by the codec",
     status="validated",
 )
 
 CODEC = codec(4)
+CANTOOLS = load_string(CODEC.text, "dbc")
 KINDS = tuple(CODEC.kinds)
 SHARED = [MEASUREMENT_KINDS, ("TIME_MARK", "TIME_GPS", "TIME_FINE"), ("TAG", "STATUS"), ("ACK",),
           ("ALM_XY", "ALM_Z", "ALM_V"), ("ATT_Q01", "ATT_Q23", "ATT_RATE"), ("COMMAND",)]  # fmt: skip
@@ -91,6 +93,46 @@ def assert_read_as_decoded(tables, kinds, n, random):
     for name, row in zip(paper.names, values, strict=True):
         assert row.tolist() == decoded[name].tolist(), name
     return paper, data.view("<u8")[..., 0], values
+
+
+def message_of(kind):
+    """cantools' message of the first identifier of a kind; and its signals without the header's."""
+    first = min(can_id for (name, _), can_id in CODEC.can_id_of.items() if name == kind)
+    found = CANTOOLS.get_message_by_frame_id(first)
+    return found, [signal for signal in found.signals if signal.name not in HEADER_NAMES]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=10, deadline=None)
+@given(seed=seeds)
+def test_writes_every_kind_as_cantools_does(kind, seed):
+    """Any raw value of each signal, times its step; the protection header is blank."""
+    random, (theirs, signals) = generator(seed), message_of(kind)
+    values = dict.fromkeys(HEADER_NAMES & {signal.name for signal in theirs.signals}, 0)
+    for signal in signals:
+        low, high = (
+            (-(1 << signal.length - 1), 1 << signal.length - 1)
+            if signal.is_signed
+            else (0, 1 << signal.length)
+        )
+        values[signal.name] = int(random.integers(low, high)) * signal.scale
+    payloads, whole = form(CODEC, [kind]).fill(1, {signal.name: values[signal.name] for signal in signals})
+    assert whole.all()
+    assert payloads[0, 0].tobytes() == theirs.encode(values, strict=False)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=10, deadline=None)
+@given(seed=seeds)
+def test_reads_every_kind_as_cantools_does(kind, seed):
+    """Random payloads."""
+    data, (theirs, signals) = generator(seed).integers(0, 256, (1, 8), np.uint8), message_of(kind)
+    paper = reader(CODEC, [kind], [signal.name for signal in signals])
+    values = paper.read(data.view("<u8")[:, :1].take(paper.frame, axis=0))
+    wanted = theirs.decode(data.tobytes(), decode_choices=False)
+    assert dict(zip(paper.names, values[:, 0].tolist(), strict=True)) == {
+        s.name: wanted[s.name] for s in signals
+    }
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.verifies(
     "dbc/lockstep/master_loop.py",
     "dbc/lockstep/slave_loop.py",
     what="Lockstep: barrier, epochs, repetitions, both sides",
-    by="a protocol of our own, docs/contract.md; the same bytes whoever pauses or comes late",
+    by="a protocol of our own, docs/contract.md; the same bytes whichever side pauses or comes late",
     status="modelled",
 )
 

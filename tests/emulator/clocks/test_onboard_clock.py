@@ -10,6 +10,7 @@ from gnss_hil.emulator.error_models.onboard_clock import OnboardClock, showing
 
 pytestmark = pytest.mark.verifies(
     "emulator/clocks/onboard_clock.py",
+    "emulator/error_models/onboard_clock.py",
     what="On-board computer's clock",
     by="Allan deviation by allantools, 5 %",
     status="validated",

@@ -14,6 +14,7 @@ from gnss_hil.emulator.error_models.clock_instability import ClockInstability, r
 
 pytestmark = pytest.mark.verifies(
     "emulator/clocks/oscillator.py",
+    "emulator/error_models/clock_instability.py",
     what="Free receiver oscillators",
     by=(
         "Allan deviation by allantools against the densities, 3 %; covariance of a step by matrix "

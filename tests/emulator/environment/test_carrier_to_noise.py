@@ -7,6 +7,13 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.config.scenario import ScenarioError
 from tests.support import emulated
 
+pytestmark = pytest.mark.verifies(
+    "emulator/environment/carrier_to_noise.py",
+    what="Signal levels in a run",
+    by="the promise of IS-GPS-200 worked out by hand; a rich budget of plain parts is the plain one",
+    status="modelled",
+)
+
 
 def scene(factors):
     return emulated.epoch_at(emulated.world(emulated.craft(factors={**emulated.QUIET, **factors})), 0)

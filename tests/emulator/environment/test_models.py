@@ -6,7 +6,12 @@ import pytest
 from gnss_hil.emulator.environment import models as joined
 from gnss_hil.emulator.error_models.base import AttitudeTerm, Epochs, PathTerm, Stage
 
-pytestmark = pytest.mark.verifies(what="Measured signals, effects, latch")
+pytestmark = pytest.mark.verifies(
+    "emulator/environment/models.py",
+    what="Joining of error models' terms",
+    by="models of the test's own, joined by hand",
+    status="modelled",
+)
 
 EPOCHS = Epochs(0, 2, 0, 1)
 

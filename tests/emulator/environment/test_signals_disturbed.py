@@ -13,7 +13,7 @@ from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.environment.signals import signals
 from tests.support import emulated
 
-pytestmark = pytest.mark.verifies(what="Measured signals, effects, latch")
+pytestmark = pytest.mark.verifies(what="Error models in a run")
 
 LIGHT = 299_792_458.0
 STATION = {"vehicle": "iss-asn-m.toml", "structure": "iss"}

@@ -19,30 +19,12 @@ from gnss_hil.emulator.error_models.registry import FACTORS, of_scope
 from tests.support import emulated
 
 pytestmark = pytest.mark.verifies(
-    "emulator/signal/channel_geometry.py",
-    "emulator/signal/epoch_geometry.py",
-    "emulator/error_models/base.py",
-    "emulator/error_models/code_bias.py",
-    "emulator/error_models/interchannel_bias.py",
     "emulator/error_models/multipath.py",
     "emulator/error_models/shadowing.py",
-    "emulator/error_models/loss_of_lock.py",
-    "emulator/error_models/cycle_slips.py",
     "emulator/error_models/phase_windup.py",
     "emulator/error_models/data_collection.py",
-    "emulator/error_models/clock_instability.py",
-    "emulator/error_models/attitude_error.py",
-    "emulator/error_models/onboard_clock.py",
-    "emulator/error_models/transmit_pattern.py",
-    "emulator/error_models/receive_pattern.py",
-    "emulator/error_models/link_budget.py",
-    "emulator/error_models/jamming.py",
-    "emulator/receivers/emulated/phase.py",
-    "emulator/environment/models.py",
-    "emulator/environment/carrier_to_noise.py",
-    "emulator/signal/structure/poses.py",
-    what="Measured signals, effects, latch",
-    by="wiring of what is judged elsewhere; every factor, switched on by itself, shows on the bus",
+    what="Error models in a run",
+    by="every factor, switched on by itself, shows on the bus; signals and latch by kinematics",
     status="modelled",
 )
 

@@ -138,7 +138,7 @@ def test_blockage_against_points_along_the_ray():
 @pytest.mark.verifies(
     "flightsw/orbit/almanac.py",
     "flightsw/orbit/propagator.py",
-    what="Almanac use, coasting",
+    what="Almanac use, propagation without fixes",
     by="independent integration in an inertial frame",
     status="validated",
 )

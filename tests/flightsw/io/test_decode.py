@@ -23,7 +23,7 @@ pytestmark = [
         "flightsw/io/frame_groups.py",
         "flightsw/records/epoch.py",
         "flightsw/io/frame_statistics.py",
-        what="Intake: what may enter a fix",
+        what="Decoding: what may enter a fix",
         by=(
             "no damage, loss, repetition or mixture that hypothesis finds gets through; values are the "
             "codec's, which cantools judges"

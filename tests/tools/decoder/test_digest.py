@@ -295,7 +295,7 @@ def test_commands_repeats_handovers_and_refusals():
         sender.block(3, command(2, 0, release, 0, 5)),
         sender.block(4, command(3, 0, track, 8, 6)),
     )
-    ledger = digest.commands
-    assert (ledger.commands, ledger.repeats, ledger.handovers, ledger.rejected) == (6, 1, 1, 1)
-    assert ledger.events["result"].count("UNHEALTHY") == 1
-    assert ledger.events["satellite"][:2] == ["G07", "G08"]
+    log = digest.commands
+    assert (log.commands, log.repeats, log.handovers, log.rejected) == (6, 1, 1, 1)
+    assert log.events["result"].count("UNHEALTHY") == 1
+    assert log.events["satellite"][:2] == ["G07", "G08"]

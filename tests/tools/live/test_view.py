@@ -143,7 +143,7 @@ def test_without_a_truth_file_there_is_no_error(tmp_path):
 
 
 def test_every_fault_is_counted_though_most_epochs_are_not_drawn(tmp_path):
-    """Frames damaged in epochs nobody draws; the recorder's digest is the judge."""
+    """Frames damaged in epochs that are not drawn; the recorder's digest is the judge."""
     blocks = list(epochs()[0])
     blocks[10] = concat((blocks[10], batch([0x7AB], b"12345678")))
     blocks[70] = flipped(blocks[70], ranges(70)[0])

@@ -99,7 +99,7 @@ def test_a_bus_that_goes_away_is_one_line_and_a_run_that_ends_is_none():
 
 @pytest.mark.slow
 def test_a_reader_that_sleeps_does_not_hold_the_bus(tmp_path):
-    """Four times as many frames as find room, nobody reads the lines: the sender is not held back."""
+    """Four times as many frames as find room, the lines are not read: the sender is not held back."""
     block = epochs()[0][-1]
     rounds = 4 * ROOM_FRAMES // len(block)
     total = rounds * len(block) + 1

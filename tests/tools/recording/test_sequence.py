@@ -17,7 +17,7 @@ pytestmark = pytest.mark.verifies(
     "tools/decoder/time_marks.py",
     "tools/processes/inline.py",
     what="Record: canonical order and stamps of frames",
-    by="an order of our own; the same bytes inline, embedded, on a real vcan, whoever pauses",
+    by="an order of our own; the same bytes inline, embedded, on a real vcan, whichever side pauses",
     status="modelled",
 )
 

@@ -1,4 +1,4 @@
-"""Tapes: a recording cut into epochs and sides, whoever recorded it."""
+"""Recordings cut into epochs and sides, ours and those of others."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def test_places_at_the_instants_looked_at(ours, theirs):
 
 
 def test_a_craft_without_a_measurement(table):
-    nobody = read_channels(table, "station", MARKS_NS, INSTANTS)
-    assert len(nobody.mark) == 0
-    assert len(nobody.seen.t_ns) == 0
-    assert [len(s.t_ns) for s in nobody.strength(2).values()] == [0, 0]
+    nothing = read_channels(table, "station", MARKS_NS, INSTANTS)
+    assert len(nothing.mark) == 0
+    assert len(nothing.seen.t_ns) == 0
+    assert [len(s.t_ns) for s in nothing.strength(2).values()] == [0, 0]

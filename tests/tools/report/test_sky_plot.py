@@ -58,7 +58,7 @@ def at(*rows) -> Places:
     return Places(table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2:], 0 * table[:, 2:])
 
 
-def test_who_tracks_what_and_what_nobody_tracks():
+def test_who_tracks_what_and_what_none_tracks():
     """A craft on the x axis whose zenith is x: one measured, one predicted, one behind the Earth."""
     craft = np.array([[7e6, 0, 0]])
     half = np.sqrt(0.5)
@@ -84,9 +84,9 @@ def test_who_tracks_what_and_what_nobody_tracks():
 def test_a_prediction_is_carried_on_with_its_velocity_and_not_for_ever():
     craft, upright = np.array([[7e6, 0, 0]] * 2), np.array([[1.0, 0, 0, 0]] * 2)
     predicted = Places(np.array([0]), np.array([9]), np.array([[RADIUS_M, 0, 0]]), np.array([[0, 3000.0, 0]]))
-    nobody = at()
+    none = at()
     times = np.array([60, 121]) * 1_000_000_000
-    seen = look(times, craft, upright, np.array([[1.0, 0, 0]]), nobody, np.zeros(0, int), predicted)
+    seen = look(times, craft, upright, np.array([[1.0, 0, 0]]), none, np.zeros(0, int), predicted)
     assert seen.instant.tolist() == [0]
     assert seen.off_deg[0, 0] == pytest.approx(np.degrees(np.arctan2(180e3, RADIUS_M - 7e6)))
 

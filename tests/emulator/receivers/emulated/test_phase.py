@@ -1,8 +1,16 @@
 """What carrier loops remember, in whole runs: wind-up is phase alone, slips are counted and stay."""
 
 import numpy as np
+import pytest
 
 from tests.support import emulated
+
+pytestmark = pytest.mark.verifies(
+    "emulator/receivers/emulated/phase.py",
+    what="Carrier phases in a run: wind-up, slips, half cycles",
+    by="rates and phases of a craft that yaws agree; slips are counted until a preamble as in the messages",
+    status="modelled",
+)
 
 
 def phases(factors, epochs=12):

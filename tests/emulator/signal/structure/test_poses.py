@@ -12,7 +12,13 @@ from gnss_hil.emulator.signal.structure import poses
 from tests.emulator.signal.multipath.test_reception import RATE, TARGETS_MPS, attitude, sky
 from tests.support import emulated
 
-pytestmark = pytest.mark.verifies(what="Measured signals, effects, latch")
+pytestmark = pytest.mark.verifies(
+    "emulator/signal/structure/poses.py",
+    "emulator/signal/channel_geometry.py",
+    what="Structure in a run",
+    by="what is hidden is not tracked, reflections change ranges and levels where they must and nowhere else",
+    status="modelled",
+)
 
 
 def soyuz(factors, structure="soyuz-ms"):
