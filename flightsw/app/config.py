@@ -13,6 +13,7 @@ from gnss_hil.dbc.common.shipped_files import faults
 from gnss_hil.dbc.common.vehicle import Strict, Vehicle
 from gnss_hil.dbc.contract.codec import Codec, codec
 from gnss_hil.flightsw.app.modes import ModeOptions
+from gnss_hil.flightsw.app.own_options import own_options
 from gnss_hil.flightsw.assignment.options import AssignmentOptions
 from gnss_hil.flightsw.assignment.registry import Policy, policy
 from gnss_hil.flightsw.attitude.options import AttitudeOptions
@@ -47,10 +48,14 @@ def options_of(policy_name: str, navigator_name: str | None = None) -> type[Opti
     """The options of all flights with a policy's and a navigator's own; where several declare one, the
     policy's counts, then the navigator's. Without a navigator's name it is the policy's.
 
-    ValueError names what is not known.
+    ValueError names what is not known, and what a row may not declare.
     """
     row = policy(policy_name)
-    own = (row.options, navigator(navigator_name or row.navigator).options)
+    estimator = navigator(navigator_name or row.navigator)
+    own = (
+        own_options(f"policy '{row.name}'", row.options, Options),
+        own_options(f"navigator '{estimator.name}'", estimator.options, Options),
+    )
     return _merged(tuple(dict.fromkeys(model for model in own if not issubclass(Options, model))))
 
 

@@ -192,6 +192,7 @@ def test_what_the_bus_carries_is_by_axis_and_no_number_hides_behind_another(axis
         ({"used": np.arange(ROWS)}, "used: of int64, has to be of bool"),
         ({"used": np.ones(ROWS - 1, bool)}, r"used: of shape \(4,\), has to be of shape \(5,\)"),
         ({"residual_m": np.zeros(ROWS + 1)}, r"residual_m: of shape \(6,\), has to be of shape \(5,\)"),
+        ({"used": np.ones(2, bool), "residual_m": np.zeros(2)}, r"residual_m: of shape \(2,\), has to be of"),
         ({"used": [True] * ROWS}, r"used: no array but list, has to be of shape \(5,\)"),
         ({"position_m": np.zeros(4)}, r"position_m: of shape \(4,\), has to be of shape \(3,\)"),
         ({"clock_m": np.zeros(1)}, r"clock_m: of shape \(1,\), has to be of shape \(2,\)"),
