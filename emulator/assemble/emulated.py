@@ -113,7 +113,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
 
 def _sensors(craft: scenario.Craft, contract: codec.Codec, context: SensorContext) -> tuple[Node, ...]:
     try:
-        return sensor_nodes(contract, craft.sensors.on(), context)
+        return sensor_nodes(contract, craft.sensors.on(), context, f"craft {craft.name}")
     except (ValueError, FileError) as error:
         raise ScenarioError(f"craft.{craft.name}.sensors: {error}") from None
 

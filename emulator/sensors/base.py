@@ -11,6 +11,8 @@ To add one:
     emulator/sensors/registry.py    its name
     tests/emulator/sensors/         its test
 
+Which identifiers and node numbers are free stands at the head of the contract's table. A reading is looked at
+as answers of error models are: what is missing, or what a signal cannot carry, ends the run with one line.
 Scenario keys (`[craft.sensors]`), frames, their protection and the node's heartbeat follow. Recorder and
 decoder read what the contract has; the flight software reads what its `io/frame_groups.py` names.
 """

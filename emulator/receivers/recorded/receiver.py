@@ -145,7 +145,7 @@ def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Ob
 def _attitude(codec: Codec) -> frames.Part:
     """Frames of the attitude unit, the same in every epoch."""
     reading = Reading(np.zeros(1, np.int64), attitude.values(AS_ECEF, EARTH_RATE_RPS))
-    sent = node(codec, attitude.ROW, attitude.Sensor()).frames(reading, 1)[0]
+    sent = node(codec, attitude.ROW, attitude.Sensor(), "recorded").frames(reading, 1)[0]
     return frames.Part(sent.can_id, sent.words.view(np.uint8).reshape(-1, WIDTH))
 
 
