@@ -176,6 +176,7 @@ def test_expectations_give_the_verdict(tmp_path, capsys):
         "--quiet",
     ]
     assert main(arguments) == 1
+    assert verdict.read_bytes().endswith(b"</testsuite>\n")
     suite = ElementTree.parse(verdict).getroot()
     assert (suite.get("tests"), suite.get("failures")) == ("3", "1")
     assert "soyuz.pdop.median" in suite.find("testcase/failure").get("message")

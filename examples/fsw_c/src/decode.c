@@ -103,60 +103,60 @@ static bool (*const take_part[CHANNEL_PARTS])(struct channel *, const struct can
     take_sv_z, take_sv_vx, take_sv_vy, take_sv_vz, take_sv_clock,
 };
 
-static bool take_tag(struct intake *intake, int row, const struct can_frame *frame)
+static bool take_tag(struct inbox *inbox, int row, const struct can_frame *frame)
 {
     UNPACK(rx1_tag, frame);
-    intake->clock_domain[row] = raw.clock_domain;
+    inbox->clock_domain[row] = raw.clock_domain;
     return true;
 }
 
-static bool take_ack(struct intake *intake, int row, const struct can_frame *frame)
+static bool take_ack(struct inbox *inbox, int row, const struct can_frame *frame)
 {
     UNPACK(rx1_ack, frame);
-    struct epoch *epoch = &intake->epoch;
+    struct epoch *epoch = &inbox->epoch;
     if (epoch->acks == MAX_ACKS)
         return false;
     epoch->ack[epoch->acks++] = (struct ack){row + 1, raw.channel, raw.result, raw.transaction};
     return true;
 }
 
-static bool take_alm_xy(struct intake *intake, int row, const struct can_frame *frame)
+static bool take_alm_xy(struct inbox *inbox, int row, const struct can_frame *frame)
 {
     UNPACK(rx1_alm_xy, frame);
-    intake->slice_satellite[row] = satellite_of(raw.sat_system, raw.sat_number);
-    intake->slice[row].motion.position_ecef_m[0] = VALUE(rx1_alm_xy, x_m);
-    intake->slice[row].motion.position_ecef_m[1] = VALUE(rx1_alm_xy, y_m);
-    intake->slice_parts[row] = 1;
+    inbox->slice_satellite[row] = satellite_of(raw.sat_system, raw.sat_number);
+    inbox->slice[row].motion.position_ecef_m[0] = VALUE(rx1_alm_xy, x_m);
+    inbox->slice[row].motion.position_ecef_m[1] = VALUE(rx1_alm_xy, y_m);
+    inbox->slice_parts[row] = 1;
     return true;
 }
 
-static bool take_alm_z(struct intake *intake, int row, const struct can_frame *frame)
+static bool take_alm_z(struct inbox *inbox, int row, const struct can_frame *frame)
 {
     UNPACK(rx1_alm_z, frame);
-    bool follows = intake->slice_parts[row] == 1 &&
-                   intake->slice_satellite[row] == satellite_of(raw.sat_system, raw.sat_number);
-    intake->slice_parts[row] = follows ? 2 : 0;
-    intake->slice[row].motion.position_ecef_m[2] = VALUE(rx1_alm_z, z_m);
-    intake->slice[row].healthy = raw.health == GNSS_RX1_ALM_Z_HEALTH_HEALTHY_CHOICE;
+    bool follows = inbox->slice_parts[row] == 1 &&
+                   inbox->slice_satellite[row] == satellite_of(raw.sat_system, raw.sat_number);
+    inbox->slice_parts[row] = follows ? 2 : 0;
+    inbox->slice[row].motion.position_ecef_m[2] = VALUE(rx1_alm_z, z_m);
+    inbox->slice[row].healthy = raw.health == GNSS_RX1_ALM_Z_HEALTH_HEALTHY_CHOICE;
     return true;
 }
 
 /* The third frame completes an entry; it holds for the time mark of its epoch. */
-static bool take_alm_v(struct intake *intake, int row, const struct can_frame *frame)
+static bool take_alm_v(struct inbox *inbox, int row, const struct can_frame *frame)
 {
     UNPACK(rx1_alm_v, frame);
     int satellite = satellite_of(raw.sat_system, raw.sat_number);
-    bool follows = intake->slice_parts[row] == 2 && intake->slice_satellite[row] == satellite;
-    intake->slice_parts[row] = 0;
-    if (!follows || satellite == NO_SATELLITE || intake->epoch.mark != WHOLE_MARK)
+    bool follows = inbox->slice_parts[row] == 2 && inbox->slice_satellite[row] == satellite;
+    inbox->slice_parts[row] = 0;
+    if (!follows || satellite == NO_SATELLITE || inbox->epoch.mark != WHOLE_MARK)
         return true;
-    struct almanac_entry *entry = &intake->slice[row];
+    struct almanac_entry *entry = &inbox->slice[row];
     entry->motion.velocity_ecef_mps[0] = VALUE(rx1_alm_v, vx_mps);
     entry->motion.velocity_ecef_mps[1] = VALUE(rx1_alm_v, vy_mps);
     entry->motion.velocity_ecef_mps[2] = VALUE(rx1_alm_v, vz_mps);
-    entry->t_ns = epoch_time_ns(&intake->epoch);
+    entry->t_ns = epoch_time_ns(&inbox->epoch);
     entry->known = true;
-    intake->almanac[satellite] = *entry;
+    inbox->almanac[satellite] = *entry;
     return true;
 }
 
@@ -211,16 +211,16 @@ static bool take_attitude_rate(struct epoch *epoch, const struct can_frame *fram
 }
 
 /* The layout of a heartbeat is the same for all nodes. */
-static bool take_heartbeat(struct intake *intake, int node, const struct can_frame *frame)
+static bool take_heartbeat(struct inbox *inbox, int node, const struct can_frame *frame)
 {
     UNPACK(rx1_heartbeat, frame);
-    intake->other_contract[node] = raw.contract_hash != CONTRACT_HASH;
+    inbox->other_contract[node] = raw.contract_hash != CONTRACT_HASH;
     return true;
 }
 
-bool decode(struct intake *intake, const struct can_frame *frame, struct meaning meaning)
+bool decode(struct inbox *inbox, const struct can_frame *frame, struct meaning meaning)
 {
-    struct epoch *epoch = &intake->epoch;
+    struct epoch *epoch = &inbox->epoch;
     int row = meaning.receiver - 1;
     if ((int)meaning.kind < CHANNEL_PARTS) {
         struct channel *channel = &epoch->receiver[row].channel[channel_of(frame)];
@@ -228,19 +228,19 @@ bool decode(struct intake *intake, const struct can_frame *frame, struct meaning
         return take_part[meaning.kind](channel, frame);
     }
     switch (meaning.kind) {
-    case TAG: return take_tag(intake, row, frame);
+    case TAG: return take_tag(inbox, row, frame);
     case STATUS: epoch->receiver[row].status = true; return true;
-    case ACK: return take_ack(intake, row, frame);
-    case ALM_XY: return take_alm_xy(intake, row, frame);
-    case ALM_Z: return take_alm_z(intake, row, frame);
-    case ALM_V: return take_alm_v(intake, row, frame);
+    case ACK: return take_ack(inbox, row, frame);
+    case ALM_XY: return take_alm_xy(inbox, row, frame);
+    case ALM_Z: return take_alm_z(inbox, row, frame);
+    case ALM_V: return take_alm_v(inbox, row, frame);
     case TIME_MARK: epoch->mark |= MARK_SESSION; return true;
     case TIME_GPS: return take_time_gps(epoch, frame);
     case TIME_FINE: return take_time_fine(epoch, frame);
     case ATT_Q01: return take_q01(epoch, frame);
     case ATT_Q23: return take_q23(epoch, frame);
     case ATT_RATE: return take_attitude_rate(epoch, frame);
-    case HEARTBEAT: return take_heartbeat(intake, meaning.node, frame);
+    case HEARTBEAT: return take_heartbeat(inbox, meaning.node, frame);
     default: return false;
     }
 }

@@ -9,19 +9,19 @@
 /* Another run: nothing of the last one is known but the vehicle. */
 static void forget(struct flight *flight)
 {
-    memset(&flight->intake, 0, sizeof flight->intake);
+    memset(&flight->inbox, 0, sizeof flight->inbox);
     memset(&flight->orders, 0, sizeof flight->orders);
     memset(&flight->outbox, 0, sizeof flight->outbox);
     memset(&flight->fix, 0, sizeof flight->fix);
     memset(&flight->craft, 0, sizeof flight->craft);
     flight->craft_known = false;
     for (int a = 0; a < flight->vehicle.antennas; a++)
-        flight->intake.clock_domain[a] = flight->vehicle.antenna[a].clock_domain;
+        flight->inbox.clock_domain[a] = flight->vehicle.antenna[a].clock_domain;
 }
 
 static void command(struct flight *flight)
 {
-    const struct epoch *epoch = &flight->intake.epoch;
+    const struct epoch *epoch = &flight->inbox.epoch;
     struct wish wish[MAX_RECEIVERS];
     bool barred[SATELLITES];
     double body_from_ecef[3][3];
@@ -34,7 +34,7 @@ static void command(struct flight *flight)
         memset(&flight->craft, 0, sizeof flight->craft);
     }
     if (flight->craft_known && epoch->mark == WHOLE_MARK && epoch_attitude(epoch, body_from_ecef)) {
-        sky_look(&flight->intake, flight->craft.position_ecef_m, &sky);
+        sky_look(&flight->inbox, flight->craft.position_ecef_m, &sky);
         orders_barred(&flight->orders, epoch->number, barred);
         patent_assign(&flight->vehicle, body_from_ecef, &sky, barred, wish);
         orders_follow(&flight->orders, &flight->vehicle, epoch, wish);
@@ -45,9 +45,9 @@ static void command(struct flight *flight)
 /* Carries the craft's last known motion to the epoch's mark, if it has one. */
 static void carry_on(struct flight *flight)
 {
-    if (flight->intake.epoch.mark != WHOLE_MARK)
+    if (flight->inbox.epoch.mark != WHOLE_MARK)
         return;
-    int64_t now_ns = epoch_time_ns(&flight->intake.epoch);
+    int64_t now_ns = epoch_time_ns(&flight->inbox.epoch);
     if (flight->craft_known)
         motion_carry(&flight->craft, (double)(now_ns - flight->craft_ns) * 1e-9);
     flight->craft_ns = now_ns;
@@ -57,10 +57,10 @@ static void carry_on(struct flight *flight)
 static void find_fix(struct flight *flight)
 {
     static const double centre_m[3] = {0.0, 0.0, 0.0};
-    solve(&flight->vehicle, &flight->intake, flight->craft.position_ecef_m, &flight->fix);
+    solve(&flight->vehicle, &flight->inbox, flight->craft.position_ecef_m, &flight->fix);
     if (flight->craft_known && (flight->fix.no_fix == GNSS_NAV_STATUS_NO_FIX_NO_CONVERGENCE_CHOICE ||
                                 flight->fix.no_fix == GNSS_NAV_STATUS_NO_FIX_SINGULAR_GEOMETRY_CHOICE))
-        solve(&flight->vehicle, &flight->intake, centre_m, &flight->fix);
+        solve(&flight->vehicle, &flight->inbox, centre_m, &flight->fix);
 }
 
 static void withdraw(struct fix *fix, unsigned reason)
@@ -74,7 +74,7 @@ static void withdraw(struct fix *fix, unsigned reason)
 static void bring_to_mark(struct flight *flight)
 {
     struct fix *fix = &flight->fix;
-    unsigned clock = flight->intake.epoch.mark_clock;
+    unsigned clock = flight->inbox.epoch.mark_clock;
     if (clock == 0 || fix->no_fix != 0)
         return;
     if (clock > CLOCK_ITEMS || !(fix->items >> (clock - 1) & 1U)) {
@@ -109,9 +109,9 @@ static void settle(struct flight *flight)
 static void step(struct flight *flight, bool synced)
 {
     struct outbox *outbox = &flight->outbox;
-    uint32_t epoch = flight->intake.epoch.number;
+    uint32_t epoch = flight->inbox.epoch.number;
 
-    intake_close(&flight->intake);
+    inbox_close(&flight->inbox);
     carry_on(flight);
     find_fix(flight);
     bring_to_mark(flight);
@@ -125,8 +125,8 @@ static void step(struct flight *flight, bool synced)
     publish_heartbeat(outbox, fixed ? GNSS_FLIGHT_HEARTBEAT_STATE_RUNNING_CHOICE
                                     : GNSS_FLIGHT_HEARTBEAT_STATE_DEGRADED_CHOICE);
     if (synced)
-        publish_done(outbox, flight->follow.session, epoch);
-    follow_stepped(&flight->follow, synced);
+        publish_done(outbox, flight->slave.session, epoch);
+    slave_stepped(&flight->slave, synced);
     flight->epochs++;
     flight->fixes += fixed;
 }
@@ -136,11 +136,11 @@ static enum task on_mark(struct flight *flight, const struct can_frame *frame, i
     struct gnss_time_mark_t mark;
     if (gnss_time_mark_unpack(&mark, frame->data, 8) != 0)
         return NOTHING;
-    enum task task = follow_mark(&flight->follow, mark.session, mark.epoch, now_ms);
+    enum task task = slave_mark(&flight->slave, mark.session, mark.epoch, now_ms);
     if (task == BEGIN)
         forget(flight);
     if (task == BEGIN || task == OPEN)
-        intake_open(&flight->intake, mark.epoch);
+        inbox_open(&flight->inbox, mark.epoch);
     return task;
 }
 
@@ -148,21 +148,21 @@ static enum task on_mark(struct flight *flight, const struct can_frame *frame, i
 static enum task on_frame(struct flight *flight, const struct can_frame *frame, int64_t now_ms)
 {
     struct meaning meaning;
-    bool sound = intake_sound(&flight->intake, frame, &meaning);
-    if (sound && meaning.kind == TIME_MARK && !flight->intake.other_contract[NODE_TIME] &&
+    bool sound = inbox_sound(&flight->inbox, frame, &meaning);
+    if (sound && meaning.kind == TIME_MARK && !flight->inbox.other_contract[NODE_TIME] &&
         on_mark(flight, frame, now_ms) == STEP_BEFORE)
         return STEP_BEFORE;
-    if (!flight->follow.running) {
+    if (!flight->slave.running) {
         if (sound && meaning.kind == HEARTBEAT)
-            intake_greet(&flight->intake, frame, meaning);
+            inbox_greet(&flight->inbox, frame, meaning);
         return NOTHING;
     }
-    follow_heard(&flight->follow, now_ms);
+    slave_heard(&flight->slave, now_ms);
     if (!sound)
         return FRAME;
     if (meaning.kind == STATUS)
-        follow_status(&flight->follow, meaning.receiver);
-    intake_take(&flight->intake, frame, meaning);
+        slave_status(&flight->slave, meaning.receiver);
+    inbox_take(&flight->inbox, frame, meaning);
     return FRAME;
 }
 
@@ -174,11 +174,11 @@ static bool is_bench(const struct can_frame *frame)
 bool flight_hear(struct flight *flight, const struct can_frame *frame, int64_t now_ms, bool *again)
 {
     enum task task =
-        is_bench(frame) ? follow_bench(&flight->follow, frame) : on_frame(flight, frame, now_ms);
+        is_bench(frame) ? slave_bench(&flight->slave, frame) : on_frame(flight, frame, now_ms);
     flight->heard_ms = now_ms;
     *again = task == STEP_BEFORE;
     if (task == STEP_BLIND)
-        intake_open(&flight->intake, flight->follow.epoch);
+        inbox_open(&flight->inbox, flight->slave.epoch);
     if (task == STEP || task == STEP_BLIND || task == STEP_BEFORE)
         step(flight, task != STEP_BEFORE);
     if (task == END)
@@ -188,7 +188,7 @@ bool flight_hear(struct flight *flight, const struct can_frame *frame, int64_t n
 
 bool flight_wait(struct flight *flight, int64_t now_ms)
 {
-    int64_t due_ms = follow_due_ms(&flight->follow);
+    int64_t due_ms = slave_due_ms(&flight->slave);
     if (due_ms < 0 || now_ms < due_ms)
         return false;
     step(flight, false);
@@ -197,7 +197,7 @@ bool flight_wait(struct flight *flight, int64_t now_ms)
 
 bool flight_is_waiting(const struct flight *flight, int64_t now_ms)
 {
-    return !flight->follow.running || now_ms - flight->heard_ms >= MS_SILENCE;
+    return !flight->slave.running || now_ms - flight->heard_ms >= MS_SILENCE;
 }
 
 struct can_frame flight_greeting(void)

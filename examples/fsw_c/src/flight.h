@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "follow.h"
-#include "intake.h"
+#include "slave.h"
+#include "inbox.h"
 #include "motion.h"
 #include "orders.h"
 #include "publish.h"
@@ -18,8 +18,8 @@ enum { MS_SILENCE = 5000 }; /* without a frame for so long the time master is ta
 
 struct flight {
     struct vehicle vehicle;
-    struct follow follow;
-    struct intake intake;
+    struct slave slave;
+    struct inbox inbox;
     struct orders orders;
     struct outbox outbox;
     struct fix fix;

@@ -112,7 +112,7 @@ static int play(struct bus *bus, struct flight *flight, const struct can_frame *
 
 static int patience_ms(const struct flight *flight, int64_t now_ms)
 {
-    int64_t due_ms = follow_due_ms(&flight->follow);
+    int64_t due_ms = slave_due_ms(&flight->slave);
     if (due_ms < 0 || due_ms - now_ms > HEARTBEAT_MS)
         return HEARTBEAT_MS;
     return due_ms > now_ms ? (int)(due_ms - now_ms) : 0;
@@ -146,14 +146,14 @@ static void tell(const struct flight *flight)
 {
     unsigned long refused = 0;
     for (int reason = 0; reason < REASONS; reason++)
-        refused += flight->intake.refused[reason];
-    if (refused + flight->intake.frames_lost + flight->follow.lost == 0)
+        refused += flight->inbox.refused[reason];
+    if (refused + flight->inbox.frames_lost + flight->slave.lost == 0)
         return;
     fprintf(stderr, "fsw: %lu epochs, %lu fixes; %lu frames lost", flight->epochs, flight->fixes,
-            flight->intake.frames_lost > flight->follow.lost ? flight->intake.frames_lost : flight->follow.lost);
+            flight->inbox.frames_lost > flight->slave.lost ? flight->inbox.frames_lost : flight->slave.lost);
     for (int reason = 0; reason < REASONS; reason++)
-        if (flight->intake.refused[reason])
-            fprintf(stderr, ", %lu refused: %s", flight->intake.refused[reason], reason_names[reason]);
+        if (flight->inbox.refused[reason])
+            fprintf(stderr, ", %lu refused: %s", flight->inbox.refused[reason], reason_names[reason]);
     fputc('\n', stderr);
 }
 
@@ -178,5 +178,5 @@ int main(int argc, char **argv)
     tell(&flight);
     if (interrupted)
         return EXIT_INTERRUPTED;
-    return gone && flight.follow.running ? EXIT_FAILED : 0;
+    return gone && flight.slave.running ? EXIT_FAILED : 0;
 }

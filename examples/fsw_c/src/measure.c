@@ -70,27 +70,27 @@ static bool stands_for_satellite(const struct channel *channels, int count, int 
     return true;
 }
 
-static void gather(struct problem *problem, const struct intake *intake)
+static void gather(struct problem *problem, const struct inbox *inbox)
 {
     for (int r = 0; r < problem->vehicle->antennas; r++) {
         for (int k = 0; k < problem->vehicle->antenna[r].channels; k++) {
-            const struct channel *channels = intake->epoch.receiver[r].channel, *channel = &channels[k];
+            const struct channel *channels = inbox->epoch.receiver[r].channel, *channel = &channels[k];
             if (channel_usable(channel) &&
                 stands_for_satellite(channels, problem->vehicle->antenna[r].channels, k))
                 problem->measurement[problem->measurements++] = (struct measurement){
                     .receiver = r, .channel = k, .satellite = channel->satellite,
-                    .domain = intake->clock_domain[r], .from = channel};
+                    .domain = inbox->clock_domain[r], .from = channel};
         }
     }
 }
 
-void measure(struct problem *problem, const struct vehicle *vehicle, const struct intake *intake,
+void measure(struct problem *problem, const struct vehicle *vehicle, const struct inbox *inbox,
              double body_from_ecef[3][3])
 {
     memset(problem, 0, sizeof *problem);
     problem->vehicle = vehicle;
-    place_arms(problem, &intake->epoch, body_from_ecef);
-    gather(problem, intake);
+    place_arms(problem, &inbox->epoch, body_from_ecef);
+    gather(problem, inbox);
 }
 
 /* The published weighting (README.md): a floor, thermal noise inverse to C/N0, and the satellite's own error by

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 #include "contract.h"
-#include "intake.h"
+#include "inbox.h"
 #include "vehicle.h"
 
 enum { MAX_MEASUREMENTS = MAX_RECEIVERS * MAX_CHANNELS, NO_COLUMN = -1 };
@@ -34,7 +34,7 @@ bool channel_usable(const struct channel *channel);
 bool epoch_attitude(const struct epoch *epoch, double body_from_ecef[3][3]);
 
 /* All that may be used of an epoch; the unknowns are not numbered and nothing is weighed yet. */
-void measure(struct problem *problem, const struct vehicle *vehicle, const struct intake *intake,
+void measure(struct problem *problem, const struct vehicle *vehicle, const struct inbox *inbox,
              double body_from_ecef[3][3]);
 
 void number_unknowns(struct problem *problem);

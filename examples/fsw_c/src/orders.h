@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "contract.h"
-#include "intake.h"
+#include "inbox.h"
 #include "patent.h"
 #include "vehicle.h"
 

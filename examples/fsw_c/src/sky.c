@@ -34,12 +34,12 @@ static void see(struct sky *sky, int satellite, const double craft_m[3], const d
 }
 
 /* Almanac predictions first; a tracked satellite's own coordinates are better and replace them. */
-void sky_look(const struct intake *intake, const double craft_m[3], struct sky *sky)
+void sky_look(const struct inbox *inbox, const double craft_m[3], struct sky *sky)
 {
-    int64_t now_ns = epoch_time_ns(&intake->epoch);
+    int64_t now_ns = epoch_time_ns(&inbox->epoch);
     memset(sky, 0, sizeof *sky);
     for (int s = 0; s < SATELLITES; s++) {
-        const struct almanac_entry *entry = &intake->almanac[s];
+        const struct almanac_entry *entry = &inbox->almanac[s];
         struct motion motion;
         if (!entry->known || now_ns < entry->t_ns || now_ns - entry->t_ns > OLDEST_NS)
             continue;
@@ -49,7 +49,7 @@ void sky_look(const struct intake *intake, const double craft_m[3], struct sky *
     }
     for (int r = 0; r < CONTRACT_RECEIVERS; r++) {
         for (int k = 0; k < MAX_CHANNELS; k++) {
-            const struct channel *channel = &intake->epoch.receiver[r].channel[k];
+            const struct channel *channel = &inbox->epoch.receiver[r].channel[k];
             struct path path;
             if (channel->parts != ALL_PARTS || channel->satellite == NO_SATELLITE)
                 continue;

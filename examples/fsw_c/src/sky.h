@@ -5,14 +5,14 @@
 #include <stdbool.h>
 
 #include "contract.h"
-#include "intake.h"
+#include "inbox.h"
 
 struct sky {
     bool visible[SATELLITES]; /* known, healthy and clear of the Earth */
     double los[SATELLITES][3]; /* from the craft, ECEF axes of the mark; not a unit vector */
 };
 
-void sky_look(const struct intake *intake, const double craft_m[3], struct sky *sky);
+void sky_look(const struct inbox *inbox, const double craft_m[3], struct sky *sky);
 
 /* Whether the straight line between two points stays clear of the Earth and 50 km of its air. */
 bool ray_is_clear(const double craft_m[3], const double satellite_m[3]);

@@ -165,7 +165,7 @@ static bool adjust_velocity(const struct problem *problem, const double place_m[
     return true;
 }
 
-void solve(const struct vehicle *vehicle, const struct intake *intake, const double start_m[3], struct fix *fix)
+void solve(const struct vehicle *vehicle, const struct inbox *inbox, const double start_m[3], struct fix *fix)
 {
     struct problem problem;
     struct estimate place, rates;
@@ -174,12 +174,12 @@ void solve(const struct vehicle *vehicle, const struct intake *intake, const dou
 
     memset(fix, 0, sizeof *fix);
     fix->no_fix = NO_FIX(NO_TIME_MARK);
-    if (intake->epoch.mark != WHOLE_MARK)
+    if (inbox->epoch.mark != WHOLE_MARK)
         return;
     fix->no_fix = NO_FIX(NO_ATTITUDE);
-    if (!epoch_attitude(&intake->epoch, body_from_ecef))
+    if (!epoch_attitude(&inbox->epoch, body_from_ecef))
         return;
-    measure(&problem, vehicle, intake, body_from_ecef);
+    measure(&problem, vehicle, inbox, body_from_ecef);
     fix->no_fix = adjust_and_exclude(&problem, start_m, &place, &normal);
     if (fix->no_fix)
         return;
@@ -189,7 +189,7 @@ void solve(const struct vehicle *vehicle, const struct intake *intake, const dou
         return;
     }
     normal_covariance(&normal, fix->covariance_m2);
-    fix->has_velocity = (intake->epoch.attitude & HAVE_RATE) && adjust_velocity(&problem, place.place, &rates);
+    fix->has_velocity = (inbox->epoch.attitude & HAVE_RATE) && adjust_velocity(&problem, place.place, &rates);
     memcpy(fix->position_ecef_m, place.place, sizeof fix->position_ecef_m);
     memcpy(fix->bias_m, place.clock, sizeof fix->bias_m);
     if (fix->has_velocity) {

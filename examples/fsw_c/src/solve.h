@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "contract.h"
-#include "intake.h"
+#include "inbox.h"
 #include "vehicle.h"
 
 struct fix {
@@ -24,6 +24,6 @@ struct fix {
 };
 
 /* start_m: where to begin; the Earth's centre will do. */
-void solve(const struct vehicle *vehicle, const struct intake *intake, const double start_m[3], struct fix *fix);
+void solve(const struct vehicle *vehicle, const struct inbox *inbox, const double start_m[3], struct fix *fix);
 
 #endif

@@ -84,15 +84,15 @@ def names_of(tables, kinds):
 def assert_read_as_decoded(tables, kinds, n, random):
     """n records of one frame of each kind: all signals, each from the last frame that has it."""
     data = random.integers(0, 256, (len(kinds), n, 8), np.uint8)
-    paper = reader(tables, kinds, names_of(tables, kinds))
-    values = paper.read(data.view("<u8")[..., 0].take(paper.frame, axis=0))
+    template = reader(tables, kinds, names_of(tables, kinds))
+    values = template.read(data.view("<u8")[..., 0].take(template.frame, axis=0))
     decoded = {}
     for kind, frames in zip(kinds, data, strict=True):
         decoded |= tables.decode(kind, frames)
-    assert values.shape == (len(paper.names), n)
-    for name, row in zip(paper.names, values, strict=True):
+    assert values.shape == (len(template.names), n)
+    for name, row in zip(template.names, values, strict=True):
         assert row.tolist() == decoded[name].tolist(), name
-    return paper, data.view("<u8")[..., 0], values
+    return template, data.view("<u8")[..., 0], values
 
 
 def message_of(kind):
@@ -127,10 +127,10 @@ def test_writes_every_kind_as_cantools_does(kind, seed):
 def test_reads_every_kind_as_cantools_does(kind, seed):
     """Random payloads."""
     data, (theirs, signals) = generator(seed).integers(0, 256, (1, 8), np.uint8), message_of(kind)
-    paper = reader(CODEC, [kind], [signal.name for signal in signals])
-    values = paper.read(data.view("<u8")[:, :1].take(paper.frame, axis=0))
+    template = reader(CODEC, [kind], [signal.name for signal in signals])
+    values = template.read(data.view("<u8")[:, :1].take(template.frame, axis=0))
     wanted = theirs.decode(data.tobytes(), decode_choices=False)
-    assert dict(zip(paper.names, values[:, 0].tolist(), strict=True)) == {
+    assert dict(zip(template.names, values[:, 0].tolist(), strict=True)) == {
         s.name: wanted[s.name] for s in signals
     }
 
@@ -152,13 +152,13 @@ def test_writes_kinds_together_and_repeated_as_the_codec_encodes_them(kinds, see
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds, n=st.integers(0, 7))
 def test_a_name_in_several_kinds_is_one_quantity(kinds, seed, n):
-    paper, random = form(CODEC, kinds), generator(seed)
-    holders = {name: [k for k in kinds if name in CODEC.kinds[k].signals] for name in paper.names}
+    template, random = form(CODEC, kinds), generator(seed)
+    holders = {name: [k for k in kinds if name in CODEC.kinds[k].signals] for name in template.names}
     values = {}
     for name, holding in holders.items():
         low, high = zip(*(limits(CODEC, kind, name) for kind in holding), strict=True)
         values[name] = random.uniform(max(low), min(high), n)
-    payloads, whole = paper.fill(n, values)
+    payloads, whole = template.fill(n, values)
     assert whole.all()
     for i, kind in enumerate(kinds):
         own = {name: values[name] for name in payload_of(CODEC, kind)}
@@ -177,10 +177,10 @@ def test_a_scalar_fills_all_rows():
     ("bad", "written"), [(np.nan, 0), (np.inf, 2**42 - 1), (-np.inf, 0), (5e8, 2**42 - 1), (-1.0, 0)]
 )
 def test_what_does_not_fit_saturates_and_marks_its_frame_and_no_other(bad, written):
-    paper = form(CODEC, MEASUREMENT_KINDS)
-    values = dict.fromkeys(paper.names, 0)
+    template = form(CODEC, MEASUREMENT_KINDS)
+    values = dict.fromkeys(template.names, 0)
     values["pseudorange_m"] = np.array([2.1e7, bad, 2.2e7])
-    payloads, whole = paper.fill(3, values)
+    payloads, whole = template.fill(3, values)
     assert whole[:, 1:].all()
     assert whole[:, 0].tolist() == [True, False, True]
     read = CODEC.decode("RANGE", payloads[:, 0])["pseudorange_m"]
@@ -190,13 +190,13 @@ def test_what_does_not_fit_saturates_and_marks_its_frame_and_no_other(bad, writt
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_signal_saturates_alone(kind):
     """One signal far out of range ends at its own limit and leaves its neighbours as they were."""
-    paper, layout = form(CODEC, [kind]), CODEC.kinds[kind]
+    template, layout = form(CODEC, [kind]), CODEC.kinds[kind]
     steps = dict(zip(layout.signals, layout.factor.tolist(), strict=True))
     for i, name in enumerate(layout.signals):
         if name in HEADER_NAMES:
             continue
         for far, raw in ((-1e30, layout.raw_min[i]), (1e30, layout.raw_max[i])):
-            payloads, whole = paper.fill(1, steps | {name: far})
+            payloads, whole = template.fill(1, steps | {name: far})
             assert whole.tolist() == [[False]]
             blank = dict.fromkeys(HEADER_NAMES & steps.keys(), 0)
             read = {signal: value[0] for signal, value in CODEC.decode(kind, payloads[:, 0]).items()}
@@ -226,10 +226,10 @@ def test_a_joined_reader_reads_what_its_parts_read(parts, seed):
         assert_read_as_decoded(table, own, n, random)
         for table, own, (_, n) in zip(tables, kinds, parts, strict=True)
     ]
-    whole = joined([(paper, values.shape[1]) for paper, _, values in read])
-    words = np.concatenate([words.take(paper.frame, axis=0).ravel() for paper, words, _ in read])
+    whole = joined([(template, values.shape[1]) for template, _, values in read])
+    words = np.concatenate([words.take(template.frame, axis=0).ravel() for template, words, _ in read])
     assert whole.read(words).tolist() == [v for _, _, values in read for v in values.ravel().tolist()]
-    assert whole.names == tuple(name for paper, _, _ in read for name in paper.names)
+    assert whole.names == tuple(name for template, _, _ in read for name in template.names)
 
 
 @settings(max_examples=30, deadline=None)

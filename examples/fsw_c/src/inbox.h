@@ -1,7 +1,7 @@
 /* Screens frames and gathers what they say: one epoch's measurements, attitude, time; and what lasts longer,
  * the almanac. */
-#ifndef INTAKE_H
-#define INTAKE_H
+#ifndef INBOX_H
+#define INBOX_H
 
 #include <linux/can.h>
 #include <stdbool.h>
@@ -72,7 +72,7 @@ struct epoch { /* all that came in the open epoch */
     bool heard[NODES];
 };
 
-struct intake {
+struct inbox {
     struct e2e_streams streams;
     struct epoch epoch;
     struct almanac_entry almanac[SATELLITES];
@@ -88,19 +88,19 @@ struct intake {
 };
 
 /* A frame that bears a sound CRC under a plain identifier of the contract; counts what does not. */
-bool intake_sound(struct intake *intake, const struct can_frame *frame, struct meaning *meaning);
+bool inbox_sound(struct inbox *inbox, const struct can_frame *frame, struct meaning *meaning);
 
 /* Opens an epoch: forgets what the last one brought. */
-void intake_open(struct intake *intake, uint32_t epoch);
+void inbox_open(struct inbox *inbox, uint32_t epoch);
 
 /* Takes a sound frame into the open epoch, or counts why not. */
-void intake_take(struct intake *intake, const struct can_frame *frame, struct meaning meaning);
+void inbox_take(struct inbox *inbox, const struct can_frame *frame, struct meaning meaning);
 
 /* A heartbeat before the first epoch: only its contract hash counts. */
-void intake_greet(struct intake *intake, const struct can_frame *frame, struct meaning meaning);
+void inbox_greet(struct inbox *inbox, const struct can_frame *frame, struct meaning meaning);
 
 /* Closes the books of an epoch: which nodes were silent. */
-void intake_close(struct intake *intake);
+void inbox_close(struct inbox *inbox);
 
 /* GPS time of the whole mark [ns]. */
 int64_t epoch_time_ns(const struct epoch *epoch);

@@ -1,6 +1,6 @@
 /* Whose turn it is: cuts what is heard into epochs, in lockstep (BENCH_SYNC) or by time marks and clock. */
-#ifndef FOLLOW_H
-#define FOLLOW_H
+#ifndef SLAVE_H
+#define SLAVE_H
 
 #include <linux/can.h>
 #include <stdbool.h>
@@ -18,7 +18,7 @@ enum task {
     END          /* the run is over */
 };
 
-struct follow {
+struct slave {
     bool running;  /* a time mark began a run */
     bool open;     /* an epoch is open */
     bool answered; /* some epoch of the run was answered under lockstep */
@@ -30,23 +30,23 @@ struct follow {
     unsigned statuses;       /* bit r: receiver r + 1 has closed its epoch */
     int64_t mark_ms, last_ms;
     unsigned heard;          /* frames of the open epoch, of any quality */
-    unsigned long lost;      /* frames that SYNCs announced and nobody heard */
+    unsigned long lost;      /* frames that SYNCs announced and did not arrive */
 };
 
 /* A time mark with a sound CRC. */
-enum task follow_mark(struct follow *follow, uint16_t session, uint32_t epoch, int64_t now_ms);
+enum task slave_mark(struct slave *slave, uint16_t session, uint32_t epoch, int64_t now_ms);
 
 /* A bench frame (BENCH_SYNC, BENCH_END; others are NOTHING). */
-enum task follow_bench(struct follow *follow, const struct can_frame *frame);
+enum task slave_bench(struct slave *slave, const struct can_frame *frame);
 
-/* Any frame of the spacecraft's, after follow_mark for marks. */
-void follow_heard(struct follow *follow, int64_t now_ms);
-void follow_status(struct follow *follow, int receiver);
+/* Any frame of the spacecraft's, after slave_mark for marks. */
+void slave_heard(struct slave *slave, int64_t now_ms);
+void slave_status(struct slave *slave, int receiver);
 
 /* When the open epoch closes by itself [ms], or -1: never. */
-int64_t follow_due_ms(const struct follow *follow);
+int64_t slave_due_ms(const struct slave *slave);
 
 /* After a step. */
-void follow_stepped(struct follow *follow, bool synced);
+void slave_stepped(struct slave *slave, bool synced);
 
 #endif
