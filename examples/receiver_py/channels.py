@@ -28,7 +28,7 @@ class Channels:
         return result
 
     def search(self, above_rad):
-        """Channels that nobody commands take what stands highest; (channel, satellite) of those that measure.
+        """Channels without a command take what stands highest; (channel, satellite) of those that measure.
 
         above_rad  (24,) angle of each satellite inside the antenna's mask
         """

@@ -104,5 +104,5 @@ if __name__ == "__main__":
         main()
     except KeyboardInterrupt:
         sys.exit(130)
-    except (OSError, CanError) as error:  # no such file or bus, the bus went away, nobody answers
+    except (OSError, CanError) as error:  # no such file or bus, the bus went away, no answer
         sys.exit(f"receiver: {error}")

@@ -1,4 +1,4 @@
-"""What `dbc.bus.base.Link` promises, on every bus."""
+"""What `gnss_hil.dbc.bus.base.Link` promises, on every bus."""
 
 from __future__ import annotations
 

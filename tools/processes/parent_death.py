@@ -1,4 +1,4 @@
-"""`python -I -S leash.py PARENT COMMAND...`: becomes COMMAND, which ends when process PARENT dies.
+"""`python -I -S parent_death.py PARENT COMMAND...`: becomes COMMAND, which ends when process PARENT dies.
 
 A script, and one that imports next to nothing: it stands before every process of a run. The kernel sends
 SIGTERM when the parent is gone, however it went; `prctl(2)`, PR_SET_PDEATHSIG outlives `execve`.
