@@ -12,12 +12,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
 from gnss_hil.flightsw.orbit.propagator import propagate
-from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable, within
 
 
 def propagated_to_mark(fix: Fix, clock: int, last_mps: F64 | None) -> Fix | NoFix:
@@ -41,6 +39,6 @@ def propagated_to_mark(fix: Fix, clock: int, last_mps: F64 | None) -> Fix | NoFi
     position, velocity = propagate(fix.position_m, velocity, offset_s)
     if not carriable(position, fix.clock_m):
         return NoFix.NO_CONVERGENCE
-    if fix.velocity_mps is None or np.abs(velocity).max() > FASTEST_MPS:
+    if fix.velocity_mps is None or not within(velocity.tolist(), FASTEST_MPS):
         return replace(fix, position_m=position, velocity_mps=None, drift_mps=None)
     return replace(fix, position_m=position, velocity_mps=velocity)

@@ -16,7 +16,7 @@ from math import sqrt
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, Floats
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.flightsw.estimation.antenna_alone import antenna_alone
 from gnss_hil.flightsw.estimation.base import FixInputs
@@ -24,7 +24,7 @@ from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.measurement.noise import URA_M
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import FASTEST_MPS, NoFix, SnapshotFix, carriable
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, NoFix, SnapshotFix, carriable, within
 
 NEAREST_FIRST = (
     NoFix.INCONSISTENT_RANGES,
@@ -110,8 +110,9 @@ def _mean_rates(
     if len(velocities) < len(fixes) or len(drifts) < len(fixes):
         return None, None
     _, drift = mean_clocks(drifts)
-    fastest: Floats = np.abs(drift).max()
-    return (_sum(velocities) / len(fixes), drift) if fastest <= FASTEST_MPS else (None, None)
+    if not within(drift.tolist(), FASTEST_MPS):
+        return None, None
+    return _sum(velocities) / len(fixes), drift
 
 
 def mean_covariance_m2(m: Ranges, gain: F64, ura_scale: float) -> F64:

@@ -7,7 +7,7 @@ from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import Rules, Trial
 from gnss_hil.flightsw.measurement.range_rate import RangeRates
-from gnss_hil.flightsw.records.solution import FASTEST_MPS
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, within
 
 
 def velocity_and_drift(z: RangeRates, sat: I64, rules: Rules) -> tuple[F64, F64] | tuple[None, None]:
@@ -35,5 +35,4 @@ def velocity_and_drift(z: RangeRates, sat: I64, rules: Rules) -> tuple[F64, F64]
     if kept is None:
         return None, None
     x = kept.trial.found
-    carriable = all(abs(rate) <= FASTEST_MPS for rate in x.tolist())
-    return (x[:3], x[3:]) if carriable else (None, None)
+    return (x[:3], x[3:]) if within(x.tolist(), FASTEST_MPS) else (None, None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache, lru_cache
+from math import sqrt
 
 import numpy as np
 
@@ -82,8 +83,8 @@ def _pairs(items: tuple[int, ...], values: F64 | None) -> list[float]:
 
 
 def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[float]:
-    sigma = np.sqrt(fix.covariance_m2.diagonal()).tolist()
-    (_, xy, xz), (_, _, yz), _ = fix.covariance_m2.tolist()
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = fix.covariance_m2.tolist()
+    x, y, z = sqrt(xx), sqrt(yy), sqrt(zz)
     used = _used(m, fix, receivers)
     assert fix.pdop is not None, "estimation.dilution has seen to it"
     velocity = [] if fix.velocity_mps is None else fix.velocity_mps.tolist()
@@ -91,7 +92,7 @@ def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[floa
         mode, NoFix.FIX, fix.satellites, sum(mask.bit_count() for mask in used[1::2]), fix.pdop,
         *fix.position_m.tolist(), *velocity,
         *_pairs(fix.items, fix.clock_m), *_pairs(fix.items, fix.drift_mps),
-        *sigma, xy / (sigma[0] * sigma[1]), xz / (sigma[0] * sigma[2]), yz / (sigma[1] * sigma[2]),
+        x, y, z, xy / (x * y), xz / (x * z), yz / (y * z),
         *used,
     ]  # fmt: skip
 
