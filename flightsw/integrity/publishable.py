@@ -98,7 +98,11 @@ def _well_shaped(fix: Fix, rows: int) -> bool:
             and fix.covariance_m2.shape == (3, 3)
             and fix.used.shape == fix.residual_m.shape == (rows,)
             and fix.used.dtype.kind == "b"
-            and (drift is None if velocity is None else velocity.shape == (3,) and drift.shape == clocks)
+            and (
+                velocity is drift  # both None
+                if velocity is None or drift is None
+                else velocity.shape == (3,) and drift.shape == clocks
+            )
         )
     except AttributeError:
         return False
