@@ -9,12 +9,14 @@
 # too; nothing but Python 3.11 or newer is needed.
 
 PYTHON ?= python3
+# Of the tests: one more than there are processors, since some tests wait.
+WORKERS ?= $(shell expr $$(nproc) + 1)
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 RUNTIME     := $(VENV)/.runtime
 DEVELOPMENT := $(VENV)/.development
 INSTALL     := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
-PYTEST      := $(BIN)/python -m pytest -q -n auto --dist loadgroup --no-loadscope-reorder
+PYTEST      := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 # Programs are compiled once and not at each of a thousand starts, whatever the environment asks for.
 unexport PYTHONDONTWRITEBYTECODE

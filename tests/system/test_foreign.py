@@ -242,8 +242,10 @@ while 0x710 not in link.receive(1.0).can_id:  # let the flight software come
     pass
 for begin, end in zip(marks[7:], marks[8:]):
     link.send(frames[begin:end])
-    while len(heard := link.receive(5.0)) and 0x40 not in heard.can_id:  # a rhythm that the machine can keep
-        pass
+    number = frames.data[begin, 1] >> 4
+    while len(heard := link.receive(5.0)):  # a rhythm that the machine can keep: this epoch is answered
+        if number in heard.data[heard.can_id == 0x40, 1] >> 4:
+            break
 time.sleep(3600)
 """
 
