@@ -16,7 +16,7 @@ from tests.results.readers import Played
 from tests.results.table import RESULTS, Result
 
 LAST = 4000  # characters of output that a failure shows
-UNNAMED = "SCENARIO-DATE-TIME"  # a run's folder in what is shown, as it is called where none is named
+UNNAMED = "soyuz-DATE-TIME"  # a run's folder in what is shown, as it is called where none is named
 BUSY = 1.0  # load average above which speeds are not measured
 
 

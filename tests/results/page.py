@@ -116,8 +116,8 @@ HEADLINES = (
         "grace",
     ),
     _headline(
-        "An epoch with 24 channels costs **{inline[cpu_us]:,.0f} us** of CPU with recorder, "
-        "{inline_all[cpu_us]:,.0f} us with every error on.",
+        "One core plays 24 channels, with the record of every frame, **{inline[times]:,.0f} times** as fast "
+        "as real time; {inline_all[times]:,.0f} times with every error on.",
         "inline", "inline-all",
     ),
     _headline("Same scenario and seed, same bytes on every bus, late, paused or hogged.", "reproducible"),
