@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from importlib import resources
+from pathlib import Path
 
 import pytest
 from cantools.database import load_string
@@ -144,3 +145,11 @@ def test_what_is_taken_twice_is_refused(kinds, nodes, line):
 
 def test_a_free_identifier_and_node_are_taken():
     contract.check((*KINDS, kind(sender="CLINO")), {**NODES, "CLINO": 11})
+
+
+def test_the_table_is_checked_when_it_is_read():
+    """A message added twice ends the import: nobody has to remember to ask."""
+    source = Path(contract.__file__).read_text("utf-8")
+    twice = source.replace("\nKIND_BY_NAME", "\nKINDS = (*KINDS, replace(KINDS[0]))\nKIND_BY_NAME", 1)
+    with pytest.raises(ValueError, match="TIME_MARK"):
+        exec(twice, {"__name__": contract.__name__})

@@ -364,8 +364,11 @@ def test_unhealthy_and_unlocked_channels_stay_out(flight):
     word = int(data[row].view("<u8")[0]) | 1 << int(bits.shift[bits.signals.index("health")])
     data[row] = np.array([word], "<u8").view(np.uint8)
     data[row, 0] = e2e.crc(epoch.can_id[row : row + 1], data[row : row + 1])[0]
-    _, answer = flight_step(config, states[-2], replace(epoch, data=data))
+    state, answer = flight_step(config, states[-2], replace(epoch, data=data))
     assert used(answers[-1]) - used(answer) == {(1, int(data[row, 2] & 31))}
+    permitted, before = (one.channels.satellites.permitted for one in (state, states[-1]))
+    (unhealthy,) = np.flatnonzero(~state.predictions.healthy & states[-1].predictions.healthy)
+    assert before[unhealthy] >= 0 and permitted[unhealthy] < 0
 
 
 @pytest.mark.parametrize(
