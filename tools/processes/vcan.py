@@ -90,6 +90,9 @@ wait"""
 _COMMAND = """\
 #!/bin/sh
 {environment}
+# A file renamed in the guest has its new name on the host at once and its bytes seconds later, or never if
+# the kernel is killed: bytecode would be found truncated.
+export PYTHONDONTWRITEBYTECODE=1
 cd {directory} || exit 126
 exec {command}
 """
