@@ -22,6 +22,7 @@ from gnss_hil.dbc.common import systems, vehicle
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.config.tables import (
+    LONGEST_S,
     Attitude,
     Clock,
     Orbit,
@@ -235,14 +236,25 @@ class Craft(Strict):
 
 class Expectation(Strict):
     """Limits of a figure of summary.json, NAME its path without `craft`, in quotes:
-    `"soyuz.position_error_m.p95" = {max = 3}`. A figure outside fails the run.
+    `"soyuz.position_error_m.p95" = {max = 3}`, or of the run: `"frames.lost" = {max = 0}`. A figure outside
+    fails the run. Figures under `soyuz.converged` are of the epochs from 60 s after the first fix on.
 
     min   the figure is at least this
     max   the figure is at most this
+    after_s   of figures made of single epochs: only those from so long after the run's first on
     """
 
-    min: float | None = None
-    max: float | None = None
+    min: Annotated[float, Field(ge=-1e15, le=1e15)] | None = None
+    max: Annotated[float, Field(ge=-1e15, le=1e15)] | None = None
+    after_s: Annotated[float, Field(ge=0, le=LONGEST_S)] | None = None
+
+    @model_validator(mode="after")
+    def _limits_something(self):
+        if self.min is None and self.max is None:
+            raise ValueError("expects nothing; give min, max or both")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError(f"min {self.min:g} is above max {self.max:g}; nothing would meet it")
+        return self
 
 
 class Scenario(Strict):

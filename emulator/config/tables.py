@@ -13,6 +13,8 @@ from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.earth.gravity import HIGHEST_DEGREE
 
 Positive = Annotated[float, Field(gt=0)]
+LONGEST_S = 31 * 86400
+"""A run at most [s]."""
 Angle = Annotated[float, Field(ge=-360, le=360)]
 Force = Literal["j2", "j3", "j4", "egm2008", "sun", "moon", "drag", "radiation"]
 
@@ -41,7 +43,7 @@ class Time(Strict):
     """
 
     start_gps: GpsTime
-    duration_s: Annotated[float, Field(gt=0, le=31 * 86400)] = 600
+    duration_s: Annotated[float, Field(gt=0, le=LONGEST_S)] = 600
     epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
     orientation: str | None = None
 

@@ -195,6 +195,42 @@ def test_a_page_that_cannot_be_written_costs_nothing_else(copied, capsys):
     assert not list(copied.glob(".*"))
 
 
+def test_outages_are_counted_and_shaded(run):
+    """A cold start: 36 epochs without a fix, one shade."""
+    from gnss_hil.dbc.common import vehicle
+    from gnss_hil.tools.report import time_series
+    from gnss_hil.tools.report.craft import gather
+    from gnss_hil.tools.results import assemble, run_digest, truth
+
+    scenario, codecs = assemble.read_scenario(run)
+    names = [craft.name for craft in scenario.craft]
+    digest = run_digest.from_log(run / "bus.log", names, codecs)["soyuz"]
+    craft = gather(
+        "soyuz", vehicle.load(run / "vehicle.toml"), 1.0, digest, truth.read(run / "truth").rows, None
+    )
+    figure = time_series.position_error(craft).figure
+    (shade,) = figure["layout"]["shapes"]
+    assert shade["x1"] - shade["x0"] == 36_000
+    page = (run / "report.html").read_text("utf-8")
+    assert "too few satellites" in page
+    assert "First fix 36 s after the first epoch." in page
+
+
+def test_many_short_outages_become_few_shades():
+    from types import SimpleNamespace
+
+    from gnss_hil.tools.report import time_series
+    from gnss_hil.tools.results.outages import stretches
+
+    t_ns = np.arange(86_400) * 10**9
+    fix = t_ns[::2]
+    fixes = {"t_ns": fix, "valid": np.ones(len(fix), bool), "no_fix": np.zeros(len(fix))}
+    craft = SimpleNamespace(t_ns=t_ns, interval_ns=10**9, without_fix=stretches(t_ns, fixes, 10**9))
+    shapes, words = time_series.shades(craft)
+    assert len(shapes) == 1
+    assert "43200 epochs in 43200 stretches" in words
+
+
 def test_two_runs_compared(run, prototype, tmp_path, capsys):
     page = tmp_path / "compared.html"
     assert main(["report", str(run), str(prototype), "--out", str(page)]) == 0

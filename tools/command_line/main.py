@@ -6,7 +6,6 @@ Start-up counts: nothing heavy is imported before a command is known, and then o
 from __future__ import annotations
 
 import argparse
-import difflib
 import os
 import sys
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TextIO
 
+from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 
 # One BLAS thread, before NumPy is loaded: the same sums in the same order, and no spinning helpers.
@@ -166,9 +166,7 @@ def _dispatch(argv: Sequence[str]) -> int:
         print(f"{PROGRAM} {version(PROGRAM)}")
         return 0
     if argv[0] not in COMMANDS:
-        near = difflib.get_close_matches(argv[0], COMMANDS, 1)
-        hint = f"did you mean '{near[0]}'?" if near else f"commands are {', '.join(COMMANDS)}"
-        raise Mistake(f"unknown command '{argv[0]}'; {hint}")
+        raise Mistake(f"unknown command '{argv[0]}'; {did_you_mean(argv[0], COMMANDS, 'commands are')}")
     command = COMMANDS[argv[0]]
     arguments = parser_of(command).parse_args(argv[1:])
     return import_module(command.module).run(arguments)

@@ -42,8 +42,11 @@ class Digest:
         self._decoder.feed(frames, bits)
 
     def finish(self) -> None:
-        """Decode what is still held."""
+        """Decode what is still held. Of a bus without an epoch the tables have their columns and no rows."""
         self._decoder.finish()
+        if not self._decoder.epochs:
+            none = np.zeros(0, np.int64)
+            self._take(Block(self._decoder.codec, none, none.astype(np.uint64), none, 0), none, none)
 
     def _take(self, block: Block, bits: I64, faults: I64) -> None:
         t_ns = mark_times_ns(block)
@@ -55,7 +58,9 @@ class Digest:
         navigation |= _distinct(block, channels, used, navigation)
         reported = navigation.pop("reported") & known
         self._fixes.add({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
-        self._marks.add({"t_ns": t_ns, "bits": bits, "faults": faults, **attitudes(block)})
+        measured = distinct_satellites(channels.epoch, channels.sat, block.epochs)
+        marks = {"t_ns": t_ns, "bits": bits, "faults": faults, "satellites_measured": measured}
+        self._marks.add({**marks, **attitudes(block)})
         self.commands.take(t_ns, block)
         self.almanac.take(t_ns, block)
         self.tags.add(_tags(t_ns, block))
@@ -74,8 +79,9 @@ class Digest:
 
     @property
     def timeline(self) -> dict[str, NDArray]:
-        """One row per time mark with an instant: t_ns, bits, faults (frames rejected), and the attitude and
-        rates on the bus, q0 .. q3 and wx_rps .. wz_rps, nan where their frames are missing."""
+        """One row per time mark with an instant: t_ns, bits, faults (frames rejected), satellites_measured
+        (different ones that receivers delivered whole), and the attitude and rates on the bus, q0 .. q3 and
+        wx_rps .. wz_rps, nan where their frames are missing."""
         marks = self._marks.rows
         return {name: values[marks["t_ns"] >= 0] for name, values in marks.items()}
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.near import nearest
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import EFF_MASK, ERR_FLAG, SFF_MASK
 from gnss_hil.tools.common.errors import Mistake
@@ -43,8 +43,8 @@ class FrameFilter:
     def _add_names(self, pattern: str, labels: dict[str, list[int]]) -> None:
         ids = [i for label, found in labels.items() if fnmatchcase(label, pattern.upper()) for i in found]
         if not ids:
-            near = get_close_matches(pattern.upper(), labels, 1)
-            hint = f"did you mean '{near[0]}'?" if near else _EXAMPLES
+            near = nearest(pattern, labels)
+            hint = f"did you mean '{near}'?" if near else _EXAMPLES
             raise Mistake(f"--only {pattern}: no message, kind or sender of that name; {hint}")
         self._base[ids] = True
 

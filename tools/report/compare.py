@@ -95,6 +95,7 @@ def rows(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[tuple[str,
     """Figures of two summaries by name: first, second, and the second as a multiple of the first."""
     left, right = _figures(first), _figures(second)
     names = [*left, *(name for name in right if name not in left)]
+    names = [name for name in names if ".no_fix." not in name or left.get(name) or right.get(name)]
     return [(name, *_row(left.get(name), right.get(name))) for name in names]
 
 

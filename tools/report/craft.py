@@ -16,6 +16,7 @@ from gnss_hil.tools.report.channels import Channels, Strength, read_channels
 from gnss_hil.tools.report.frames import covariance, radial_along_cross, sigmas_along
 from gnss_hil.tools.report.sky_plot import Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
+from gnss_hil.tools.results.outages import Stretches, stretches
 
 Columns = Mapping[str, NDArray]
 
@@ -35,6 +36,7 @@ class Craft:
     holds, strength, sightings None where no channels were kept
     bridge_ns                  breaks up to this long are not drawn in `holds`
     handed                     handovers: (t_ns, satellite, receiver before, after)
+    without_fix                stretches of epochs without a fix
     """
 
     name: str
@@ -52,6 +54,7 @@ class Craft:
     strength: dict[int, Strength] | None
     sightings: Sightings | None
     handed: list[tuple[int, int, int, int]]
+    without_fix: Stretches
 
 
 def gather(
@@ -88,6 +91,7 @@ def gather(
         name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns, position_m=position, here_m=here,
         visible=visible, error_m=error, sigma_m=sigma, counts=counts, holds=held, bridge_ns=bridge,
         strength=strength, sightings=sightings, handed=digest.commands.handed,
+        without_fix=stretches(t_ns, digest.fixes, interval_ns),
     )  # fmt: skip
 
 

@@ -83,6 +83,7 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> 
     page.add(tag.h2(f"Craft {craft.name}, vehicle {craft.vehicle.name}"))
     page.add(summary_tables.craft_tiles(own, s["epochs"]))
     page.add(card("Figures", summary_tables.craft_table(own)))
+    page.add(card("Epochs without a fix", summary_tables.no_fix_table(own, craft.without_fix)))
     page.add_plots([assignment.assignment(craft)], craft.name)
     page.add_plots(antenna_skies.skies(craft))
     if craft.sightings is not None:

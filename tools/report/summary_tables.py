@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
-from gnss_hil.tools.results.text import figure, percent, small
+from gnss_hil.tools.results.outages import Stretches
+from gnss_hil.tools.results.text import besides, figure, outages, percent, small
 
 Summary = Mapping[str, Any]
 
 _STATISTICS = ("mean", "median", "rms", "p95", "min", "max")
+_CONVERGED = ("satellites_tracked", "pdop", "position_error_m", "velocity_error_mps")
+_STRETCHES = 10
 _ROWS = (
     ("satellites_visible", "satellites in view"),
     ("satellites_tracked", "satellites in the fix, distinct"),
@@ -25,16 +31,49 @@ _ROWS = (
 
 def craft_table(figures: Summary) -> Markup:
     """Statistics of one craft, and what its assignment took."""
-    rows = [
-        (label, *(shown(figures[key][name]) if name in figures[key] else "" for name in _STATISTICS))
-        for key, label in _ROWS
-    ]
+    settled = figures["converged"]
+    rows = [_row(figures, key, label) for key, label in _ROWS]
+    if settled["fixes"]:
+        since = f", from {settled['after_s']:g} s on"
+        rows += [_row(settled, key, f"{label}{since}") for key, label in _ROWS if key in _CONVERGED]
     a = figures["assignment"]
     assignment = note(
         f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), "
         f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} rejected."
     )
     return text((table(("", *_STATISTICS), rows), assignment))
+
+
+def _row(figures: Summary, key: str, label: str) -> tuple[str, ...]:
+    return (label, *(shown(figures[key][name]) if name in figures[key] else "" for name in _STATISTICS))
+
+
+def no_fix_table(figures: Summary, stretches: Stretches) -> Markup:
+    """Why epochs have no fix, and the longest stretches of them."""
+    first_s = figures["first_fix_s"]
+    first = "There was no fix." if first_s is None else f"First fix {first_s:g} s after the first epoch."
+    if not any(figures["no_fix"].values()):
+        return note(f"{first} Every epoch has one.")
+    counts = sorted(figures["no_fix"].items(), key=lambda row: -row[1])
+    rows = [(_words(reason), figure(count)) for reason, count in counts if count]
+    more = "; ".join(filter(None, (besides(figures), outages(figures))))
+    longest = np.sort(np.argsort(-stretches.epochs, kind="stable")[:_STRETCHES])
+    where = [
+        (iso(t)[11:19], figure(n), _words(stretches.reason[k]))
+        for k, t, n in zip(
+            longest, stretches.begin_ns[longest].tolist(), stretches.epochs[longest].tolist(), strict=True
+        )
+    ]
+    head = f"the {_STRETCHES} longest of {len(stretches)} from" if len(stretches) > _STRETCHES else "from"
+    return text((
+        table(("why there is no fix", "epochs"), rows),
+        table((head, "epochs", "mostly"), where),
+        note(f"{first} {more[:1].upper()}{more[1:]}{'.' if more else ''}"),
+    ))  # fmt: skip
+
+
+def _words(reason: str) -> str:
+    return reason.replace("_", " ").lower()
 
 
 def tiles(rows: Iterable[tuple[str, str]]) -> Markup:
@@ -44,15 +83,18 @@ def tiles(rows: Iterable[tuple[str, str]]) -> Markup:
 
 
 def craft_tiles(figures: Summary, epochs: int) -> Markup:
+    fixes, settled = figures["fixes"], figures["converged"]
+    converged = settled["fixes"] > 0
+    figures = settled if converged else figures
+    since = f", from {settled['after_s']:g} s on" if converged else ""
     error, pdop, used = figures["position_error_m"], figures["pdop"], figures["satellites_tracked"]
-    fixes = figures["fixes"]
     span = f"{shown(used['min'])} to {shown(used['max'])}"
     return tiles(
         (
             (f"{percent(fixes, epochs)} %", f"epochs with a fix, {figure(fixes)} of {figure(epochs)}"),
-            (shown(used["mean"]), f"satellites in the fix, mean; {span}"),
-            (shown(pdop["median"]), f"PDOP, median; p95 {shown(pdop['p95'])}"),
-            (shown(error["median"], "m"), f"position error, median; p95 {shown(error['p95'], 'm')}"),
+            (shown(used["mean"]), f"satellites in the fix, mean; {span}{since}"),
+            (shown(pdop["median"]), f"PDOP, median; p95 {shown(pdop['p95'])}{since}"),
+            (shown(error["median"], "m"), f"position error, median; p95 {shown(error['p95'], 'm')}{since}"),
         )
     )
 
@@ -91,11 +133,12 @@ def expectations(s: Summary) -> Markup:
     if not s["expectations"]:
         return note("The scenario expects nothing; this run is not judged.")
     rows = [
-        (row["name"], *("" if row.get(k) is None else f"{row[k]:g}" for k in ("min", "max")),
+        (row["name"], f"{row['after_s']:g} s" if "after_s" in row else "",
+         *("" if row.get(k) is None else f"{row[k]:g}" for k in ("min", "max")),
          "no figure" if row["found"] is None else f"{row['found']:g}", "met" if row["met"] else "MISSED")
         for row in s["expectations"]
     ]  # fmt: skip
-    return table(("figure", "at least", "at most", "found", "verdict"), rows)
+    return table(("figure", "from", "at least", "at most", "found", "verdict"), rows)
 
 
 def faults(s: Summary) -> Markup:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.report.craft import Craft
-from gnss_hil.tools.report.decimate import extremes
+from gnss_hil.tools.report.decimate import BUCKETS, extremes
 from gnss_hil.tools.report.plot import (
     Json,
     Plot,
@@ -17,6 +17,7 @@ from gnss_hil.tools.report.plot import (
     band,
     layout,
     line,
+    milliseconds,
     moments,
     numbered,
     numbers,
@@ -63,6 +64,26 @@ def dilution(craft: Craft) -> Plot:
     )
 
 
+_MOST_SHADES = 300
+"""Shades that a browser draws with ease; those that are closer than a pixel become one."""
+
+
+def shades(craft: Craft) -> tuple[list[Json], str]:
+    """Epochs without a fix as shades over a time axis, and what they are, in words."""
+    lacking = craft.without_fix
+    if not len(lacking):
+        return [], "Every epoch has a fix."
+    half = craft.interval_ns // 2
+    begin, end = lacking.begin_ns - half, lacking.begin_ns + lacking.epochs * craft.interval_ns - half
+    nearest = int(craft.t_ns[-1] - craft.t_ns[0]) // BUCKETS if len(lacking) > _MOST_SHADES else 0
+    apart = np.r_[True, begin[1:] - end[:-1] > nearest]
+    begin, end = begin[apart], end[np.r_[apart[1:], True]]
+    shapes = [{"type": "rect", "xref": "x", "yref": "paper", "x0": a, "x1": b, "y0": 0, "y1": 1,
+               "layer": "below", "fillcolor": "--idle", "line": {"width": 0}}
+              for a, b in zip(milliseconds(begin), milliseconds(end), strict=True)]  # fmt: skip
+    return shapes, f"Shaded: no fix, {int(lacking.epochs.sum())} epochs in {len(lacking)} stretches."
+
+
 _DIRECTIONS = ("radial", "along", "cross")
 _BANDS = ((3, "--band-3"), (1, "--band-1"))
 
@@ -76,6 +97,7 @@ def position_error(craft: Craft) -> Plot:
     worst = ", ".join(f"{d} {small(v)}" for d, v in zip(_DIRECTIONS, np.nanmax(np.abs(craft.error_m), axis=0),
                                                         strict=True))  # fmt: skip
     data, axes = [], {}
+    shapes, shaded = shades(craft)
     for i, (direction, domain) in enumerate(zip(_DIRECTIONS, stacked(3), strict=True)):
         on = {"yaxis": numbered("y", i)}
         sigma = craft.sigma_m[:, i]
@@ -93,8 +115,9 @@ def position_error(craft: Craft) -> Plot:
         title,
         "Fix minus truth at the centre of mass; radial is up, along with the motion, cross on the orbit's "
         "normal. Bands: 1 and 3 sigma of the flight software's own covariance. The first view may leave out "
-        f"the worst, at most {worst} m; double-click shows all.",
-        {"data": data, "layout": axes | {"xaxis": time_axis(craft.t_ns, anchor=numbered("y", 2))}},
+        f"the worst, at most {worst} m; double-click shows all. {shaded}",
+        {"data": data, "layout": axes | {"xaxis": time_axis(craft.t_ns, anchor=numbered("y", 2)),
+                                         "shapes": shapes}},
         height=480, wide=True,
     )  # fmt: skip
 

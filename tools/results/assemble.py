@@ -49,7 +49,7 @@ class _Facts(BaseModel):
     mark_late_ms: float | None = None
     frames_sent: int | None
     latency_histogram: list[tuple[float, int]] = []
-    expect: dict[str, dict[Literal["min", "max"], float]]
+    expect: dict[str, dict[Literal["min", "max", "after_s"], float]]
 
 
 def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> dict[str, Any]:

@@ -152,7 +152,8 @@ def _numbers(array) -> Column:
 def of_craft(path: Path, craft: str, names: Sequence[str]) -> dict[str, NDArray]:
     """Columns of numbers of one craft's rows, whole; Damaged if the file cannot be read."""
     pieces = [_rows_of(batch, craft, names) for batch in read(path, ("craft", *names))]
-    return {name: np.concatenate([piece[name] for piece in pieces]) for name in names}
+    none = [np.zeros(0)] if not pieces else []
+    return {name: np.concatenate(none + [piece[name] for piece in pieces]) for name in names}
 
 
 def batches_of_craft(path: Path, craft: str, names: Sequence[str]) -> Iterator[dict[str, Column]]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.results import outages
 from gnss_hil.tools.results.truth import Truth
 
 
@@ -34,6 +36,7 @@ _STATISTICS = {
 _SPREAD = ("mean", "min", "max")
 _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
+_NEVER_NS = 2**63 - 1
 
 
 def statistics(values, names: Sequence[str]) -> dict[str, float | int | None]:
@@ -61,10 +64,43 @@ def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> t
     )
 
 
-def craft_summary(digest: Digest, rows: np.ndarray) -> dict[str, Any]:
-    """The figures of one craft."""
+def craft_summary(
+    digest: Digest, rows: np.ndarray, epochs: int = 0, interval_ns: int = NS_PER_S
+) -> dict[str, Any]:
+    """The figures of one craft in a run of so many epochs: of all of it, and after convergence."""
+    log, timeline, fixes = digest.commands, digest.timeline, digest.fixes
+    marks_ns = timeline.get("t_ns", np.zeros(0, np.int64))
+    first_ns = outages.first_fix_ns(fixes)
+    first_s = None if first_ns is None else (first_ns - int(marks_ns[0])) / NS_PER_S
+    lacking = outages.without_fix(timeline, fixes)
+    stretches = outages.stretches(marks_ns, fixes, interval_ns)
+    after_s = None if first_s is None else first_s + outages.CONVERGENCE_S
+    return {
+        **fix_figures(digest, rows, epochs),
+        "first_fix_s": _number(first_s),
+        "outages": outages.outages(stretches, first_ns, interval_ns),
+        "without_fix": {
+            "epochs_with_refused_frames": int((timeline["faults"][lacking] > 0).sum()) if timeline else 0,
+            "satellites_measured": statistics(
+                timeline["satellites_measured"][lacking] if timeline else [], _SPREAD
+            ),
+        },
+        "converged": {"after_s": _number(after_s), **figures_after(digest, rows, after_s)},
+        "assignment": {
+            "commands": log.commands,
+            "repeats": log.repeats,
+            "handovers": log.handovers,
+            "rejected": log.rejected,
+        },
+    }
+
+
+def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | None = None) -> dict[str, Any]:
+    """Figures of the fixes, and of the epochs that have none, of all epochs or of those since an instant."""
     fixes = digest.fixes
-    log = digest.commands
+    if since_ns is not None:
+        fixes = {name: column[fixes["t_ns"] >= since_ns] for name, column in fixes.items()}
+        rows = rows[rows["t_gps_ns"] >= since_ns] if len(rows) else rows
     valid = fixes["valid"] if fixes else np.zeros(0, bool)
     position_m, velocity_mps = errors_against_truth(fixes, rows) if fixes else (np.zeros(0), np.zeros(0))
 
@@ -73,6 +109,7 @@ def craft_summary(digest: Digest, rows: np.ndarray) -> dict[str, Any]:
 
     return {
         "fixes": int(valid.sum()),
+        "no_fix": outages.reasons(fixes, epochs),
         "satellites_visible": statistics(rows["satellites_visible"] if len(rows) else [], _SPREAD),
         "satellites_tracked": statistics(of_fixes("satellites_used"), _SPREAD),
         "measurements": statistics(of_fixes("measurements"), _SPREAD),
@@ -80,13 +117,17 @@ def craft_summary(digest: Digest, rows: np.ndarray) -> dict[str, Any]:
         "pdop_distinct": statistics(of_fixes("pdop_distinct"), _QUALITY),
         "position_error_m": statistics(position_m, _ERROR),
         "velocity_error_mps": statistics(velocity_mps, _ERROR),
-        "assignment": {
-            "commands": log.commands,
-            "repeats": log.repeats,
-            "handovers": log.handovers,
-            "rejected": log.rejected,
-        },
     }
+
+
+def figures_after(digest: Digest, rows: np.ndarray, after_s: float | None) -> dict[str, Any]:
+    """`fix_figures` from so long after the first time mark on, and how many epochs that are; None: of no
+    epoch."""
+    marks_ns = digest.timeline.get("t_ns", np.zeros(0, np.int64))
+    begin_ns = int(marks_ns[0]) if len(marks_ns) else 0
+    since_ns = _NEVER_NS if after_s is None else begin_ns + round(after_s * NS_PER_S)
+    epochs = int((marks_ns >= since_ns).sum())
+    return {"epochs": epochs, **fix_figures(digest, rows, epochs, since_ns)}
 
 
 def load_percent(digests: Mapping[str, Digest], interval_s: float) -> dict[str, float | None]:
@@ -105,15 +146,23 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
     At a free pace bench frames need no answer: there unanswered epochs are no figure.
     """
     rows = {name: truth.of(name) if truth and name in truth.craft else np.zeros(0) for name in digests}
-    figures = {name: craft_summary(digest, rows[name]) for name, digest in digests.items()}
-    return {
+    epochs, interval_ns = facts["epochs"], round(facts["epoch_interval_s"] * NS_PER_S)
+    figures = {
+        name: craft_summary(digest, rows[name], epochs, interval_ns) for name, digest in digests.items()
+    }
+    summary = {
         **{k: v for k, v in facts.items() if k not in ("expect", "frames_sent", "latency_histogram")},
         "epochs_unanswered": facts["epochs_unanswered"] if facts["pace"] == "lockstep" else None,
         "frames": total(d.counters for d in digests.values()).figures(facts.get("frames_sent")),
         "bus_load_percent": load_percent(digests, facts["epoch_interval_s"]),
-        "expectations": judge(facts.get("expect", {}), figures),
+        "expectations": [],
         "craft": figures,
     }
+
+    def after(after_s: float) -> dict[str, Any]:
+        return metrics({name: figures_after(digest, rows[name], after_s) for name, digest in digests.items()})
+
+    return summary | {"expectations": judge(facts.get("expect", {}), found_by_name(summary), after)}
 
 
 def metrics(figures: Mapping[str, Any], path: str = "") -> dict[str, float | int | None]:
@@ -125,17 +174,41 @@ def metrics(figures: Mapping[str, Any], path: str = "") -> dict[str, float | int
     return flat
 
 
-def metric_names(craft: Sequence[str], codec: Codec) -> set[str]:
-    """Every name an expectation may use: those of a summary without a frame."""
-    return set(metrics(dict.fromkeys(craft, craft_summary(Digest(codec), np.zeros(0)))))
+RUN_FIGURES = (
+    "epochs", "epochs_unanswered", "real_time_factor", "mark_late_ms",
+    "frames.sent", "frames.received", "frames.lost", "frames.rejected",
+    "bus_load_percent.mean", "bus_load_percent.max", "epoch_latency_ms.p50", "epoch_latency_ms.p99",
+)  # fmt: skip
+"""Figures of the run that expectations may name; `frames.rejected` is the sum over all reasons."""
 
 
-def judge(expect: Mapping[str, Mapping[str, float]], figures: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """One row per expectation: name, limits, the figure found, met or not. No figure means not met."""
-    found = metrics(figures)
+def found_by_name(summary: Mapping[str, Any]) -> dict[str, float | int | None]:
+    """Every figure that an expectation may name."""
+    refused = {"frames": {**summary["frames"], "rejected": sum(summary["frames"]["rejected"].values())}}
+    of_run = metrics({**summary, **refused, "craft": {}, "expectations": {}})
+    return {name: of_run.get(name) for name in RUN_FIGURES} | metrics(summary["craft"])
+
+
+def metric_names(craft: Sequence[str], codec: Codec) -> tuple[set[str], set[str]]:
+    """Every name an expectation may use, those of a summary without a frame; and those among them that may
+    have `after_s`, because they are made of single epochs."""
+    empty, none = Digest(codec), np.zeros(0)
+    timed = set(metrics(dict.fromkeys(craft, figures_after(empty, none, None))))
+    return {*RUN_FIGURES, *metrics(dict.fromkeys(craft, craft_summary(empty, none))), *timed}, timed
+
+
+def judge(
+    expect: Mapping[str, Mapping[str, float]],
+    found: Mapping[str, float | int | None],
+    after: Callable[[float], Mapping[str, float | int | None]] = lambda _: {},
+) -> list[dict[str, Any]]:
+    """One row per expectation: name, limits, the figure found, met or not. No figure means not met.
+
+    found   figures by name;  after   the same of a run's epochs from so many seconds on
+    """
     rows = []
     for name, limits in expect.items():
-        value = found.get(name)
+        value = (after(limits["after_s"]) if "after_s" in limits else found).get(name)
         met = value is not None and limits.get("min", -np.inf) <= value <= limits.get("max", np.inf)
         rows.append({"name": name, **limits, "found": value, "met": bool(met)})
     return rows

@@ -46,7 +46,12 @@ def _code(table: str, name: str) -> Callable[[Rows], Labelled]:
 
 
 def _whole(name: str) -> Callable[[Rows], NDArray]:
-    return lambda rows: rows[name].astype(int)
+    return lambda rows: np.asarray(rows[name]).astype(int)
+
+
+def _words(name: str) -> Callable[[Rows], NDArray]:
+    """A column of text, also where it has no rows."""
+    return lambda rows: np.asarray(rows[name], str)
 
 
 def _satellite(rows: Rows) -> Labelled:
@@ -77,9 +82,10 @@ FIXES: Table = {
 EPOCHS: Table = {
     "bits": "bits",
     "frames_rejected": "faults",
+    "satellites_measured": "satellites_measured",
     **{f"q{i}_body_from_ecef": f"q{i}" for i in range(4)},
 }
-"""One row per time mark: bits on the bus, frames rejected, attitude as sent."""
+"""One row per time mark: bits on the bus, frames rejected, satellites measured, attitude as sent."""
 
 _MEASURED = ("pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz", "used")
 _BROADCAST = ("clock_m", "clock_drift_mps", "iod", "ura", "health", "frequency")
@@ -97,7 +103,8 @@ CHANNELS: Table = {
 """One row per tracked channel and epoch."""
 
 _EVENT = ("event", "receiver", "channel", "action", "satellite", "transaction", "result")
-ASSIGNMENTS: Table = {name: name for name in _EVENT}
+_EVENT_NUMBERS = ("receiver", "channel", "transaction")
+ASSIGNMENTS: Table = {name: _whole(name) if name in _EVENT_NUMBERS else _words(name) for name in _EVENT}
 """Every channel command, its repeats and its acknowledgements."""
 
 
@@ -132,6 +139,8 @@ def _truth_rows(rows: np.ndarray) -> dict[str, NDArray]:
 class ParquetTable:
     """A table written piece by piece in bounded memory: parts beside it, put together at the end.
 
+    A table without a row has its columns, if a piece without rows has told them.
+
     A table has sections that grow side by side (one a craft); the sections follow each other in the end, so
     its rows do not depend on the pieces in which they came.
     """
@@ -142,10 +151,12 @@ class ParquetTable:
         self._parts: list[tuple[int, int, Path]] = []
         self._pieces: dict[int, list[Columns]] = {}
         self._rows: Counter[int] = Counter()
+        self._empty: Columns = {}
 
     def add(self, columns: Columns, section: int = 0) -> None:
         rows = len(next(iter(columns.values()))) if columns else 0
         if not rows:
+            self._empty = self._empty or columns
             return
         self._pieces.setdefault(section, []).append(columns)
         self._rows[section] += rows
@@ -162,7 +173,7 @@ class ParquetTable:
         self._rows[section] = 0
 
     def close(self) -> None:
-        """Put the table in place; an empty one is left out."""
+        """Put the table in place."""
         for section in sorted(self._pieces):
             self._write_part(section)
         paths = [path for _, _, path in sorted(self._parts)]
@@ -170,6 +181,8 @@ class ParquetTable:
             paths[0].replace(self._path)
         elif paths:
             parquet.join(self._path, paths)
+        elif self._empty:
+            parquet.write(self._path, [self._empty])
         self.discard()
 
     def discard(self) -> None:

@@ -42,11 +42,52 @@ def _errors(s: Mapping[str, Any], unit: str) -> str:
     return "   ".join(f"{small(s[k]):>7} {k}" for k in ("median", "rms", "p95", "max")) + f"   [{unit}]"
 
 
-def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, str]]:
+def no_fix(c: Mapping[str, Any]) -> str:
+    """Reasons of a craft's epochs without a fix, the most frequent first; "" if there were none."""
+    counts = sorted(c["no_fix"].items(), key=lambda row: -row[1])
+    return ", ".join(f"{figure(count)} {reason}" for reason, count in counts if count)
+
+
+def besides(c: Mapping[str, Any]) -> str:
+    """What the bus tells of epochs without a fix besides the flight software's reason."""
+    measured, refused = (c["without_fix"][k] for k in ("satellites_measured", "epochs_with_refused_frames"))
+    words = []
+    if measured["mean"] is not None:
+        words.append(f"satellites measured there: {measured['min']:g} to {measured['max']:g}")
+    if refused:
+        words.append(f"frames refused in {figure(refused)} of them")
+    return "; ".join(words)
+
+
+def outages(c: Mapping[str, Any]) -> str:
+    """Stretches without a fix after the first one; "" if there were none."""
+    o = c["outages"]
+    if not o["count"]:
+        return ""
+    count, epochs = figure(o["count"]), figure(o["epochs"])
+    return f"{count} after the first fix, {epochs} epochs, longest {o['longest_s']:g} s"
+
+
+def _why_no_fix(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    first_s, reasons = c["first_fix_s"], no_fix(c)
+    yield "  first fix", "never" if first_s is None else f"{first_s:g} s after the first epoch"
+    if reasons:
+        more = besides(c)
+        yield "  no fix", f"{reasons}{f'   ({more})' if more else ''}"
+    if text := outages(c):
+        yield "  outages", text
+
+
+def _of_epochs(c: Mapping[str, Any], epochs: int) -> str:
     share = f" ({percent(c['fixes'], epochs)} %)" if epochs else ""
+    return f"{figure(c['fixes'])} of {figure(epochs)} epochs{share}"
+
+
+def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, str]]:
     a = c["assignment"]
     yield name, ""
-    yield "  fixes", f"{figure(c['fixes'])} of {figure(epochs)} epochs{share}"
+    yield "  fixes", _of_epochs(c, epochs)
+    yield from _why_no_fix(c)
     yield "  satellites in view", _spread(c["satellites_visible"])
     yield "  satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
     yield "  measurements in the fix", _spread(c["measurements"])
@@ -57,11 +98,22 @@ def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, 
     )
     yield "  position error, 3-D", _errors(c["position_error_m"], "m")
     yield "  velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
+    yield from _converged(c["converged"])
     yield (
         "  assignment",
         f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), "
         f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} rejected",
     )
+
+
+def _converged(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Figures after convergence, if the run has lasted that long."""
+    if not c["epochs"]:
+        return
+    yield f"  converged, from {c['after_s']:g} s", f"fixes in {_of_epochs(c, c['epochs'])}"
+    yield "    satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
+    yield "    position error, 3-D", _errors(c["position_error_m"], "m")
+    yield "    velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
 
 
 def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -105,7 +157,8 @@ def render(s: Mapping[str, Any]) -> str:
 
 def _limits(row: Mapping[str, Any]) -> str:
     words = {"min": "at least", "max": "at most"}
-    return " and ".join(f"{word} {row[key]:g}" for key, word in words.items() if key in row)
+    limits = " and ".join(f"{word} {row[key]:g}" for key, word in words.items() if key in row)
+    return limits if "after_s" not in row else f"from {row['after_s']:g} s on {limits}"
 
 
 def _found(row: Mapping[str, Any]) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gnss_hil.dbc.common import vehicle as vehicles
+from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.lockstep.messages import session_of
@@ -108,12 +109,19 @@ def _check_obedience(scenario: Scenario, world: World, flights: Sequence[FlightC
 def _check_expectations(scenario: Scenario, flights: Sequence[FlightConfig], origin: str) -> None:
     if not scenario.expect:
         return
-    known = metric_names([craft.name for craft in scenario.craft], flights[0].codec)
-    unknown = [name for name in scenario.expect if name not in known]
-    if unknown:
-        raise Mistake(
-            "\n".join(
-                f"{origin}: expect.{name}: no such figure; allowed are {', '.join(sorted(known))}"
-                for name in unknown
+    known, timed = metric_names([craft.name for craft in scenario.craft], flights[0].codec)
+    faults = []
+    for name, limits in scenario.expect.items():
+        if name not in known:
+            faults.append(f"expect.{name}: no such figure; {did_you_mean(name, sorted(known))}")
+        elif limits.after_s is None:
+            continue
+        elif name not in timed:
+            faults.append(f"expect.{name}: is of the whole run, it takes no after_s")
+        elif limits.after_s > (scenario.time.epochs - 1) * scenario.time.epoch_interval_s:
+            faults.append(
+                f"expect.{name}: after_s {limits.after_s:g} leaves no epoch of a run of "
+                f"{scenario.time.duration_s:g} s"
             )
-        )
+    if faults:
+        raise Mistake("\n".join(f"{origin}: {fault}" for fault in faults))

@@ -275,7 +275,16 @@ def test_nothing_and_rubbish_raise_nothing():
     digest.feed(EMPTY)
     digest.feed(batch([0x7A0, 0x40], np.full((2, 8), 255)))
     digest.finish()
-    assert (digest.epochs, digest.fixes, digest.bits.sum()) == (0, {}, 0)
+    assert (digest.epochs, digest.bits.sum()) == (0, 0)
+    assert {len(column) for column in (*digest.fixes.values(), *digest.timeline.values())} == {0}
+
+
+def test_satellites_measured_are_those_whose_frames_came_whole():
+    sender = Sender()
+    twice = channel(2, 1, 0)
+    short = channel(3, 2, 4)[:-1]
+    digest, _ = digested(sender.block(0, *FIVE, twice), sender.block(1, *FIVE[:2], short))
+    assert digest.timeline["satellites_measured"].tolist() == [5, 2]
 
 
 def command(receiver: int, number: int, action: int, sat: int, transaction: int) -> FrameBatch:

@@ -63,8 +63,35 @@ def test_every_field_at_its_maximum_reaches_the_tables_and_the_summary(tmp_path)
     assignments = polars.read_parquet(tmp_path / "assignments.parquet")
     assert set(assignments["satellite"]) == {"7:63"}
     assert set(assignments["event"]) == {"ack", "command", "repeat"}
-    figures = build(FACTS, {"soyuz": digest}, None)["craft"]["soyuz"]
+    figures = build(FACTS | {"epochs": 3}, {"soyuz": digest}, None)["craft"]["soyuz"]
     assert (figures["fixes"], figures["assignment"]["rejected"]) == (0, 3 * 4)
+
+
+def written(folder, digest: Digest, channels: list) -> dict:
+    tables.write_fixes_and_truth(folder, {"soyuz": digest}, None)
+    table = tables.ParquetTable(folder / "channels.parquet")
+    for cells in channels:
+        table.add(tables.columns_of(tables.CHANNELS, "soyuz", cells))
+    table.close()
+    return {path.name: polars.read_parquet(path) for path in folder.glob("*.parquet")}
+
+
+def test_tables_without_a_row_have_the_columns_of_those_with_rows(tmp_path):
+    found = {}
+    for name, epochs in (("full", 2), ("empty", 0)):
+        counters, channels = e2e.fresh_counters(CODEC), []
+        digest = Digest(CODEC, channels.append)
+        for epoch in range(epochs):
+            frames, counters = e2e.protect(CODEC, concat(extremes(epoch)), counters, epoch)
+            digest.feed(frames)
+        digest.finish()
+        (tmp_path / name).mkdir()
+        found[name] = written(tmp_path / name, digest, channels)
+    assert set(found["empty"]) == {f"{t}.parquet" for t in ("epochs", "fixes", "assignments", "channels")}
+    for name, full in found["full"].items():
+        assert full.height > 0
+        assert found["empty"][name].height == 0
+        assert found["empty"][name].schema == full.schema
 
 
 @pytest.mark.parametrize(("table", "raw"), [("NavMode", 7), ("NoFix", 15), ("Signal", 15), ("Lock", 7)])

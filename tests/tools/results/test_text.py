@@ -102,8 +102,8 @@ def test_expectations_are_judged():
     figures = {"soyuz": {"pdop": {"median": 2.0, "p95": None}}}
     assert metrics(figures) == {"soyuz.pdop.median": 2.0, "soyuz.pdop.p95": None}
     limits = {"soyuz.pdop.median": {"min": 2.0, "max": 2.0}, "soyuz.pdop.p95": {"max": 9}}
-    assert [row["met"] for row in judge(limits, figures)] == [True, False]
-    assert [row["met"] for row in judge({"soyuz.pdop.median": {"max": 1.9}}, figures)] == [False]
+    assert [row["met"] for row in judge(limits, metrics(figures))] == [True, False]
+    assert [row["met"] for row in judge({"soyuz.pdop.median": {"max": 1.9}}, metrics(figures))] == [False]
 
 
 @pytest.mark.verifies(

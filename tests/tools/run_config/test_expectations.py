@@ -1,0 +1,61 @@
+"""What is expected of a run is checked before it begins."""
+
+from __future__ import annotations
+
+import pytest
+
+from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.plan import make
+
+SCENARIO = """
+name = "s"
+time = {start_gps = "2012-10-31T00:15:00", duration_s = 100}
+craft = [{name = "soyuz", vehicle = "soyuz-ms", orbit = {altitude_km = 415, inclination_deg = 51.6}}]
+[expect]
+"""
+
+
+def said(tmp_path, line: str) -> str:
+    path = tmp_path / "s.toml"
+    path.write_text(SCENARIO + line + "\n")
+    try:
+        make(str(path))
+    except (Mistake, ScenarioError) as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '"soyuz.position_error_m.p95" = {max = 3, after_s = 60}',
+        '"soyuz.converged.pdop.median" = {max = 3}',
+        '"soyuz.no_fix.NO_ATTITUDE" = {max = 0, after_s = 99}',
+        '"frames.lost" = {max = 0}',
+        '"epochs_unanswered" = {max = 0}',
+        '"bus_load_percent.max" = {max = 5}',
+    ],
+)
+def test_figures_of_craft_and_run_can_be_expected(tmp_path, line):
+    assert said(tmp_path, line) == ""
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('"soyuz.position_eror_m.p95" = {max = 3}', "did you mean 'soyuz.position_error_m.p95'?"),
+        ('"frames.lots" = {max = 3}', "did you mean 'frames.lost'?"),
+        ('"frames.lost" = {max = 0, after_s = 5}', "is of the whole run, it takes no after_s"),
+        ('"soyuz.first_fix_s" = {max = 0, after_s = 5}', "is of the whole run, it takes no after_s"),
+        ('"soyuz.fixes" = {min = 9, after_s = 100}', "after_s 100 leaves no epoch of a run of 100 s"),
+        ('"soyuz.fixes" = {min = 9, after_s = -1}', "after_s"),
+        ('"soyuz.fixes" = {}', "expects nothing; give min, max or both"),
+        ('"soyuz.fixes" = {after_s = 3}', "expects nothing; give min, max or both"),
+        ('"soyuz.fixes" = {min = 9, max = 8}', "min 9 is above max 8"),
+    ],
+)
+def test_what_cannot_be_met_or_found_is_told_in_one_line(tmp_path, line, words):
+    (told,) = said(tmp_path, line).splitlines()
+    assert words in told
+    assert "expect" in told
