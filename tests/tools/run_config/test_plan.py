@@ -8,6 +8,13 @@ from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.plan import make
 
+pytestmark = pytest.mark.verifies(
+    "tools/run_config/plan.py",
+    what="What is expected of a run, checked before it",
+    by="names of figures that a run has, and mistakes in them",
+    status="modelled",
+)
+
 SCENARIO = """
 name = "s"
 time = {start_gps = "2012-10-31T00:15:00", duration_s = 100}
