@@ -234,7 +234,7 @@ import os, sys, time
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.tools.recording.formats.candump import parse_lines
-_, _, frames = parse_lines(open(sys.argv[1], "rb").read())
+frames = parse_lines(open(sys.argv[1], "rb").read()).frames
 frames = frames[[codec(4).sender_of[i] != "FLIGHT" for i in frames.can_id]]
 marks = [i for i in range(len(frames)) if frames.can_id[i] == 0x10] + [len(frames)]
 link = open_link(os.environ["GNSS_HIL_BUS"])

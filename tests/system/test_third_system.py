@@ -73,7 +73,7 @@ def decoded(run, kind, number=0):
     """Values (n,) of all frames of a kind in the recording."""
     contract = codec(4)
     with (run / "bus.log").open("rb") as log:
-        frames = concat([frames for _, _, frames in read_chunks(log, "bus.log")])
+        frames = concat([frames for _, _, frames, _ in read_chunks(log, "bus.log")])
     return contract.decode(kind, frames.data[frames.can_id == contract.can_id_of[kind, number]])
 
 

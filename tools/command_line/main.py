@@ -185,7 +185,7 @@ def _status_and_text(error: BaseException) -> tuple[int, str] | None:
         ("gnss_hil.dbc.bus.base", "LinkError", 3),
         ("gnss_hil.emulator.orbits.dynamics", "OrbitError", 2),
         ("gnss_hil.emulator.error_models.checked", "ModelError", 1),
-        ("gnss_hil.tools.recording.formats.candump", "LogError", 2),
+        ("gnss_hil.tools.recording.formats.piece", "LogError", 2),
         ("gnss_hil.tools.results.truth", "TruthError", 2),
     ):
         if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):

@@ -47,7 +47,7 @@ def run(arguments: Namespace) -> int:
             done = convert(recording, out, ticker.show)
     finally:
         ticker.close()
-    print(f"{out}: {done.frames} frames")
+    print(f"{out}: {done.summary}")
     for line in done.remarks(source, out):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 0

@@ -17,7 +17,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact
 from gnss_hil.tools.decoder.time_marks import Marks, epoch_times_ns, marks_in
-from gnss_hil.tools.recording.formats.candump import Piece
+from gnss_hil.tools.recording.formats.piece import Piece
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.recording.sequence import Sequencer
 
@@ -87,8 +87,8 @@ def open_run(recording: Recording, bus: str | None, contract: Codec | None) -> R
 
 def buses(recording: Recording) -> list[str]:
     """Names of the buses in the first piece, which has epochs of all craft of a run."""
-    _, names, _ = next(recording.pieces(), (None, np.empty(0, "S1"), None))
-    return [name.decode() for name in np.unique(names).tolist()]
+    first = next(recording.pieces(), None)
+    return [] if first is None else [name.decode() for name in np.unique(first.bus).tolist()]
 
 
 def spoken_contract(recording: Recording, bus: str) -> Codec:
@@ -167,7 +167,7 @@ def _on_bus(recording: Recording, bus: str) -> Iterator[tuple[np.ndarray, FrameB
 
 
 def one_bus(piece: Piece, bus: str) -> tuple[np.ndarray, FrameBatch]:
-    unix_us, names, frames = piece
+    unix_us, names, frames, _ = piece
     mine = names == bus.encode()
     if not mine.all():
         unix_us, frames = unix_us[mine], frames[mine]

@@ -26,7 +26,7 @@ def bus_names(craft: Sequence[str]) -> list[str]:
 def feed_log(path: Path, buses: Sequence[str], feed: Callable[[int, FrameBatch], None]) -> None:
     """Hands over the frames of a log by the number of their bus, piece by piece."""
     with Path(path).open("rb") as log:
-        for _, names, frames in read_chunks(log, path.name):
+        for _, names, frames, _ in read_chunks(log, path.name):
             for number, bus in enumerate(buses):
                 mine = names == bus.encode()
                 feed(number, frames if mine.all() else frames[mine])

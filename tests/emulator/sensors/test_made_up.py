@@ -62,7 +62,7 @@ def run(tmp_path_factory):
 @pytest.fixture(scope="module")
 def frames(run):
     with (run / "bus.log").open("rb") as log:
-        return concat([batch for _, _, batch in read_chunks(log, "bus.log")])
+        return concat([batch for _, _, batch, _ in read_chunks(log, "bus.log")])
 
 
 def test_its_records_are_on_the_bus_in_their_epochs(frames):

@@ -43,7 +43,7 @@ def test_the_log_has_unix_time_of_the_mark_and_exact_bits():
     for epoch, block in enumerate(blocks):
         recorder.add(0, epoch, block)
     recorder.flush()
-    unix_us, _, frames = parse_lines(log.getvalue())
+    unix_us, _, frames, _ = parse_lines(log.getvalue())
     assert frames == concat(blocks) == concat(heard)
     assert recorder.frames == 6
     assert unix_us[::2].tolist() == [1_351_642_484_000_000 + i * 1_000_000 for i in range(3)]
@@ -65,6 +65,6 @@ def test_several_buses_are_written_epoch_by_epoch(batch_frames, monkeypatch):
     for bus, epoch in ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (1, 2)):
         recorder.add(bus, epoch, batch([0x10 + epoch], b"12345678"))
     recorder.flush()
-    _, names, frames = parse_lines(log.getvalue())
+    _, names, frames, _ = parse_lines(log.getvalue())
     assert names.tolist() == [b"can0", b"can1"] * 3
     assert frames.can_id.tolist() == [0x10, 0x10, 0x11, 0x11, 0x12, 0x12]

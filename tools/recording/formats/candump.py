@@ -5,11 +5,14 @@
 Source: can-utils, lib.c (`snprintf_canframe`) and asc/log conventions of `candump -l`: seconds since the
 UNIX epoch with six decimals, interface, identifier of three (base) or eight (extended, error) hexadecimal
 digits, `#`, payload; a remote frame has `R` and its length instead of a payload. `candump -x` adds the
-direction, `R` or `T`, which is read over. CAN FD frames (`##`) can be recognised, not represented.
+direction, `R` or `T`: a `T` is written behind frames that were sent, nothing behind others. CAN FD frames
+(`##`) can be recognised, not represented. Lines may end in CR LF, as logs do that passed through Windows.
 """
 
 from __future__ import annotations
 
+import codecs
+import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -29,6 +32,7 @@ from gnss_hil.dbc.contract.frames import (
     WIDTH,
     FrameBatch,
 )
+from gnss_hil.tools.recording.formats.piece import CUT, FD, NAME_BYTES, Findings, LogError, Piece
 
 _DIGITS3 = np.array([f"{i:03d}".encode() for i in range(1000)])
 _ID3 = np.array([f"{i:03X}".encode() for i in range(SFF_MASK + 1)])
@@ -46,21 +50,14 @@ _OCTET = (
     .astype(np.int16)
     .ravel()
 )
-NAME_BYTES = 15
-"""Longest name of a bus: IFNAMSIZ less the closing zero."""
-
-FD, CUT = "CAN FD", "cut short"
-"""Why frames are left out."""
+LINE_BYTES = 1 << 16
+"""No line of a log is longer."""
 
 _LINE = re.compile(
     rb"\((\d{1,12})\.(\d{6})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
-    rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?: [RT])?"
+    rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?: ([RT]))?"
 )
 _FD_LINE = re.compile(rb"\(\d+\.\d{6}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+(?: [RT])?")
-
-
-class LogError(ValueError):
-    """A line that is not candump's; the message is for people."""
 
 
 def format_lines(unix_us: NDArray[np.int64], frames: FrameBatch, bus: str) -> bytes:
@@ -107,23 +104,21 @@ def _line_type(bus_characters: int) -> np.dtype:
     return np.dtype(list(fields.items()))
 
 
-Piece = tuple[NDArray[np.int64], NDArray[np.bytes_], FrameBatch]
-"""Part of a recording: UNIX times (n,) [us], names of buses (n,), frames (n,)."""
-
-
 def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None = None) -> Piece:
     """The frames of whole lines of log text.
 
     LogError names the first line that is none. CAN FD frames are errors too, unless `omitted` counts them.
     """
+    if b"\r" in text:
+        text = text.replace(b"\r\n", b"\n")
     raw = np.frombuffer(text, np.uint8)
     ends = np.flatnonzero(raw == ord("\n"))
     n = len(ends)
-    unix_us, bus = np.zeros(n, np.int64), np.zeros(n, f"S{NAME_BYTES}")
+    unix_us, bus, sent = np.zeros(n, np.int64), np.zeros(n, f"S{NAME_BYTES}"), np.zeros(n, bool)
     frames = FrameBatch(np.zeros(n, np.int64), np.zeros(n, np.uint32), np.full(n, WIDTH, np.uint8),
                         np.zeros((n, WIDTH), np.uint8))  # fmt: skip
     if not n:
-        return unix_us, bus, frames
+        return Piece(unix_us, bus, frames, sent)
     starts = np.r_[0, ends[:-1] + 1]
     lengths = ends - starts
     width = int(np.bincount(lengths).argmax())
@@ -143,14 +138,15 @@ def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None =
         if omitted is not None and _FD_LINE.fullmatch(line):
             too_long[i] = True
             continue
-        unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload = _parse_line(
+        unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload, sent[i] = _parse_line(
             line, f"{origin}: line {i + 1}"
         )
         frames.data[i] = list(payload.ljust(WIDTH, b"\0"))
-    if omitted is not None and too_long.any():
-        omitted[FD] += int(too_long.sum())
-        return unix_us[~too_long], bus[~too_long], frames[~too_long]
-    return unix_us, bus, frames
+    piece = Piece(unix_us, bus, frames, sent)
+    if omitted is None or not too_long.any():
+        return piece
+    omitted[FD] += int(too_long.sum())
+    return piece.rows(~too_long)
 
 
 def _parse_records(lines: NDArray, rows: NDArray, unix_us, bus, frames: FrameBatch) -> NDArray[np.bool_]:
@@ -185,35 +181,50 @@ def _columns(lines: NDArray, name: str) -> list[NDArray[np.uint8]]:
     return list(np.ascontiguousarray(field.view(np.uint8).reshape(len(lines), -1).T))
 
 
-def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
+def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes, bool]:
     match = _LINE.fullmatch(line)
     if match is None and _FD_LINE.fullmatch(line):
         raise LogError(f"{where}: a CAN FD frame; this bench's are classical")
     if match is None:
         raise LogError(f"{where}: not a candump line: {line[:60].decode('ascii', 'replace')!r}")
-    second, micro, bus, digits, remote, count, payload = match.groups()
+    second, micro, bus, digits, remote, count, payload, direction = match.groups()
+    unix_us, sent = int(second) * 1_000_000 + int(micro), direction == b"T"
     can_id = int(digits, 16)
     if len(digits) == 8 and not can_id & ERR_FLAG:
         can_id |= EFF_FLAG
     if remote:
-        return int(second) * 1_000_000 + int(micro), bus, can_id | RTR_FLAG, int(count or 0), b""
+        return unix_us, bus, can_id | RTR_FLAG, int(count or 0), b"", sent
     octets = bytes.fromhex(payload.decode())
-    return int(second) * 1_000_000 + int(micro), bus, can_id, len(octets), octets
+    return unix_us, bus, can_id, len(octets), octets, sent
 
 
 def read_chunks(
     log: BinaryIO, origin: str, chunk_bytes: int = 1 << 21, omitted: Counter[str] | None = None
 ) -> Iterator[Piece]:
-    """Parsed pieces of a log of any size; a last line cut short (a crash) is left out."""
-    rest, lines = b"", 0
+    """Parsed pieces of a log of any size; a last line cut short (a crash) is left out, a byte order mark at
+    the start is read over."""
+    rest, lines, start = b"", 0, True
     while piece := log.read(chunk_bytes):
         whole, newline, rest = (rest + piece).rpartition(b"\n")
+        if start and newline:
+            whole, start = whole.removeprefix(codecs.BOM_UTF8), False
+        if len(rest) > LINE_BYTES:
+            raise LogError(f"{origin}: not a candump log: line {lines + 1} has no end")
         if newline:
             text = whole + newline
             yield parse_lines(text, f"{origin} (after line {lines})" if lines else origin, omitted)
             lines += text.count(b"\n")
     if rest and omitted is not None:
         omitted[CUT] += 1
+
+
+def read(path: Path, found: Findings) -> Iterator[Piece]:
+    """The frames of a log; LogError names the first line that is none."""
+    with path.open("rb") as log:
+        size = max(os.fstat(log.fileno()).st_size, 1)
+        for piece in read_chunks(log, str(path), omitted=found.omitted):
+            found.share = log.tell() / size
+            yield piece
 
 
 class CandumpWriter:
@@ -223,9 +234,9 @@ class CandumpWriter:
         self._file = path.open("wb")
 
     def write(self, piece: Piece) -> None:
-        unix_us, bus, frames = piece
+        unix_us, bus, frames, sent = piece
         names = np.unique(bus).tolist()
-        if len(names) == 1:
+        if len(names) == 1 and not sent.any():
             self._file.write(format_lines(unix_us, frames, names[0].decode()))
             return
         lines = np.empty(len(frames), object)
@@ -233,6 +244,7 @@ class CandumpWriter:
             mine = bus == name
             text = format_lines(unix_us[mine], frames[mine], name.decode())
             lines[mine] = text.splitlines(keepends=True)
+        lines[sent] = [line[:-1] + b" T\n" for line in lines[sent]]
         self._file.write(b"".join(lines))
 
     def close(self) -> None:

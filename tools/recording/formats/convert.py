@@ -9,29 +9,41 @@ from pathlib import Path
 
 from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.formats.order import in_time_order
+from gnss_hil.tools.recording.formats.piece import Findings, kinds
 from gnss_hil.tools.recording.formats.recording import Channels, Recording, format_of, open_writer
 
 
 @dataclass(slots=True)
 class Converted:
     """frames   written
-    omitted  by reason: frames that could not be read or have no place in this bench
-    complaint  of the input as a whole
+    kinds    of them, those that are not of data
+    found    besides, in the input
     strayed  by reason: frames that are there, but not where they should be
     renamed  buses that come back under another name
     """
 
     frames: int = 0
-    omitted: Counter[str] = field(default_factory=Counter)
-    complaint: str = ""
+    kinds: Counter[str] = field(default_factory=Counter)
+    found: Findings = field(default_factory=Findings)
     strayed: Counter[str] = field(default_factory=Counter)
     renamed: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def summary(self) -> str:
+        """How many frames there are, of which kinds, and how many are not."""
+        among = [f"{count} {kind} frame{'s' * (count != 1)}" for kind, count in sorted(self.kinds.items())]
+        left = [f"{count} {why} left out" for why, count in sorted((+self.found.omitted).items())]
+        return ", ".join([
+            f"{self.frames} frames", *(f"{part} among them" for part in among), *left
+        ])  # fmt: skip
+
     def remarks(self, source: Path, out: Path) -> list[str]:
         """What is not in the new file as it was in the old one, in lines."""
+        passed = ", ".join(f"{count} {kind}" for kind, count in sorted(self.found.passed.items()))
         return [
-            *([f"{source}: {self.complaint}"] if self.complaint else []),
-            *(f"{source}: frames left out: {count} {reason}" for reason, count in self.omitted.items()),
+            *(f"{source}: {remark}" for remark in self.found.remarks),
+            *(f"{source}: frames left out: {count} {why}" for why, count in (+self.found.omitted).items()),
+            *([f"{source}: no frames of CAN, read over: {passed}"] if passed else []),
             *(f"{source}: {count} frames {reason}" for reason, count in self.strayed.items()),
             *(f"{out}: bus {name} comes back as {other}" for name, other in self.renamed.items()),
         ]
@@ -54,11 +66,12 @@ def convert(
         try:
             for piece in pieces:
                 writer.write(piece)
-                done.frames += len(piece[0])
-                progress(done.frames, recording.share)
+                done.frames += len(piece.frames)
+                done.kinds += kinds(piece.frames)
+                progress(done.frames, recording.found.share)
         finally:
             writer.close()
-    done.omitted, done.complaint = +recording.omitted, recording.complaint
+    done.found = recording.found
     if not kind.named:
         done.renamed = channels.renamed
     return done

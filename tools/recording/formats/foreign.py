@@ -3,9 +3,9 @@ writer, and its messages as pieces of a recording."""
 
 from __future__ import annotations
 
-import io
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -16,9 +16,9 @@ import numpy as np
 
 from gnss_hil.dbc.bus.pythoncan import from_messages, to_messages
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, SFF_MASK, WIDTH, FrameBatch
-from gnss_hil.tools.recording.formats.candump import CUT, FD, LogError, Piece
+from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.recording.formats.piece import CUT, FD, Findings, LogError, Piece
 
-_HEAD_BYTES = 4096
 _BLF_SIZE = slice(16, 24)
 """Where the file header has the size of the whole file, little-endian."""
 
@@ -41,35 +41,6 @@ class Reading:
         return None if self.file is None or self.file.closed else self.file.tell()
 
 
-class _WholeLines(io.TextIOWrapper):
-    """Lines without a last one that is cut short: it would read as a frame with other contents."""
-
-    cut = ""
-
-    def __next__(self) -> str:
-        line = super().__next__()
-        if not line.endswith("\n"):
-            self.cut = line
-            raise StopIteration
-        return line
-
-    def complaint(self) -> str:
-        frame = self.cut.lstrip()[:1].isdigit()
-        return "is cut short in its last line, which is left out" if frame else ""
-
-
-def open_asc(path: Path) -> Reading:
-    """Frames of an ASC file at their absolute times."""
-    raw = path.open("rb")
-    head = raw.read(_HEAD_BYTES).lower()
-    raw.seek(0)
-    if b"base " not in head and b"date " not in head:
-        raw.close()
-        raise LogError(f"{path}: not Vector ASC: neither a date nor a base line")
-    lines = _WholeLines(raw, "utf-8", "replace")  # does not tell where it is while it is iterated
-    return Reading(can.ASCReader(lines, relative_timestamp=False), raw, lines.complaint)
-
-
 def open_blf(path: Path) -> Reading:
     """Frames of a BLF file."""
 
@@ -88,6 +59,39 @@ def open_mf4(path: Path) -> Reading:
     from gnss_hil.tools.recording.formats.mf4 import open_reader
 
     return Reading(open_reader(path))
+
+
+def read_blf(path: Path, found: Findings) -> Iterator[Piece]:
+    """Pieces of a BLF file."""
+    return _read(path, found, open_blf, "Vector BLF")
+
+
+def read_mf4(path: Path, found: Findings) -> Iterator[Piece]:
+    """Pieces of an MF4 file."""
+    return _read(path, found, open_mf4, "ASAM MDF 4")
+
+
+def _read(path: Path, found: Findings, opening: Callable[[Path], Reading], what: str) -> Iterator[Piece]:
+    read, size = 0, max(path.stat().st_size, 1)
+    try:
+        opened = opening(path)
+        try:
+            for piece in pieces_of(opened.messages, str(path), found.omitted):
+                at = opened.tell()
+                found.share = None if at is None else at / size
+                read += len(piece.unix_us)
+                yield piece
+            if complaint := opened.complaint():
+                found.remarks.append(complaint)
+        finally:
+            with suppress(Exception):  # of a damaged file: the fault is reported already
+                opened.messages.stop()
+    except (LogError, OSError, MemoryError, Mistake):
+        raise
+    except Exception as error:  # whatever a foreign parser makes of a damaged file
+        fault = " ".join(str(error).split()) or type(error).__name__
+        where = f"damaged after {read} frames or more"
+        raise LogError(f"{path}: not {what}, or {where}: {fault}") from None
 
 
 MESSAGES = 1 << 14
@@ -123,7 +127,8 @@ def _piece(messages: list[can.Message], origin: str) -> Piece:
     length = np.minimum(frames.length, WIDTH)  # DLC 9 to 15 of a classical frame means eight bytes
     frames = FrameBatch(frames.t_ns, frames.can_id, length, frames.data)
     bus = np.array([_name(m.channel) for m in messages], "S15")
-    return np.rint(stamps_s * 1e6).astype(np.int64), bus, frames
+    sent = np.array([not m.is_rx for m in messages], bool)
+    return Piece(np.rint(stamps_s * 1e6).astype(np.int64), bus, frames, sent)
 
 
 def _name(channel: object) -> str:
@@ -132,9 +137,11 @@ def _name(channel: object) -> str:
 
 def messages_of(piece: Piece, channels: Mapping[bytes, int]) -> Iterator[can.Message]:
     """python-can messages of a piece, with its times and the numbers of its buses."""
-    unix_us, bus, frames = piece
-    for message, stamp_us, name in zip(to_messages(frames), unix_us.tolist(), bus.tolist(), strict=True):
-        message.timestamp = stamp_us / 1e6
+    unix_us, bus, frames, sent = piece
+    for message, stamp_us, name, tx in zip(
+        to_messages(frames), unix_us.tolist(), bus.tolist(), sent.tolist(), strict=True
+    ):
+        message.timestamp, message.is_rx = stamp_us / 1e6, not tx
         message.channel = channels[name]
         yield message
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, WIDTH
 from gnss_hil.tools.common.errors import Missing
-from gnss_hil.tools.recording.formats.candump import LogError, Piece
+from gnss_hil.tools.recording.formats.piece import LogError, Piece
 
 HINT = "MF4 needs the package asammdf: pip install 'gnss-hil[mf4]'"
 
@@ -94,7 +94,7 @@ class Mf4Writer:
         return start_us
 
     def write(self, piece: Piece) -> None:
-        unix_us, bus, frames = piece
+        unix_us, bus, frames, sent = piece
         if not len(frames):
             return
         start_us = self._begin(int(unix_us[0])) if self._start_us is None else self._start_us
@@ -108,6 +108,7 @@ class Mf4Writer:
             "DLC": frames.length,
             "DataLength": frames.length,
             "DataBytes": frames.data,
+            "Dir": sent,
         }
         for group, mine in enumerate((~error & ~remote, error, remote & ~error)):
             if mine.any():

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from gnss_hil.dbc.contract.frames import concat
-from gnss_hil.tools.recording.formats.candump import Piece
+from gnss_hil.tools.recording.formats.piece import Piece
 
 HOLD_US = 10_000_000
 """How far a frame may stand behind a later one."""
@@ -25,28 +25,27 @@ def in_time_order(pieces: Iterable[Piece], strayed: Counter[str]) -> Iterator[Pi
     written_us = np.iinfo(np.int64).min
     for piece in pieces:
         ordered = _sorted([*held, piece])
-        stamps = ordered[0]
+        stamps = ordered.unix_us
         if not len(stamps):
             continue
         if late := int((stamps < written_us).sum()):
             strayed[LATE] += late
         n = int(np.searchsorted(stamps, stamps[-1] - HOLD_US))
-        held = [_rows(ordered, slice(n, None))]
+        held = [ordered.rows(slice(n, None))]
         if n:
             written_us = max(written_us, int(stamps[n - 1]))
-            yield _rows(ordered, slice(0, n))
+            yield ordered.rows(slice(0, n))
     yield from held
 
 
-def _sorted(pieces: list[Piece]) -> Piece:
-    unix_us = np.concatenate([piece[0] for piece in pieces])
-    bus = np.concatenate([piece[1] for piece in pieces])
-    frames = concat([piece[2] for piece in pieces])
-    if (np.diff(unix_us) >= 0).all():
-        return unix_us, bus, frames
-    rows = np.argsort(unix_us, kind="stable")
-    return unix_us[rows], bus[rows], frames[rows]
+def joined(pieces: Sequence[Piece]) -> Piece:
+    """Pieces, at least one, as one."""
+    unix_us, bus, frames, sent = zip(*pieces, strict=True)
+    return Piece(np.concatenate(unix_us), np.concatenate(bus), concat(frames), np.concatenate(sent))
 
 
-def _rows(piece: Piece, rows: slice) -> Piece:
-    return piece[0][rows], piece[1][rows], piece[2][rows]
+def _sorted(pieces: Sequence[Piece]) -> Piece:
+    piece = joined(pieces)
+    if (np.diff(piece.unix_us) >= 0).all():
+        return piece
+    return piece.rows(np.argsort(piece.unix_us, kind="stable"))

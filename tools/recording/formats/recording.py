@@ -2,7 +2,7 @@
 
 What a format cannot hold, besides CAN FD frames, which are counted and left out:
 
-    .log  candump       nothing is lost
+    .log  candump       nothing is lost (a frame that was sent has a T behind it)
     .asc  Vector ASC    names of buses (channel 1 is can0); of an error frame all but its time and bus;
                         the time zone (local time, as Vector has it)
     .blf  Vector BLF    names of buses
@@ -11,18 +11,15 @@ What a format cannot hold, besides CAN FD frames, which are counted and left out
 
 from __future__ import annotations
 
-import os
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Protocol
 
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.recording.formats.candump import LogError, Piece, read_chunks
+from gnss_hil.tools.recording.formats.piece import Findings, LogError, Piece
 
 
 class Writer(Protocol):
@@ -37,22 +34,22 @@ class Writer(Protocol):
 class Format:
     """A way to keep a recording.
 
-    reader  function of `formats.foreign`, None where we read ourselves
+    reader  module of `formats`, and function (path, findings) -> pieces
     writer  module of `formats`, and class
     named   keeps the names of buses, and frames in any order
     """
 
     name: str
-    reader: str | None
+    reader: tuple[str, str]
     writer: tuple[str, str]
     named: bool = False
 
 
 FORMATS = {
-    ".log": Format("candump", None, ("candump", "CandumpWriter"), named=True),
-    ".asc": Format("Vector ASC", "open_asc", ("asc", "AscWriter")),
-    ".blf": Format("Vector BLF", "open_blf", ("foreign", "BlfWriter")),
-    ".mf4": Format("ASAM MDF 4", "open_mf4", ("mf4", "Mf4Writer")),
+    ".log": Format("candump", ("candump", "read"), ("candump", "CandumpWriter"), named=True),
+    ".asc": Format("Vector ASC", ("asc.reader", "read"), ("asc.writer", "AscWriter")),
+    ".blf": Format("Vector BLF", ("foreign", "read_blf"), ("foreign", "BlfWriter")),
+    ".mf4": Format("ASAM MDF 4", ("foreign", "read_mf4"), ("mf4", "Mf4Writer")),
 }
 
 
@@ -68,15 +65,11 @@ def format_of(path: Path) -> Format:
 class Recording:
     """A recording to be read, several times if need be.
 
-    omitted    frames that the last reading left out, by reason
-    complaint  what is wrong with the file as a whole, known when it has been read; "" if nothing is
-    share      of the file that has been read, 0 to 1; None where the format does not tell
+    found  what the last reading came upon besides frames; whole when it has come to the end
     """
 
     path: Path
-    omitted: Counter[str] = field(default_factory=Counter)
-    complaint: str = ""
-    share: float | None = None
+    found: Findings = field(default_factory=Findings)
 
     def __post_init__(self) -> None:
         format_of(self.path)
@@ -85,40 +78,8 @@ class Recording:
 
     def pieces(self) -> Iterator[Piece]:
         """All frames; LogError tells where the file is none of its format."""
-        self.omitted.clear()
-        self.complaint, self.share = "", None
-        reader = format_of(self.path).reader
-        return self._candump() if reader is None else self._foreign(reader)
-
-    def _candump(self) -> Iterator[Piece]:
-        with self.path.open("rb") as log:
-            size = max(os.fstat(log.fileno()).st_size, 1)
-            for piece in read_chunks(log, str(self.path), omitted=self.omitted):
-                self.share = log.tell() / size
-                yield piece
-
-    def _foreign(self, name: str) -> Iterator[Piece]:
-        read, size = 0, max(self.path.stat().st_size, 1)
-        try:
-            foreign = import_module("gnss_hil.tools.recording.formats.foreign")  # python-can takes time
-            opened = getattr(foreign, name)(self.path)
-            try:
-                for piece in foreign.pieces_of(opened.messages, str(self.path), self.omitted):
-                    at = opened.tell()
-                    self.share = None if at is None else at / size
-                    read += len(piece[0])
-                    yield piece
-                self.complaint = opened.complaint()
-            finally:
-                with suppress(Exception):  # of a damaged file: the fault is reported already
-                    opened.messages.stop()
-        except (LogError, OSError, MemoryError, Mistake):
-            raise
-        except Exception as error:  # whatever a foreign parser makes of a damaged file
-            fault = " ".join(str(error).split()) or type(error).__name__
-            what = format_of(self.path).name
-            where = f"damaged after {read} frames or more"
-            raise LogError(f"{self.path}: not {what}, or {where}: {fault}") from None
+        self.found = Findings()
+        return _of_formats(format_of(self.path).reader)(self.path, self.found)
 
 
 MAX_CHANNELS = 255
@@ -147,5 +108,10 @@ class Channels(dict[bytes, int]):
 
 def open_writer(path: Path, kind: Format, channels: Mapping[bytes, int]) -> Writer:
     """A writer of a format on a file of any name."""
-    module, name = kind.writer
-    return getattr(import_module(f"gnss_hil.tools.recording.formats.{module}"), name)(path, channels)
+    return _of_formats(kind.writer)(path, channels)
+
+
+def _of_formats(place: tuple[str, str]):
+    """What stands in a module of `formats`; imported late, because some take time."""
+    module, name = place
+    return getattr(import_module(f"gnss_hil.tools.recording.formats.{module}"), name)

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from gnss_hil.tools.recording.formats.candump import LogError, format_lines, parse_lines, read_chunks
+from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines, read_chunks
+from gnss_hil.tools.recording.formats.piece import LogError
 
 START_US = 1_351_642_484_000_000
 
@@ -37,7 +38,7 @@ def stamps(n: int) -> np.ndarray:
 
 @given(frames(regular=True), st.sampled_from(["can0", "vcan1", "c"]))
 def test_regular_frames_come_back(sent, bus):
-    unix_us, names, heard = parse_lines(format_lines(stamps(len(sent)), sent, bus))
+    unix_us, names, heard, _ = parse_lines(format_lines(stamps(len(sent)), sent, bus))
     assert heard == sent
     assert (unix_us == stamps(len(sent))).all()
     assert set(names.tolist()) == {bus.encode()}
@@ -45,7 +46,7 @@ def test_regular_frames_come_back(sent, bus):
 
 @given(frames(regular=False))
 def test_irregular_frames_come_back(sent):
-    _, _, heard = parse_lines(format_lines(stamps(len(sent)), sent, "can0"))
+    _, _, heard, _ = parse_lines(format_lines(stamps(len(sent)), sent, "can0"))
     assert (heard.can_id == sent.can_id).all()
     assert (heard.length == sent.length).all()
     assert (heard.data == sent.data).all()
@@ -99,5 +100,5 @@ def test_pieces_of_any_size_give_the_same_frames(chunk_bytes):
     sent = batch(np.arange(7), np.arange(56).reshape(7, 8))
     text = format_lines(stamps(7), sent, "can0")
     cut = io.BytesIO(text + b"(1351642500.0000")  # a last line that the crash cut short
-    heard = concat([frames for _, _, frames in read_chunks(cut, "bus.log", chunk_bytes)])
+    heard = concat([frames for _, _, frames, _ in read_chunks(cut, "bus.log", chunk_bytes)])
     assert heard == sent

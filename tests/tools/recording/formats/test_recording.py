@@ -18,20 +18,22 @@ from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, batch, co
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.common.errors import Missing, Mistake
 from gnss_hil.tools.recording.formats import mf4
-from gnss_hil.tools.recording.formats.candump import LogError, format_lines
+from gnss_hil.tools.recording.formats.candump import format_lines
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.order import HOLD_US, LATE, in_time_order
+from gnss_hil.tools.recording.formats.piece import LogError, Piece
 from gnss_hil.tools.recording.formats.recording import FORMATS, Channels, Recording
 from tests.support.outside import can_utils, peer
 from tests.support.waiting import HANG_S
 
 pytestmark = pytest.mark.verifies(
     "tools/recording/formats/recording.py",
-    "tools/recording/formats/asc.py",
+    "tools/recording/formats/asc/writer.py",
     "tools/recording/formats/convert.py",
     "tools/recording/formats/foreign.py",
     "tools/recording/formats/mf4.py",
     "tools/recording/formats/order.py",
+    "tools/recording/formats/piece.py",
     what="Recordings: ASC, BLF, MF4",
     by=(
         "byte-identical round trips; asc2log, log2asc, python-can; asammdf with the DBC for MF4; vblf 0.3.1 "
@@ -68,7 +70,7 @@ def there_and_back(log: Path, suffix: str) -> bytes:
 
 def ranges_of(log: Path) -> np.ndarray:
     """Pseudoranges [m] by the project's own codec."""
-    ((_, _, frames),) = Recording(log).pieces()
+    ((_, _, frames, _),) = Recording(log).pieces()
     contract = codec(4)
     mine = contract.kind_of[frames.can_id] == contract.kinds["RANGE"].number
     return contract.decode("RANGE", frames.data[mine])["pseudorange_m"]
@@ -122,7 +124,9 @@ def test_two_buses_get_one_time_line(tmp_path, suffix):
 def test_frames_that_come_far_too_late_are_told():
     def piece(*stamps):
         n = len(stamps)
-        return np.array(stamps), np.full(n, b"can0", "S15"), batch(np.full(n, 1), b"\1")
+        return Piece(
+            np.array(stamps), np.full(n, b"can0", "S15"), batch(np.full(n, 1), b"\1"), np.zeros(n, bool)
+        )
 
     strayed = Counter()
     pieces = [piece(0, 5, 2), piece(3 * HOLD_US), piece(1, 3 * HOLD_US + 1)]
@@ -237,7 +241,7 @@ def test_a_cut_asc_tells_no_frame_of_its_last_line(tmp_path):
     asc.write_bytes(asc.read_bytes().split(b"CD")[0] + b"C")
     recording = Recording(asc)
     assert sum(len(piece[0]) for piece in recording.pieces()) == 1
-    assert "cut short" in recording.complaint
+    assert "cut short" in recording.found.remarks[0]
 
 
 def test_a_missing_package_is_named(monkeypatch, tmp_path):
@@ -277,7 +281,7 @@ def test_remote_extended_and_long_names_in_a_log(tmp_path):
     log = tmp_path / "names.log"
     stamps = ODD_US + np.arange(3)
     log.write_bytes(b"".join(format_lines(stamps, frames, name) for name in ("can0", "fifteen-letters")))
-    ((_, bus, heard),) = Recording(log).pieces()
+    ((_, bus, heard, _),) = Recording(log).pieces()
     assert heard == concat([frames, frames])
     assert bus.tolist() == [b"can0"] * 3 + [b"fifteen-letters"] * 3
     log.write_text("(1351642484.000000) can0 FFF#01\n")

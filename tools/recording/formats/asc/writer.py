@@ -9,7 +9,7 @@
 
 Why not python-can's writer: its `date` is the time of writing, and its milliseconds have no leading zeros, so
 that the start is read back wrong. Here the start is a whole second, and every microsecond survives. An
-error frame has neither identifier nor payload in this format.
+error frame has neither identifier nor payload nor direction in this format.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from datetime import datetime
 from pathlib import Path
 
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG
-from gnss_hil.tools.recording.formats.candump import Piece
+from gnss_hil.tools.recording.formats.piece import Piece
 
 _DAYS = "Mon Tue Wed Thu Fri Sat Sun".split()
 _MONTHS = "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()
@@ -33,13 +33,14 @@ def _date(unix_s: int) -> str:
     return f"{_DAYS[t.weekday()]} {_MONTHS[t.month - 1]} {t:%d %I:%M:%S}.000 {half} {t:%Y}"
 
 
-def _event(channel: int, can_id: int, length: int, data: bytes) -> str:
+def _event(channel: int, can_id: int, length: int, data: bytes, sent: bool) -> str:
     if can_id & ERR_FLAG:
         return f"{channel}  ErrorFrame"
     name = f"{can_id & EFF_MASK:X}{'x' if can_id & EFF_FLAG else ''}"
+    direction = "Tx" if sent else "Rx"
     if can_id & RTR_FLAG:
-        return f"{channel}  {name:<15} Rx   r {length:x}"
-    return f"{channel}  {name:<15} Rx   d {length:x} {data[:length].hex(' ').upper()}".rstrip()
+        return f"{channel}  {name:<15} {direction}   r {length:x}"
+    return f"{channel}  {name:<15} {direction}   d {length:x} {data[:length].hex(' ').upper()}".rstrip()
 
 
 class AscWriter:
@@ -60,14 +61,14 @@ class AscWriter:
         )
 
     def write(self, piece: Piece) -> None:
-        unix_us, bus, frames = piece
+        unix_us, bus, frames, sent = piece
         if self._start_us is None and len(frames):
             self._begin(int(unix_us[0]))
         lines = [
-            f"{elapsed_us / _SECOND_US:11.6f} {_event(self._channels[name] + 1, can_id, length, data)}\n"
-            for elapsed_us, name, can_id, length, data in zip(
+            f"{elapsed_us / _SECOND_US:11.6f} {_event(self._channels[name] + 1, *frame)}\n"
+            for elapsed_us, name, *frame in zip(
                 (unix_us - (self._start_us or 0)).tolist(), bus.tolist(), frames.can_id.tolist(),
-                frames.length.tolist(), map(bytes, frames.data), strict=True,
+                frames.length.tolist(), map(bytes, frames.data), sent.tolist(), strict=True,
             )
         ]  # fmt: skip
         self._file.writelines(lines)
