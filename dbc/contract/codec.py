@@ -42,7 +42,6 @@ class Layout:
     raw_min: NDArray[np.float64]
     raw_max: NDArray[np.float64]
     integral: tuple[bool, ...]
-    protected: bool
     key_shift: int
     key_mask: int
 
@@ -65,7 +64,7 @@ class Codec:
     kind_of      (2048,) int16 kind number by identifier, -1 unknown
     number_of    (2048,) int16 receiver or node number by identifier, 0 if the kind does not repeat
     sender_of    (2048,) names of the sending node, '' unknown
-    protected_of, key_shift_of, key_mask_of   (2048,) protection by identifier
+    key_shift_of, key_mask_of   (2048,) protection by identifier
     first_stream_of   (2048,) by identifier, the protected stream of its key 0; those of other keys follow
     streams      how many protected streams a bus can carry
     hash         first 4 bytes, big-endian, of SHA-256 of the DBC text
@@ -80,7 +79,6 @@ class Codec:
     kind_of: NDArray[np.int16]
     number_of: NDArray[np.int16]
     sender_of: tuple[str, ...]
-    protected_of: NDArray[np.bool_]
     key_shift_of: NDArray[np.uint64]
     key_mask_of: NDArray[np.uint64]
     first_stream_of: NDArray[np.int64]
@@ -207,7 +205,6 @@ def _layout(number: int, kind: Kind) -> Layout:
         raw_min=np.where(signed, -top, 0.0),
         raw_max=top - 1,
         integral=tuple(s.factor == 1 and s.offset == 0 for s in signals),
-        protected=kind.protected,
         key_shift=key.start if key else 0,
         key_mask=(1 << key.bits) - 1 if key else 0,
     )
@@ -219,7 +216,6 @@ def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec
     can_id_of, senders = {}, [""] * IDENTIFIERS
     kind_of = np.full(IDENTIFIERS, -1, np.int16)
     number_of = np.zeros(IDENTIFIERS, np.int16)
-    protected = np.zeros(IDENTIFIERS, bool)
     key_shift = np.zeros(IDENTIFIERS, np.uint64)
     key_mask = np.zeros(IDENTIFIERS, np.uint64)
     first_stream, streams = np.zeros(IDENTIFIERS, np.int64), 0
@@ -232,7 +228,6 @@ def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec
         kind_of[can_id] = layout.number
         number_of[can_id] = number
         senders[can_id] = message.sender
-        protected[can_id] = layout.protected
         key_shift[can_id] = layout.key_shift
         key_mask[can_id] = layout.key_mask
         first_stream[can_id] = streams
@@ -249,7 +244,6 @@ def of_messages(messages: Iterable[Message], text: str, receivers: int) -> Codec
         kind_of=kind_of,
         number_of=number_of,
         sender_of=tuple(senders),
-        protected_of=protected,
         key_shift_of=key_shift,
         key_mask_of=key_mask,
         first_stream_of=first_stream,

@@ -38,9 +38,8 @@ def _section(kind: Kind) -> str:
         "Identifier": _identifiers(kind),
         "Sender": kind.sender.replace("RX", "receiver r"),
         "Sent": {"epoch": "every epoch", "bulk": "a slice every epoch", "event": "when needed"}[kind.cycle],
-        "Protected stream": key if kind.protected else "not protected",
+        "Protected stream": key,
     }
-    payload = kind.signals[3:] if kind.protected else kind.signals
     return "\n".join(
         [
             f"### {kind.name}",
@@ -51,7 +50,7 @@ def _section(kind: Kind) -> str:
             "",
             "| signal | start bit | bits | | step | unit | range | meaning |",
             "|---|---|---|---|---|---|---|---|",
-            *(_signal_row(s) for s in payload),
+            *(_signal_row(s) for s in kind.signals[3:]),
         ]
     )
 
@@ -68,7 +67,7 @@ def document() -> str:
 
 Written by `python -m gnss_hil.dbc.contract.document` from the contract; conventions:
 [contract.md](contract.md).
-All signals are little-endian (Intel); start bit 0 is the lowest bit of byte 0. Protected messages carry
+All signals are little-endian (Intel); start bit 0 is the lowest bit of byte 0. All carry
 `e2e_crc` (bits 0-7), `e2e_counter` (8-11) and `epoch_mod16` (12-15) before the signals listed. Kinds that
 repeat per receiver or node are named after their sender in the DBC: `RX1_RANGE`, `ATT_HEARTBEAT`.
 

@@ -157,14 +157,14 @@ def protect(
 ) -> tuple[FrameBatch, NDArray[np.int8]]:
     """Frames with CRC, counter and epoch nibble filled in, and the sender's next counters.
 
-    Unprotected kinds pass unchanged. Neither argument is modified.
+    What is not in the contract passes unchanged. Neither argument is modified.
     """
     if not len(frames):
         return frames, counters
     ids = identifiers(codec, frames.can_id)
     if ids is not None:
         return _sealed(ids, frames, counters, epoch)
-    rows = np.flatnonzero(codec.protected_of[frames.can_id])
+    rows = np.flatnonzero(codec.kind_of[frames.can_id] >= 0)
     sealed, counters = protect(codec, frames[rows], counters, epoch)
     data = frames.data.copy()
     data[rows] = sealed.data
@@ -211,7 +211,7 @@ def protect_words(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identifiers:
-    """What the identifiers (n,) of protected data frames decide about their protection, whatever they carry.
+    """What the identifiers (n,) of the contract's frames decide about their protection, whatever they carry.
 
     can_id            themselves
     crc               contribution to the CRC
@@ -236,7 +236,7 @@ class Identifiers:
 
 
 def identifiers(codec: Codec, can_id: NDArray[np.uint32]) -> Identifiers | None:
-    """Of the identifiers of received frames (n,), n > 0; None if not all are of protected kinds. The same
+    """Of the identifiers of received frames (n,), n > 0; None if not all are of the contract. The same
     identifiers come epoch after epoch."""
     return _identifiers(codec, can_id.tobytes())
 
@@ -244,7 +244,7 @@ def identifiers(codec: Codec, can_id: NDArray[np.uint32]) -> Identifiers | None:
 @lru_cache(maxsize=64)
 def _identifiers(codec: Codec, identifiers: bytes) -> Identifiers | None:
     can_id = np.frombuffer(identifiers, np.uint32)
-    if can_id.max() > SFF_MASK or not codec.protected_of[can_id].all():
+    if can_id.max() > SFF_MASK or (codec.kind_of[can_id] < 0).any():
         return None
     return Identifiers(
         can_id,
@@ -263,7 +263,7 @@ class Screened:
     verdict   (n,) uint8 Verdict of every received frame
     counters  receiver's next state
     lost      frames missing before the accepted ones, by the counters
-    streams   (n,) protected stream of each received frame; None where not all were protected and accepted
+    streams   (n,) protected stream of each received frame; None where not all were known and accepted
     """
 
     frames: FrameBatch
@@ -325,8 +325,7 @@ def screen(
         verdict, counters, lost = _sequence_verdict(ids, streams, frames.data, counters)
     else:
         verdict, lost = _form_verdict(codec, frames), 0
-        # An unprotected kind (bench frames) has passed with its form.
-        rows = np.flatnonzero((verdict == _PASS) & codec.protected_of[frames.can_id & SFF_MASK])
+        rows = np.flatnonzero(verdict == _PASS)
         ids = identifiers(codec, frames.can_id[rows]) if len(rows) else None
         if ids is not None:
             some = frames[rows]

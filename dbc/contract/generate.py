@@ -77,9 +77,10 @@ def _attributes(m: Message) -> list[str]:
         ("GenMsgCycleTime", _CYCLE_MS[m.kind.cycle]),
         ("GenMsgSendType", _SEND_TYPES.index("Event" if m.kind.cycle == "event" else "Cyclic")),
         ("VFrameFormat", 0),
+        ("E2EProfile", '"P11A"'),
+        ("E2EDataID", m.can_id),
+        ("E2EStreamKey", f'"{m.kind.key}"'),
     ]
-    if m.kind.protected:
-        rows += [("E2EProfile", '"P11A"'), ("E2EDataID", m.can_id), ("E2EStreamKey", f'"{m.kind.key}"')]
     return [f'BA_ "{name}" BO_ {m.can_id} {value};' for name, value in rows]
 
 

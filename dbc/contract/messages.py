@@ -14,7 +14,7 @@ taken twice is refused when this module is imported. Low identifiers go first on
     identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x04C..0x05F, 0x180..0x3FF and
                   0x480..0x6FF; for sensors 0x063..0x0FF. Of one for each receiver the first, with stride
                   0x10: 0x10A..0x10D, 0x403..0x40F
-    nodes         11..15, 17..223
+    nodes         11..15, 17..207
 """
 
 from __future__ import annotations
@@ -39,8 +39,11 @@ NODES = {"ATT": ATTITUDE_NODE, "TIME": TIME_NODE, "FLIGHT": FLIGHT_NODE}
 HEARTBEAT_BASE = 0x700
 """A node's heartbeat has identifier HEARTBEAT_BASE + node number."""
 
-BENCH_FIRST, BENCH_LAST = 0x7E0, 0x7EF
+BENCH_FIRST, BENCH_LAST = 0x7D0, 0x7DE
 """Bench frames steer lockstep; they are not navigation, not in load figures, not recorded, not faulted."""
+
+UDS_FIRST, UDS_LAST = 0x7DF, 0x7EF
+"""Diagnostics of road vehicles (UDS, OBD) use these on every bus: ISO 15765-4, 11-bit identifiers."""
 
 _OFFSETS = {s.time_offset_item: s.name.upper() for s in SYSTEMS.values() if s.time_offset_item is not None}
 """Item of NAV_CLOCK -> label of the system whose time offset it carries."""
@@ -116,7 +119,6 @@ class Kind:
     stride: int = 0
     key: str = ""
     cycle: str = "epoch"
-    protected: bool = True
 
 
 def _laid_out(signals: tuple[Signal, ...], start: int) -> tuple[Signal, ...]:
@@ -156,12 +158,16 @@ _NUMBER = _u("sat_number", 6, "PRN or slot number, 1-based; 0 = none")
 _SIGNAL = _enum("signal", 4, "Signal", "ranging signal")
 _TRANSACTION = _u("transaction", 12, "transaction number of the command")
 
+_BENCH = (
+    _u("epoch", 16, "epoch number modulo 65536"),
+    _u("session", 16, "run identifier, as in TIME_MARK"),
+)
+
 _POSITION = "ECEF WGS-84 of the transmission instant, antenna phase centre, not rotated for signal flight"
 
 
-def _kind(name, base, sender, receivers, comment, *signals, protected=True, **more) -> Kind:
-    placed = HEADER + _laid_out(signals, 16) if protected else _laid_out(signals, 0)
-    return Kind(name, base, sender, tuple(receivers), comment, placed, protected=protected, **more)
+def _kind(name, base, sender, receivers, comment, *signals, **more) -> Kind:
+    return Kind(name, base, sender, tuple(receivers), comment, HEADER + _laid_out(signals, 16), **more)
 
 
 def _nav(name, base, comment, *signals, **more) -> Kind:
@@ -293,15 +299,13 @@ KINDS: tuple[Kind, ...] = (
           _u("contract_hash", 32, "first 4 bytes, big-endian, of SHA-256 of the DBC file"),
           per="node", stride=1),
     # --- bench: lockstep ------------------------------------------------------------------------------
-    _kind("BENCH_SYNC", 0x7E0, "TIME", ("FLIGHT",), "Ends the emulator's block of an epoch.",
-          _u("epoch", 32, "epoch number"), _u("session", 16, "run identifier"),
-          _u("count", 16, "frames in the block"), protected=False),
-    _kind("BENCH_DONE", 0x7E1, "FLIGHT", ("TIME",), "Ends the flight node's block of an epoch.",
-          _u("epoch", 32, "epoch number"), _u("session", 16, "run identifier"),
-          _u("count", 16, "frames in the block"), protected=False),
-    _kind("BENCH_END", 0x7EF, "TIME", ("FLIGHT",), "The run is over; nodes may leave.",
-          _u("epoch", 32, "epochs run"), _u("session", 16, "run identifier"),
-          _enum("reason", 4, "EndReason", "why"), protected=False),
+    _kind("BENCH_SYNC", 0x7D0, "TIME", ("FLIGHT",), "Ends the emulator's block of an epoch.",
+          *_BENCH, _u("count", 16, "frames in the block")),
+    _kind("BENCH_DONE", 0x7D1, "FLIGHT", ("TIME",), "Ends the flight node's block of an epoch.",
+          *_BENCH, _u("count", 16, "frames in the block")),
+    _kind("BENCH_END", 0x7DE, "TIME", ("FLIGHT",),
+          "The run is over; nodes may leave. Carries the number of the epoch that will not come.",
+          *_BENCH, _enum("reason", 4, "EndReason", "why")),
 )  # fmt: skip
 
 KIND_BY_NAME = {kind.name: kind for kind in KINDS}
@@ -361,8 +365,8 @@ def messages(receivers: int) -> Iterator[Message]:
 
 def check(kinds: Iterable[Kind], beside: Mapping[str, int]) -> None:
     """ValueError with one line if two kinds have a name or an identifier in common, or two nodes a number; if
-    a kind has a sender or a receiver that is no node, or an identifier that there is not or that is kept for
-    the bench.
+    a kind has a sender or a receiver that is no node, or an identifier that there is not, that diagnostics
+    use or that is kept for the bench.
 
     beside  number of each node beside the receivers
     It is asked of the most receivers: fewer have some of the same identifiers.
@@ -383,10 +387,25 @@ def check(kinds: Iterable[Kind], beside: Mapping[str, int]) -> None:
         for can_id in _identifiers(kind, numbers):
             if (other := taken.setdefault(can_id, kind)) is not kind:
                 raise ValueError(f"kinds {other.name} and {kind.name} both have identifier 0x{can_id:03X}")
-            kept = kind.protected and BENCH_FIRST <= can_id <= BENCH_LAST
-            if kept or not 0 < can_id < 1 << 11:
-                why = "is kept for the bench" if kept else "is none of 11 bits"
+            if why := _barred(kind, can_id):
                 raise ValueError(f"kind {kind.name}: identifier 0x{can_id:03X} {why}")
+
+
+def _barred(kind: Kind, can_id: int) -> str:
+    """Why a kind may not have an identifier, for people; "" if it may."""
+    bench = kind.name.startswith("BENCH_")
+    return next(
+        (
+            why
+            for barred, why in (
+                (not 0 < can_id < 1 << 11, "is none of 11 bits"),
+                (UDS_FIRST <= can_id <= UDS_LAST, "is one of UDS"),
+                (BENCH_FIRST <= can_id <= BENCH_LAST and not bench, "is kept for the bench"),
+            )
+            if barred
+        ),
+        "",
+    )
 
 
 def _identifiers(kind: Kind, numbers: Iterable[int]) -> Iterable[int]:

@@ -8,6 +8,7 @@ this one on buses.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, node_names
 from gnss_hil.dbc.lockstep import messages
+from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 
 FOREIGN = -1
 
@@ -85,6 +87,8 @@ class Exchange:
     greetings  data of the heartbeats of nodes that wait, see `Barrier`
     keep_late  free-running: an answer that missed its epoch still counts as heard
     lost       frames that the DONEs announced and that did not arrive
+    refused    bench frames that were not believed
+    late       answers that came when their epoch was over
     """
 
     def __init__(
@@ -96,7 +100,8 @@ class Exchange:
         keep_late: bool = False,
     ):
         self.session = session
-        self.lost = 0
+        self.lost = self.late = 0
+        self.refused: Counter[Refusal] = Counter()
         self._nodes = tuple(nodes)
         self._keep_late = keep_late
         self._greetings = [greetings.get(node.number) for node in nodes]
@@ -105,14 +110,16 @@ class Exchange:
         self._heard: list[list[FrameBatch]] = [[] for _ in nodes]
         self._foreign: list[FrameBatch] = []
         self._answers: list[FrameBatch | None] = [None for _ in nodes]
+        self._answered = [-1 for _ in nodes]
         self._sync = EMPTY
         self._epoch = -1
         self._repeated = False
+        self._mixed = False
 
     def open(self, epoch: int, block: FrameBatch) -> FrameBatch:
         """What to send: the epoch's block, closed by SYNC."""
         self._epoch = epoch
-        self._repeated = False
+        self._repeated = self._mixed = False
         self._answers = [None for _ in self._nodes]
         self._sync = messages.encode(messages.SYNC_ID, self.session, epoch, min(len(block), 0xFFFF))
         return concat((block, self._sync))
@@ -128,7 +135,9 @@ class Exchange:
         for row in messages.rows(frames):
             self._keep(frames[start:row])
             start = row + 1
-            self._close(messages.decode(frames, row))
+            found = messages.judge(frames, row, self.session, self._epoch)
+            if not isinstance(found, Bench) or not self._closes(found):
+                self._refuse(found)
         self._keep(frames[start:])
         return self.answered
 
@@ -173,21 +182,31 @@ class Exchange:
             own = frames if len(senders) == 1 else frames[node == k]
             (self._foreign if k == FOREIGN else self._heard[k]).append(own)
 
-    def _close(self, done: messages.Bench) -> None:
+    def _refuse(self, found: Bench | Refusal) -> None:
+        """A bench frame that closes nothing. The frames before it may be of an answer to something else: they
+        are cut off by the count of the one that is awaited."""
+        self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
+        self._mixed = True
+
+    def _closes(self, done: Bench) -> bool:
+        """Take a node's DONE of this epoch or of the last one; whether it is one."""
         k = next((k for k, node in enumerate(self._nodes) if node.done_id == done.can_id), None)
-        if k is None:
-            return
+        if k is None or done.epoch > self._epoch:
+            return False
         block = concat(self._heard[k])
         self._heard[k] = []
-        if (done.session, done.epoch) != (self.session, self._epoch) or self._answers[k] is not None:
-            # The answer to a repeated SYNC was taken the first time.
+        if done.epoch < self._epoch or self._answers[k] is not None:
+            # Too late; or the answer to a repeated SYNC, which was taken the first time.
+            self.late += self._answered[k] < done.epoch < self._epoch
             self._foreign += [block] if self._keep_late else []
-            return
+            return True
         surplus = len(block) - done.count
         if surplus > 0:
-            block = block[surplus:] if self._repeated else self._without_greetings(k, block, surplus)
+            cut = self._repeated or self._mixed
+            block = block[surplus:] if cut else self._without_greetings(k, block, surplus)
         self.lost += max(0, -surplus)
-        self._answers[k] = block
+        self._answers[k], self._answered[k] = block, done.epoch
+        return True
 
     def _without_greetings(self, k: int, block: FrameBatch, surplus: int) -> FrameBatch:
         """Without the heartbeats a waiting node sent before its block; how many were still under way

@@ -1,18 +1,23 @@
-"""Bench frames: what lockstep says on the bus. Layouts as BENCH_SYNC, BENCH_DONE, BENCH_END of the DBC.
+"""Bench frames: what lockstep says on the bus, and the one rule by which a bench frame is believed.
 
-They bear no protection and no simulated time: they belong to the bench, not to the spacecraft.
+Layouts as BENCH_SYNC, BENCH_DONE, BENCH_END of the DBC, protected like all frames. They belong to the bench,
+not to the spacecraft, and bear no simulated time. Their counter is the epoch modulo 15, so that a repeated
+frame is the same frame; receivers do not ask for its sequence, which session and epoch say better.
 """
 
 from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KIND_BY_NAME, VALUES
 
 SYNC_ID = KIND_BY_NAME["BENCH_SYNC"].base
@@ -20,12 +25,35 @@ DONE_ID = KIND_BY_NAME["BENCH_DONE"].base
 END_ID = KIND_BY_NAME["BENCH_END"].base
 END_REASON = {label: raw for raw, label in VALUES["EndReason"].items()}
 
-_LAYOUT = struct.Struct("<IHH")
+NEAR = 1
+"""A bench frame is believed for the epoch that is expected or one beside it."""
+
+LEAD = 16
+"""A time mark leads on by so many epochs at most. One that is farther ahead, goes back or is of another
+session is believed when what follows bears it out: `Slave`."""
+
+EPOCHS = 1 << 16
+"""The epoch is carried modulo this."""
+
+_KNOWN = (SYNC_ID, DONE_ID, END_ID)
+_LAYOUT = struct.Struct("<BBHHH")
+
+
+class Refusal(Enum):
+    """Why a bench frame is not believed, for people."""
+
+    UNKNOWN = "no bench frame of the contract"
+    WRONG_LENGTH = "wrong length"
+    CORRUPTED = "corrupted"
+    OTHER_SESSION = "of another session"
+    OTHER_EPOCH = "of another epoch"
+    OUT_OF_TURN = "out of turn"
 
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """One bench frame; `count` is frames in the block, or END's reason."""
+    """One bench frame; `count` is frames in the block, or END's reason; END's epoch is the one that will not
+    come."""
 
     can_id: int
     session: int
@@ -34,24 +62,51 @@ class Bench:
 
 
 def encode(can_id: int, session: int, epoch: int, count: int) -> FrameBatch:
-    payload = np.frombuffer(_LAYOUT.pack(epoch, session, count), np.uint8)
-    return FrameBatch(
-        np.zeros(1, np.int64), np.array([can_id], np.uint32), np.array([8], np.uint8), payload[None, :]
-    )
+    header = epoch % e2e.COUNTERS | epoch % 16 << 4
+    text = _LAYOUT.pack(0, header, epoch % EPOCHS, session, count)
+    payload = np.frombuffer(text, np.uint8)[None, :].copy()
+    identifiers = np.array([can_id], np.uint32)
+    payload[:, 0] = e2e.crc(identifiers, payload)
+    return FrameBatch(np.zeros(1, np.int64), identifiers, np.array([WIDTH], np.uint8), payload)
 
 
-def decode(frames: FrameBatch, row: int) -> Bench:
-    epoch, session, count = _LAYOUT.unpack(frames.data[row].tobytes())
-    return Bench(int(frames.can_id[row]), session, epoch, count)
+def judge(frames: FrameBatch, row: int, session: int, expected: int) -> Bench | Refusal:
+    """What a bench frame says, its epoch in full, or why it is not believed: one rule for all who hear it.
+
+    It must be of eight bytes and intact, of the run's session, and of the expected epoch or one beside it.
+    """
+    can_id = int(frames.can_id[row])
+    if can_id not in _KNOWN:
+        return Refusal.UNKNOWN
+    if frames.length[row] != WIDTH:
+        return Refusal.WRONG_LENGTH
+    _, header, low, spoken, count = _LAYOUT.unpack(frames.data[row].tobytes())
+    one = frames[row]
+    counter, nibble = header & 15, header >> 4
+    intact = frames.data[row, 0] == e2e.crc(one.can_id, one.data)[0]
+    if not intact or counter >= e2e.COUNTERS or nibble != low % 16:
+        return Refusal.CORRUPTED
+    if spoken != session:
+        return Refusal.OTHER_SESSION
+    ahead = (low - expected + EPOCHS // 2) % EPOCHS - EPOCHS // 2
+    if abs(ahead) > NEAR or expected + ahead < 0:
+        return Refusal.OTHER_EPOCH
+    return Bench(can_id, spoken, expected + ahead, count)
 
 
 def rows(frames: FrameBatch) -> list[int]:
     """Rows that hold bench frames."""
-    return np.flatnonzero(_is_bench(frames.can_id)).tolist()
+    return np.flatnonzero(is_bench(frames.can_id)).tolist()
 
 
-def _is_bench(can_id: NDArray[np.uint32]) -> NDArray[np.bool_]:
+def is_bench(can_id: NDArray[np.uint32]) -> NDArray[np.bool_]:
     return can_id - np.uint32(BENCH_FIRST) <= np.uint32(BENCH_LAST - BENCH_FIRST)  # below wraps to the top
+
+
+def explain(refused: Mapping[Refusal, int]) -> str:
+    """Refused bench frames by reason, for people: "" if none was."""
+    found = ", ".join(f"{count} {why.value}" for why, count in refused.items() if count)
+    return f"{sum(refused.values())} bench frames refused: {found}" if found else ""
 
 
 def session_of(seed: int) -> int:

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -15,6 +16,7 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
+from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 
 
 class Task(Enum):
@@ -35,25 +37,55 @@ class Work:
     fresh: bool = False
 
 
-Label = tuple[int, int]
-"""Session and epoch: what names an epoch on the bus."""
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Session and epoch: what names an epoch on the bus."""
+
+    session: int
+    epoch: int
+
+    def leads_to(self, label: Label, most: int = messages.LEAD) -> bool:
+        """Whether an epoch may come next: of the same session, and not farther on than `most`."""
+        return label.session == self.session and 0 < label.epoch - self.epoch <= most
+
+
+@dataclass(slots=True)
+class _Epoch:
+    """What was heard from a mark on; receivers whose STATUS came; times of the mark and of the last frame.
+
+    before  of an epoch that is set aside: how many pieces had been heard when its mark came
+    """
+
+    label: Label
+    mark_s: float
+    last_s: float
+    before: int = 0
+    heard: list[FrameBatch] = field(default_factory=list)
+    statuses: set[int] = field(default_factory=set)
 
 
 class Slave:
     """Cuts what a flight node hears into epochs.
 
-    A time mark with a sound CRC opens a run. From then on SYNC closes an epoch where the time master sends
-    them, whatever happened to the frames before it. Without them (another emulator than ours) an epoch
-    closes when a later mark arrives or, from the second epoch of a run on, `quiet_s` after the last frame
-    if all receivers' STATUS came, at the latest `deadline_s` after the mark. A run's first epoch waits for
-    SYNC or a second mark, because only then it is known which it is.
+    The first time mark with a sound CRC opens a run. From then on SYNC closes an epoch where the time master
+    sends them, whatever happened to the frames before it. Without them (another emulator than ours) an epoch
+    closes when a mark comes that leads on or, from the second epoch of a run on, `quiet_s` after the last
+    frame if all receivers' STATUS came, at the latest `deadline_s` after the mark. A run's first epoch waits
+    for SYNC or a second mark, because only then it is known which it is.
+
+    A mark that does not lead on from the last one (of another session, back, far ahead; where SYNC closes
+    epochs, any but the next, and any in an open one) may be a stray or another run. It is set aside with what
+    follows it, and believed when its own SYNC comes, or a mark that leads on from it, before anything of the
+    run at hand.
 
     running  a run began and did not end
     lost     frames that the SYNCs announced and that did not arrive
+    refused  bench frames that were not believed
     """
 
     def __init__(self, codec: Codec, quiet_s: float = 0.02, deadline_s: float = 0.5):
         self.lost = 0
+        self.refused: Counter[Refusal] = Counter()
         layout = codec.kinds["TIME_MARK"]
         fields = [layout.signals.index(name) for name in ("session", "epoch")]
         self._label_fields = [(int(layout.shift[i]), int(layout.mask[i])) for i in fields]
@@ -64,20 +96,22 @@ class Slave:
 
     def forget(self) -> None:
         """Back to waiting for a run's first mark."""
-        self.running = False
+        self._last: Label | None = None
+        self._open: _Epoch | None = None
+        self._doubtful: _Epoch | None = None
+        self._between: list[FrameBatch] = []
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
         self._fresh = True
         self._synced = False
-        self._session = -1
         self._answered: Label | None = None
         self._answer = EMPTY
-        self._sync: messages.Bench | None = None
-        self._clear()
+        self._sync: Bench | None = None
 
-    def _clear(self) -> None:
-        self._heard: list[FrameBatch] = []
-        self._mark: Label | None = None
-        self._mark_s = self._last_s = 0.0
-        self._statuses: set[int] = set()
+    @property
+    def running(self) -> bool:
+        return self._last is not None
 
     def hear(self, frames: FrameBatch, now_s: float) -> Iterator[Work]:
         """Takes frames in bus order; each piece of work must be done before the next is asked for."""
@@ -90,16 +124,16 @@ class Slave:
                 yield from self._on_mark(frames[row], now_s)
             else:
                 start = row + 1
-                yield from self._on_bench(messages.decode(frames, row))
+                yield from self._on_bench(frames, row)
         self._keep(frames[start:], now_s)
 
     def due_s(self) -> float | None:
         """When `expire` will close the epoch if nothing more is heard; None: never."""
-        if self._mark is None or self._synced or self._fresh:
+        if self._open is None or self._synced or self._fresh:
             return None
-        deadline_s = self._mark_s + self._deadline_s
-        complete = self._statuses >= self._status_ids
-        return min(deadline_s, self._last_s + self._quiet_s) if complete else deadline_s
+        deadline_s = self._open.mark_s + self._deadline_s
+        complete = self._open.statuses >= self._status_ids
+        return min(deadline_s, self._open.last_s + self._quiet_s) if complete else deadline_s
 
     def expire(self, now_s: float) -> Iterator[Work]:
         """Work that silence brings about."""
@@ -111,62 +145,123 @@ class Slave:
         """What to send after STEP gave `block`: the block, closed by DONE if a SYNC asked for it."""
         if self._sync is None:
             return block
-        session, epoch = self._answered = self._sync.session, self._sync.epoch
-        done = messages.encode(messages.DONE_ID, session, epoch, min(len(block), 0xFFFF))
+        self._answered = Label(self._sync.session, self._sync.epoch)
+        count = min(len(block), 0xFFFF)
+        done = messages.encode(messages.DONE_ID, self._sync.session, self._sync.epoch, count)
         self._answer = concat((block, done))
         return self._answer
 
     def _keep(self, frames: FrameBatch, now_s: float) -> None:
         if not self.running or not len(frames):
             return
-        self._heard.append(frames)
-        if not self._synced:
-            self._last_s = now_s
-            self._statuses |= self._status_ids.intersection(frames.can_id.tolist())
+        if self._open is None:
+            self._between.append(frames)
+        for epoch in (self._open, self._doubtful):
+            if epoch is not None:
+                epoch.heard.append(frames)
+                epoch.last_s = now_s
+                if not self._synced:
+                    epoch.statuses |= self._status_ids.intersection(frames.can_id.tolist())
 
     def _on_mark(self, frame: FrameBatch, now_s: float) -> Iterator[Work]:
         if frame.length[0] != 8 or frame.data[0, 0] != e2e.crc(frame.can_id, frame.data)[0]:
             return  # it names nothing; the flight software will count it
-        mark = self._label(int.from_bytes(frame.data.tobytes(), "little"))
-        if self._mark is not None:
-            if mark[0] == self._mark[0] and mark[1] <= self._mark[1]:
-                return  # repeated or replayed: part of the epoch, for the flight software to reject
+        label = self._label(int.from_bytes(frame.data.tobytes(), "little"))
+        marked = _Epoch(label, now_s, now_s)
+        if self._last is None:
+            self._take_up(marked)
+        elif self._open is not None and label == self._open.label:
+            return  # repeated: part of the epoch, for the flight software to reject
+        elif self._leads_on(label):
+            if self._open is not None:
+                yield self._step(None)
+            self._take_up(marked)
+        elif self._doubtful is not None and self._doubtful.label.leads_to(label):
+            yield from self._believe()
             yield self._step(None)
-        if mark[0] != self._session:
-            self.forget()
-            self._session = mark[0]
-        self.running = True
-        self._mark = mark
-        self._mark_s = self._last_s = now_s
+            self._take_up(marked)
+        else:
+            marked.before = len(self._between if self._open is None else self._open.heard)
+            self._doubtful = marked
+
+    def _leads_on(self, label: Label) -> bool:
+        """Whether a mark needs nothing more to be believed."""
+        if self._synced:
+            return self._open is None and self._last.leads_to(label, 1)
+        return self._last.leads_to(label)
 
     def _label(self, word: int) -> Label:
         session, epoch = (word >> shift & mask for shift, mask in self._label_fields)
-        return session, epoch
+        return Label(session, epoch)
 
-    def _on_bench(self, frame: messages.Bench) -> Iterator[Work]:
-        if frame.can_id == messages.END_ID and self.running:
+    def _take_up(self, marked: _Epoch) -> None:
+        """Open an epoch; frames heard since the last one wait for it."""
+        marked.heard = self._between + marked.heard
+        self._open, self._last = marked, marked.label
+        self._doubtful, self._between = None, []
+
+    def _believe(self) -> Iterator[Work]:
+        """The mark set aside is borne out: the run at hand goes on there, or another one begins."""
+        doubtful, last = self._doubtful, self._last
+        assert doubtful is not None and last is not None
+        if doubtful.label.session != last.session or doubtful.label.epoch <= last.epoch:
+            self._begin_anew()
+            self._between = []
+        elif self._open is not None:  # its SYNC was lost
+            self._open.heard = self._open.heard[: doubtful.before]
+            yield self._step(None)
+        self._between = self._between[: doubtful.before]
+        self._take_up(doubtful)
+
+    def _on_bench(self, frames: FrameBatch, row: int) -> Iterator[Work]:
+        last, can_id = self._last, frames.can_id[row]
+        if last is None or can_id == messages.DONE_ID:
+            return
+        expected = last.epoch if self._open is not None and can_id == messages.SYNC_ID else last.epoch + 1
+        found = messages.judge(frames, row, last.session, expected)
+        if can_id == messages.END_ID and isinstance(found, Bench):
             self.forget()
             yield Work(Task.END)
-        elif frame.can_id == messages.SYNC_ID and self.running:
-            yield from self._on_sync(frame)
-
-    def _on_sync(self, sync: messages.Bench) -> Iterator[Work]:
-        if self._answered is not None and self._answered[0] == sync.session:
-            if self._mark is None and sync.epoch == self._answered[1]:
+        elif can_id == messages.SYNC_ID and self._for_doubtful(frames, row, found):
+            yield from self._believe()
+            yield self._on_sync(messages.judge(frames, row, self._last.session, self._last.epoch))
+        elif isinstance(found, Bench) and self._in_turn(found):
+            if self._answered == Label(found.session, found.epoch) and self._open is None:
                 yield Work(Task.REPEAT, self._answer)
-                return
-            if self._mark is None and sync.epoch < self._answered[1]:
-                return
-            # Going back behind a new mark: the emulator started again with the same session.
-            self._fresh |= sync.epoch <= self._answered[1]
-        self._synced = True
-        yield self._step(sync)
+            else:
+                yield self._on_sync(found)
+        else:
+            self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
 
-    def _step(self, sync: messages.Bench | None) -> Work:
-        work = Work(Task.STEP, concat(self._heard), self._fresh)
+    def _for_doubtful(self, frames: FrameBatch, row: int, found: Bench | Refusal) -> bool:
+        """Whether a SYNC closes the epoch that was set aside, rather than the one at hand."""
+        if self._doubtful is None:
+            return False
+        label = self._doubtful.label
+        own = isinstance(found, Bench) and self._open is not None and found.epoch == self._open.label.epoch
+        other = messages.judge(frames, row, label.session, label.epoch)
+        return not own and isinstance(other, Bench) and other.epoch == label.epoch
+
+    def _in_turn(self, sync: Bench) -> bool:
+        """Whether a SYNC of the run closes the open epoch, or one whose mark was lost, or asks for the last
+        answer again."""
+        at_hand = self._last.epoch
+        if self._open is not None:
+            return sync.epoch >= at_hand
+        return sync.epoch > at_hand or self._answered == Label(sync.session, sync.epoch)
+
+    def _on_sync(self, sync: Bench) -> Work:
+        self._synced = True
+        return self._step(sync)
+
+    def _step(self, sync: Bench | None) -> Work:
+        heard = self._between if self._open is None else self._open.heard
+        work = Work(Task.STEP, concat(heard), self._fresh)
         if sync is not None:
             self.lost += max(0, sync.count - len(work.block))
+            self._last = Label(sync.session, sync.epoch)
+            self._doubtful = None
         self._sync = sync
         self._fresh = False
-        self._clear()
+        self._open, self._between = None, []
         return work

@@ -36,7 +36,7 @@ class Bench:
         interface, channel = spec.split(":", 1)
         self.bus = can.Bus(interface={"embedded": "gnss-hil"}.get(interface, interface), channel=channel)
         self.session, self.epoch, self.sent = random.getrandbits(16), 0, 0
-        self.counters, self.commands = Counter(), []
+        self.counters, self.commands, self.refused = Counter(), [], 0
 
     def open(self, epoch):
         """Begins an epoch; returns the commands that act in it."""
@@ -51,28 +51,33 @@ class Bench:
         data[0] = protection(message.frame_id, data)
         self.counters[stream] += 1
         self.sent += 1
-        self._put(message, data)
+        self.bus.send(can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False))
 
     def steer(self, name, **signals):
-        """One of the bench's own frames."""
-        message = DB.get_message_by_name(name)
-        self._put(message, message.encode({"session": self.session, "epoch": self.epoch, **signals}))
+        """One of the bench's own frames; it is none of the block."""
+        self.send(name, session=self.session, epoch=self.epoch % 65536, **signals)
+        self.sent -= 1
 
-    def _put(self, message, data):
-        self.bus.send(can.Message(arbitration_id=message.frame_id, data=data, is_extended_id=False))
+    def believes(self, signals):
+        """Whether a bench frame counts: of the session, of the epoch or one beside it."""
+        return signals["session"] == self.session and (signals["epoch"] - self.epoch + 1) % 65536 <= 2
 
     def hear(self, wait_s):
         """(name, signals) of what the flight software says, until nothing more comes and `wait_s` are over.
 
-        Damaged frames are passed over; commands are kept for the next epoch.
+        What is damaged, or a DONE of something else, is counted; commands are kept for the next epoch.
         """
         end_s = time.monotonic() + wait_s
         while (message := self.bus.recv(max(0.0, end_s - time.monotonic()))) is not None:
             name = None if message.is_extended_id else HEARD.get(message.arbitration_id)
-            if name is None or len(message.data) != 8:
+            if name is None:
                 continue
-            signals = DB.decode_message(name, message.data, decode_choices=False)
-            if name != "BENCH_DONE" and message.data[0] != protection(message.arbitration_id, message.data):
+            can_id, data = message.arbitration_id, message.data
+            sound = len(data) == 8 and data[0] == protection(can_id, data)
+            signals = DB.decode_message(name, data, decode_choices=False) if sound else {}
+            sound = sound and signals["e2e_counter"] < 15
+            if not sound or (name == "BENCH_DONE" and not self.believes(signals)):
+                self.refused += 1
                 continue
             if name == "RX1_COMMAND" and (self.epoch - signals["epoch_mod16"]) % 16 <= 3:
                 self.commands.append(signals)
@@ -97,11 +102,11 @@ class Bench:
 
     def lockstep(self):
         """Ends the block and waits for the answer; TimeoutError if ten repetitions bring none."""
-        label = {"session": self.session, "epoch": self.epoch}
         for _ in range(10):
             self.steer("BENCH_SYNC", count=self.sent)
-            if any(name == "BENCH_DONE" and label.items() <= said.items() for name, said in self.hear(1.0)):
-                return
+            for name, said in self.hear(1.0):
+                if name == "BENCH_DONE" and said["epoch"] == self.epoch % 65536:
+                    return
         raise TimeoutError(f"epoch {self.epoch}: no BENCH_DONE within 10 s")
 
     def listen(self, wait_s):
@@ -110,5 +115,6 @@ class Bench:
             pass
 
     def end(self, epochs):
-        self.steer("BENCH_END", epoch=epochs, reason="COMPLETED")
+        self.epoch = epochs  # the one that will not come
+        self.steer("BENCH_END", reason="COMPLETED")
         self.bus.shutdown()

@@ -97,6 +97,8 @@ def main():
             else:
                 bench.listen(start_s + (epoch + 1) * period_s - time.monotonic())
     bench.end(epochs)
+    if bench.refused:
+        print(f"receiver: {bench.refused} frames refused", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ def test_identifiers_are_unique_and_ordered_by_purpose():
     assert lowest == sorted(lowest)
     for m in every:
         assert m.kind.name.startswith("BENCH_") == (BENCH_FIRST <= m.can_id <= BENCH_LAST)
-        assert m.kind.protected != m.kind.name.startswith("BENCH_")
+        assert not contract.UDS_FIRST <= m.can_id <= contract.UDS_LAST
 
 
 def test_every_message_and_signal_is_explained_and_addressed():
@@ -109,8 +109,8 @@ def test_what_the_contract_calls_free_is_free():
     taken = {m.can_id for m in messages(MAX_RECEIVERS)}
     assert sorted({*free, *taken}) == [*range(1, 0x700), *sorted(i for i in taken if i >= 0x700)]
     assert len(free) + len(taken) == len({*free, *taken}), "nothing that is called free is taken"
-    nodes = {*range(11, 16), *range(17, 224)}
-    assert nodes | {*range(1, MAX_RECEIVERS + 1), *NODES.values()} == {*range(1, 224)}
+    nodes = {*range(11, 16), *range(17, 208)}
+    assert nodes | {*range(1, MAX_RECEIVERS + 1), *NODES.values()} == {*range(1, 208)}
     assert max(nodes) + contract.HEARTBEAT_BASE == contract.BENCH_FIRST - 1
 
 
@@ -132,8 +132,11 @@ def kind(name="TILT", base=0x070, sender="ATT", receivers=("FLIGHT",), **more):
         ([kind(sender="CLINO")], {}, "kind TILT: there is no node CLINO"),
         ([kind(sender="RX")], {}, "kind TILT: there is no node RX"),
         ([kind(receivers=("GROUND",))], {}, "kind TILT: there is no node GROUND"),
-        ([kind(base=0x7E4)], {}, "kind TILT: identifier 0x7E4 is kept for the bench"),
-        ([], {"CLINO": 0xE5}, "kind HEARTBEAT: identifier 0x7E5 is kept for the bench"),
+        ([kind(base=0x7D4)], {}, "kind TILT: identifier 0x7D4 is kept for the bench"),
+        ([], {"CLINO": 0xD5}, "kind HEARTBEAT: identifier 0x7D5 is kept for the bench"),
+        ([kind(base=0x7DF)], {}, "kind TILT: identifier 0x7DF is one of UDS"),
+        ([], {"CLINO": 0xEF}, "kind HEARTBEAT: identifier 0x7EF is one of UDS"),
+        ([kind(name="BENCH_X", base=0x7E0)], {}, "kind BENCH_X: identifier 0x7E0 is one of UDS"),
         ([kind(base=0x800)], {}, "kind TILT: identifier 0x800 is none of 11 bits"),
     ],
 )  # fmt: skip

@@ -20,8 +20,8 @@ from tests.support.programs import ROOT
 from tests.support.waiting import HANG_S, ended
 
 _FRAME = struct.Struct("=IB3x8s")  # struct can_frame
-_BENCH = struct.Struct("<IHH")
-SYNC, DONE, END = 0x7E0, 0x7E1, 0x7EF
+_BENCH = struct.Struct("<BBHHH")
+SYNC, DONE, END = 0x7D0, 0x7D1, 0x7DE
 TIME_MARK, HEARTBEAT = 0x010, 0x710
 
 Frame = tuple[int, bytes]
@@ -63,6 +63,23 @@ def decoded(frames: Iterable[Frame]) -> dict[str, list[dict]]:
         message = database().get_message_by_frame_id(can_id)
         messages.setdefault(message.name, []).append(message.decode(data))
     return messages
+
+
+def protection(can_id: int, data: bytes) -> int:
+    """The CRC-8 of AUTOSAR E2E profile 11 over identifier and bytes 1 to 7."""
+    crc = 0
+    for byte in can_id.to_bytes(2, "little") + data[1:]:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc << 1 ^ (0x11D if crc & 0x80 else 0)
+    return crc
+
+
+def bench(can_id: int, session: int, epoch: int, count: int) -> bytes:
+    """A bench frame as on the wire."""
+    data = bytearray(_BENCH.pack(0, epoch % 15 | epoch % 16 << 4, epoch % 65536, session, count))
+    data[0] = protection(can_id, bytes(data))
+    return pack(can_id, bytes(data))
 
 
 class Feeder:
@@ -113,11 +130,12 @@ class Feeder:
         while (frame := self.receive())[0] != DONE:
             if frames or frame[0] != HEARTBEAT:
                 frames.append(frame)
-        assert _BENCH.unpack(frame[1]) == (epoch, session, len(frames))
+        assert _BENCH.unpack(frame[1])[2:] == (epoch % 65536, session, len(frames))
+        assert frame[1][0] == protection(*frame)
         return frames
 
     def sync(self, session: int, epoch: int, count: int) -> list[Frame]:
-        self.send(pack(SYNC, _BENCH.pack(epoch, session, count)))
+        self.send(bench(SYNC, session, epoch, count))
         return self.answer(session, epoch)
 
     def play(self, epoch: Sequence[Frame], noise: Iterable[bytes] = ()) -> list[Frame]:
@@ -131,7 +149,7 @@ class Feeder:
 
     def end(self, session: int, epochs: int) -> tuple[int, str]:
         """BENCH_END; exit status and last words."""
-        self.send(pack(END, _BENCH.pack(epochs, session, 0)))
+        self.send(bench(END, session, epochs, 0))
         return self.leave()
 
     def leave(self) -> tuple[int, str]:

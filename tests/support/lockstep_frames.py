@@ -55,5 +55,11 @@ def sync(epoch: int, count: int, session: int = SESSION) -> FrameBatch:
     return messages.encode(messages.SYNC_ID, session, epoch, count)
 
 
+def bench_in(frames: FrameBatch, session: int, epoch: int) -> list[messages.Bench]:
+    """The bench frames that are believed in an epoch."""
+    found = [messages.judge(frames, row, session, epoch) for row in messages.rows(frames)]
+    return [frame for frame in found if isinstance(frame, messages.Bench)]
+
+
 def done(epoch: int, count: int, session: int = SESSION) -> FrameBatch:
     return messages.encode(messages.DONE_ID, session, epoch, count)

@@ -98,7 +98,7 @@ COMMANDS = {
             (
                 "monitor --bus socketcan:vcan0",
                 "monitor --only 'NAV_*' --duration 10 | head",
-                "monitor --bus embedded:/tmp/bus --vehicle soyuz-ms --only RX1,COMMAND,0x7E0-0x7EF --raw",
+                "monitor --bus embedded:/tmp/bus --vehicle soyuz-ms --only RX1,COMMAND,0x7D0-0x7DE --raw",
             ),
         ),
         Command(

@@ -98,7 +98,6 @@ class Decoder:
         nibble = self._mark_nibbles[epoch - (self.epochs - len(self._mark_nibbles))]
         late = (nibble - epoch_nibbles(words)) % EPOCHS
         if late.any():
-            late[~self.codec.protected_of[can_id]] = 0
             strange = (late >= _HELD_BACK) | (late > epoch)  # or of an epoch before the first
             self._reject(epoch[strange], "MIXED_EPOCH")
             keep = ~strange

@@ -55,7 +55,7 @@ class Latest:
         row = row[screened.verdict <= Verdict.LOST]
         frames = screened.frames
         late = (numbers[row] - epoch_nibbles(payloads(frames))) % EPOCHS
-        own = (late < _LATE) | ~self._codec.protected_of[frames.can_id]
+        own = late < _LATE
         self.counters.reject("MIXED_EPOCH", int((~own).sum()))
         frames, row = frames[own], row[own]
         self.tracks.take(numbers, of_frames(self._codec, frames, row, len(numbers)))

@@ -33,7 +33,7 @@ GROUPS = (
     Group(0x100, 0x17F, "measurements", 5),
     Group(0x400, 0x47F, "almanac", 6),
     Group(0x700, 0x71F, "heartbeats", 7),
-    Group(0x7E0, 0x7EF, "bench", 8),
+    Group(0x7D0, 0x7DE, "bench", 8),
 )
 """By priority. A message belongs to the group that its identifier is in."""
 

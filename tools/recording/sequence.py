@@ -7,6 +7,7 @@ before the first time mark (start heartbeats) or after BENCH_END.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
-from gnss_hil.dbc.lockstep.messages import Bench
+from gnss_hil.dbc.lockstep.messages import Refusal
 from gnss_hil.tools.decoder.time_marks import marks_in
 
 _FARTHEST = 10_000
@@ -41,7 +42,8 @@ class Sequencer:
     Where a second mark comes without a BENCH_SYNC before it, the emulator does not steer: from then on frames
     stay in the order they were heard.
 
-    opened  epochs that began      ended  BENCH_END was heard
+    opened   epochs that began      ended  BENCH_END was heard
+    refused  bench frames that were not believed
     """
 
     def __init__(self, codec: Codec, lockstep: bool):
@@ -59,6 +61,7 @@ class Sequencer:
         self._announced = -1
         self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
         self.ended = False
+        self.refused: Counter[Refusal] = Counter()
         self._declared = 0
 
     @property
@@ -87,7 +90,7 @@ class Sequencer:
         for i in sorted([*labels, *messages.rows(frames)]):
             if i not in labels:
                 self._take(frames[begin:i])
-                self._steer(messages.decode(frames, i))
+                self._steer(frames, i)
                 begin = i + 1
             elif self._opens(*labels[i]):
                 self._take(frames[begin:i])
@@ -99,6 +102,8 @@ class Sequencer:
 
     def _opens(self, session: int, epoch: int) -> bool:
         """Whether an epoch begins at an intact mark: it leads on from the last one."""
+        if self.ended:
+            return False
         return self._epoch is None or (session == self._session and 0 < epoch - self._epoch <= _FARTHEST)
 
     def _open(self, session: int, epoch: int, mark: FrameBatch) -> None:
@@ -106,7 +111,6 @@ class Sequencer:
             self._lockstep = False
         self._session, self._epoch = session, epoch
         self.opened += 1
-        self.ended = False
         self._heard.append(mark)
 
     def finish(self, keep_pending: bool = False) -> list[Epoch]:
@@ -135,16 +139,24 @@ class Sequencer:
         if self._epoch is not None and not flight.all():
             self._heard.append(frames[~flight])
 
-    def _steer(self, bench: Bench) -> None:
-        if bench.can_id == messages.SYNC_ID:
-            if bench.epoch > self._announced:
-                self._announced = bench.epoch
-                self._syncs += 1
-                self._declared += bench.count
-        elif bench.can_id == messages.DONE_ID and not self.ended:
-            self._close_answer(bench.epoch, bench.count)
-        elif bench.can_id == messages.END_ID and self._epoch is not None:
-            self.ended |= bench.session == self._session
+    def _steer(self, frames: FrameBatch, row: int) -> None:
+        """What a bench frame says of the run; before the first mark and behind the end nothing."""
+        if self._epoch is None or self.ended:
+            return
+        ending = frames.can_id[row] == messages.END_ID
+        found = messages.judge(frames, row, self._session, self._epoch + ending)
+        if isinstance(found, Refusal):
+            self.refused[found] += 1
+        elif found.can_id == messages.END_ID:
+            self.ended = True
+        elif found.epoch > self._epoch:  # its mark was lost
+            self.refused[Refusal.OUT_OF_TURN] += 1
+        elif found.can_id == messages.DONE_ID:
+            self._close_answer(found.epoch, found.count)
+        elif found.epoch > self._announced:
+            self._announced = found.epoch
+            self._syncs += 1
+            self._declared += found.count
 
     def _close_answer(self, epoch: int, count: int) -> None:
         first = self._answered < 0

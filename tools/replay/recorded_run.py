@@ -12,11 +12,10 @@ from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
-from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact
-from gnss_hil.tools.decoder.time_marks import Marks, epoch_times_ns, marks_in
+from gnss_hil.tools.decoder.time_marks import epoch_times_ns, marks_in
 from gnss_hil.tools.recording.formats.piece import Piece
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.recording.sequence import Sequencer
@@ -130,28 +129,17 @@ def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[Recorde
         marks = marks_in(contract, frames)
         if session is None and len(marks.session):
             session = marks.session[0]
-        over = _over(frames, marks, session)
+        over = min(marks.rows[marks.session != session].tolist(), default=None)
         frames = frames[:over]
         if sequencer is None:  # a run's own log has no BENCH_SYNC any more, and its frames are in order
             steered = bool((frames.can_id == contract.can_id_of["BENCH_SYNC", 0]).any())
             sequencer = Sequencer(contract, lockstep=steered)
         for epoch in sequencer.hear(frames):
             yield _sides(epoch, flight_id)
-        if over is not None:
+        if over is not None or sequencer.ended:
             break
     for epoch in sequencer.finish() if sequencer else ():
         yield _sides(epoch, flight_id)
-
-
-def _over(frames: FrameBatch, marks: Marks, session: int | None) -> int | None:
-    """The row where a run of a session is over; None if it goes on."""
-    if session is None:
-        return None
-    rows = marks.rows[marks.session != session].tolist()
-    for row in np.flatnonzero(frames.can_id == messages.END_ID).tolist():
-        if messages.decode(frames, row).session == session:
-            rows.append(row)
-    return min(rows, default=None)
 
 
 def _sides(epoch, flight_id: np.ndarray) -> RecordedEpoch:

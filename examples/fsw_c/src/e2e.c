@@ -1,6 +1,6 @@
 #include "e2e.h"
 
-enum { POLYNOMIAL = 0x1D, COUNTERS = 15, MOST_LOST = 2 };
+enum { POLYNOMIAL = 0x1D, MOST_LOST = 2 };
 
 static uint8_t crc_byte(uint8_t crc, uint8_t byte)
 {

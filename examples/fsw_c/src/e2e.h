@@ -6,6 +6,8 @@
 
 #include "contract.h"
 
+enum { COUNTERS = 15 }; /* 0 to 14; 15 is never sent */
+
 enum e2e_verdict { E2E_OK, E2E_LOST, E2E_REPEATED, E2E_WRONG_SEQUENCE, E2E_CORRUPTED };
 
 /* Counters of all streams, by identifier and item (channel, receiver, clock; 0 where there is none).

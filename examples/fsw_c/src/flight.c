@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "bench.h"
 #include "gnss.h"
 #include "measure.h"
 #include "sky.h"
@@ -125,10 +126,45 @@ static void step(struct flight *flight, bool synced)
     publish_heartbeat(outbox, fixed ? GNSS_FLIGHT_HEARTBEAT_STATE_RUNNING_CHOICE
                                     : GNSS_FLIGHT_HEARTBEAT_STATE_DEGRADED_CHOICE);
     if (synced)
-        publish_done(outbox, flight->slave.session, epoch);
+        publish_done(outbox, flight->slave.at.session, epoch);
     slave_stepped(&flight->slave, synced);
     flight->epochs++;
     flight->fixes += fixed;
+}
+
+/* Takes a frame of the spacecraft's into the open epoch. */
+static enum task take(struct flight *flight, const struct can_frame *frame, struct meaning meaning, int64_t now_ms)
+{
+    slave_heard(&flight->slave, now_ms);
+    if (meaning.kind == STATUS)
+        slave_status(&flight->slave, meaning.receiver);
+    inbox_take(&flight->inbox, frame, meaning);
+    return FRAME;
+}
+
+static void set_aside(struct flight *flight, const struct can_frame *frame)
+{
+    if (flight->asides < MOST_ASIDE)
+        flight->aside[flight->asides++] = *frame;
+    else
+        flight->inbox.frames_lost++;
+}
+
+/* It is known now where the frames set aside belong: to the open epoch. */
+static void take_asides(struct flight *flight, int64_t now_ms)
+{
+    for (int i = 0; i < flight->asides; i++)
+        take(flight, &flight->aside[i], meaning_of(flight->aside[i].can_id), now_ms);
+    flight->asides = 0;
+}
+
+/* Opens the epoch that was set aside, with all that was. */
+static void believe(struct flight *flight, int64_t now_ms)
+{
+    if (slave_believe(&flight->slave, now_ms))
+        forget(flight);
+    inbox_open(&flight->inbox, flight->slave.at.epoch);
+    take_asides(flight, now_ms);
 }
 
 static enum task on_mark(struct flight *flight, const struct can_frame *frame, int64_t now_ms)
@@ -136,39 +172,40 @@ static enum task on_mark(struct flight *flight, const struct can_frame *frame, i
     struct gnss_time_mark_t mark;
     if (gnss_time_mark_unpack(&mark, frame->data, 8) != 0)
         return NOTHING;
-    enum task task = slave_mark(&flight->slave, mark.session, mark.epoch, now_ms);
+    bool doubting = flight->slave.doubting;
+    enum task task = slave_mark(&flight->slave, (struct label){mark.session, mark.epoch}, now_ms);
     if (task == BEGIN)
         forget(flight);
+    if (doubting && (task == DOUBT || task == OPEN || task == STEP_BEFORE))
+        take_asides(flight, now_ms); /* not borne out */
     if (task == BEGIN || task == OPEN)
         inbox_open(&flight->inbox, mark.epoch);
     return task;
 }
 
-/* Takes a frame of the spacecraft's. */
+/* Hears a frame of the spacecraft's. */
 static enum task on_frame(struct flight *flight, const struct can_frame *frame, int64_t now_ms)
 {
     struct meaning meaning;
-    bool sound = inbox_sound(&flight->inbox, frame, &meaning);
-    if (sound && meaning.kind == TIME_MARK && !flight->inbox.other_contract[NODE_TIME] &&
-        on_mark(flight, frame, now_ms) == STEP_BEFORE)
-        return STEP_BEFORE;
+    if (!inbox_sound(&flight->inbox, frame, &meaning)) {
+        if (flight->slave.running)
+            slave_heard(&flight->slave, now_ms);
+        return flight->slave.running ? FRAME : NOTHING;
+    }
+    if (meaning.kind == TIME_MARK && !flight->inbox.other_contract[NODE_TIME]) {
+        enum task task = on_mark(flight, frame, now_ms);
+        if (task == STEP_BEFORE || task == STEP_OLD || task == BELIEVE)
+            return task;
+    }
     if (!flight->slave.running) {
-        if (sound && meaning.kind == HEARTBEAT)
+        if (meaning.kind == HEARTBEAT)
             inbox_greet(&flight->inbox, frame, meaning);
         return NOTHING;
     }
-    slave_heard(&flight->slave, now_ms);
-    if (!sound)
-        return FRAME;
-    if (meaning.kind == STATUS)
-        slave_status(&flight->slave, meaning.receiver);
-    inbox_take(&flight->inbox, frame, meaning);
+    if (!flight->slave.doubting)
+        return take(flight, frame, meaning, now_ms);
+    set_aside(flight, frame);
     return FRAME;
-}
-
-static bool is_bench(const struct can_frame *frame)
-{
-    return frame->can_id >= GNSS_BENCH_SYNC_FRAME_ID && frame->can_id <= GNSS_BENCH_END_FRAME_ID;
 }
 
 bool flight_hear(struct flight *flight, const struct can_frame *frame, int64_t now_ms, bool *again)
@@ -176,14 +213,21 @@ bool flight_hear(struct flight *flight, const struct can_frame *frame, int64_t n
     enum task task =
         is_bench(frame) ? slave_bench(&flight->slave, frame) : on_frame(flight, frame, now_ms);
     flight->heard_ms = now_ms;
-    *again = task == STEP_BEFORE;
+    bool old = task == STEP_BEFORE || task == STEP_OLD;
+    *again = old || task == BELIEVE;
+    if (task == BELIEVE)
+        believe(flight, now_ms);
     if (task == STEP_BLIND)
-        inbox_open(&flight->inbox, flight->slave.epoch);
-    if (task == STEP || task == STEP_BLIND || task == STEP_BEFORE)
-        step(flight, task != STEP_BEFORE);
-    if (task == END)
+        inbox_open(&flight->inbox, flight->slave.at.epoch);
+    if (task == STEP || task == STEP_BLIND)
+        take_asides(flight, now_ms); /* the mark among them was a stray */
+    if (task == STEP || task == STEP_BLIND || old)
+        step(flight, !old);
+    if (task == END) {
         flight->ended = true;
-    return task == STEP || task == STEP_BLIND || task == STEP_BEFORE || task == REPEAT;
+        flight->asides = 0;
+    }
+    return task == STEP || task == STEP_BLIND || old || task == REPEAT;
 }
 
 bool flight_wait(struct flight *flight, int64_t now_ms)
@@ -191,6 +235,8 @@ bool flight_wait(struct flight *flight, int64_t now_ms)
     int64_t due_ms = slave_due_ms(&flight->slave);
     if (due_ms < 0 || now_ms < due_ms)
         return false;
+    take_asides(flight, now_ms);
+    flight->slave.doubting = false;
     step(flight, false);
     return true;
 }

@@ -14,11 +14,14 @@
 #include "solve.h"
 #include "vehicle.h"
 
+enum { MOST_ASIDE = 4096 };   /* frames behind a time mark that does not lead on; more than any block has */
 enum { MS_SILENCE = 5000 }; /* without a frame for so long the time master is taken for gone */
 
 struct flight {
     struct vehicle vehicle;
     struct slave slave;
+    struct can_frame aside[MOST_ASIDE]; /* heard since a mark that does not lead on: of the open epoch, or of its own */
+    int asides;
     struct inbox inbox;
     struct orders orders;
     struct outbox outbox;

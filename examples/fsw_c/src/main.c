@@ -147,13 +147,15 @@ static void tell(const struct flight *flight)
     unsigned long refused = 0;
     for (int reason = 0; reason < REASONS; reason++)
         refused += flight->inbox.refused[reason];
-    if (refused + flight->inbox.frames_lost + flight->slave.lost == 0)
+    if (refused + flight->inbox.frames_lost + flight->slave.lost + flight->slave.refused == 0)
         return;
     fprintf(stderr, "fsw: %lu epochs, %lu fixes; %lu frames lost", flight->epochs, flight->fixes,
             flight->inbox.frames_lost > flight->slave.lost ? flight->inbox.frames_lost : flight->slave.lost);
     for (int reason = 0; reason < REASONS; reason++)
         if (flight->inbox.refused[reason])
             fprintf(stderr, ", %lu refused: %s", flight->inbox.refused[reason], reason_names[reason]);
+    if (flight->slave.refused)
+        fprintf(stderr, ", %lu bench frames refused", flight->slave.refused);
     fputc('\n', stderr);
 }
 

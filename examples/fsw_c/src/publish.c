@@ -164,9 +164,15 @@ void publish_heartbeat(struct outbox *outbox, unsigned state)
     PACK(outbox, flight_heartbeat, FLIGHT_HEARTBEAT, 0, raw, true);
 }
 
+/* Its counter is the epoch modulo 15, so that a repeated answer is the same frames. */
 void publish_done(struct outbox *outbox, uint16_t session, uint32_t epoch)
 {
-    struct gnss_bench_done_t raw = {.epoch = epoch, .session = session, .count = (uint16_t)outbox->block.count};
+    struct gnss_bench_done_t raw = {.e2e_counter = (uint8_t)(epoch % COUNTERS),
+                                    .epoch_mod16 = (uint8_t)(epoch & 0x0F),
+                                    .epoch = (uint16_t)epoch,
+                                    .session = session,
+                                    .count = (uint16_t)outbox->block.count};
     struct can_frame *frame = next_frame(outbox, GNSS_BENCH_DONE_FRAME_ID);
     (void)gnss_bench_done_pack(frame->data, &raw, 8); /* fails only for a buffer below 8 bytes */
+    frame->data[0] = e2e_crc(frame->can_id, frame->data);
 }

@@ -1,73 +1,126 @@
 #include "slave.h"
 
+#include "bench.h"
 #include "contract.h"
 #include "gnss.h"
 
 enum {
     QUIET_MS = 20,     /* real time: almanac and heartbeats come behind the last STATUS */
     DEADLINE_MS = 500, /* real time: a receiver's STATUS may be lost */
-    BLIND_EPOCHS = 16  /* a SYNC is believed without its time mark so far ahead of the last one */
+    LEAD = 16          /* a time mark leads on by so many epochs at most */
 };
 
-static void open_epoch(struct slave *slave, uint32_t epoch, int64_t now_ms)
+static bool same(struct label a, struct label b) { return a.session == b.session && a.epoch == b.epoch; }
+
+static bool leads(struct label from, struct label to, uint32_t most)
+{
+    return to.session == from.session && to.epoch > from.epoch && to.epoch - from.epoch <= most;
+}
+
+/* Whether a mark needs nothing more to be believed. */
+static bool leads_on(const struct slave *slave, struct label mark)
+{
+    return slave->lockstep ? !slave->open && leads(slave->at, mark, 1) : leads(slave->at, mark, LEAD);
+}
+
+/* What follows has borne out the epoch set aside; the open one, whose SYNC was lost, is stepped first. */
+static enum task borne_out(const struct slave *slave)
+{
+    return slave->open && slave->doubt.session == slave->at.session && slave->doubt.epoch > slave->at.epoch
+               ? STEP_OLD
+               : BELIEVE;
+}
+
+static void open_epoch(struct slave *slave, struct label label, int64_t now_ms)
 {
     slave->open = true;
-    slave->epoch = epoch;
+    slave->doubting = slave->answered = false;
+    slave->at = label;
     slave->statuses = 0;
     slave->heard = 0;
     slave->mark_ms = slave->last_ms = now_ms;
 }
 
-/* Another session is another run; so is epoch 0 behind a later one, because an emulator may start again under
- * the session it had. */
-enum task slave_mark(struct slave *slave, uint16_t session, uint32_t epoch, int64_t now_ms)
+static void begin(struct slave *slave, struct label label, int64_t now_ms)
 {
-    bool another = !slave->running || session != slave->session || (epoch == 0 && slave->epoch > 0);
-    if (another) {
-        unsigned long lost = slave->lost;
-        *slave = (struct slave){.running = true, .first = true, .session = session, .lost = lost};
-        open_epoch(slave, epoch, now_ms);
-        return BEGIN;
-    }
-    if (epoch <= slave->epoch)
-        return FRAME; /* repeated or replayed: for the counters to refuse */
-    if (slave->open)
-        return STEP_BEFORE;
-    open_epoch(slave, epoch, now_ms);
-    return OPEN;
+    *slave = (struct slave){.running = true, .first = true, .lost = slave->lost, .refused = slave->refused};
+    open_epoch(slave, label, now_ms);
 }
 
-static enum task on_sync(struct slave *slave, const struct gnss_bench_sync_t *sync)
+/* The run's first mark begins it. Later ones lead on; any other may be a stray or another run's (of another session,
+ * back, far ahead; where SYNC closes epochs, any but the next, and any in an open one) and is believed when its own SYNC
+ * comes, or a mark that leads on from it, before anything of the run at hand. */
+enum task slave_mark(struct slave *slave, struct label mark, int64_t now_ms)
 {
-    if (slave->open ? sync->epoch < slave->epoch : slave->answered && sync->epoch < slave->answered_epoch)
-        return NOTHING;
-    if (!slave->open && slave->answered && sync->epoch == slave->answered_epoch)
+    if (!slave->running) {
+        begin(slave, mark, now_ms);
+        return BEGIN;
+    }
+    if (slave->open && same(mark, slave->at))
+        return FRAME; /* repeated: for the counters to refuse */
+    if (leads_on(slave, mark)) {
+        if (slave->open)
+            return STEP_BEFORE;
+        open_epoch(slave, mark, now_ms);
+        return OPEN;
+    }
+    if (slave->doubting && leads(slave->doubt, mark, LEAD))
+        return borne_out(slave);
+    slave->doubting = true;
+    slave->doubt = mark;
+    return DOUBT;
+}
+
+bool slave_believe(struct slave *slave, int64_t now_ms)
+{
+    struct label label = slave->doubt;
+    bool another = label.session != slave->at.session || label.epoch <= slave->at.epoch;
+    if (another)
+        begin(slave, label, now_ms);
+    else
+        open_epoch(slave, label, now_ms);
+    return another;
+}
+
+static enum task on_sync(struct slave *slave, const struct can_frame *frame)
+{
+    struct bench sync;
+    uint32_t expected = slave->open ? slave->at.epoch : slave->at.epoch + 1;
+    bool own = bench_believed(frame, slave->at.session, expected, &sync);
+    bool at_hand = own && slave->open && sync.epoch == slave->at.epoch;
+    if (!at_hand && slave->doubting) {
+        struct bench other;
+        if (bench_believed(frame, slave->doubt.session, slave->doubt.epoch, &other) &&
+            other.epoch == slave->doubt.epoch)
+            return borne_out(slave);
+    }
+    if (own && !slave->open && slave->answered && sync.epoch == slave->at.epoch)
         return REPEAT;
-    bool blind = !slave->open || sync->epoch > slave->epoch;
-    if (blind && (sync->epoch <= slave->epoch || sync->epoch - slave->epoch > BLIND_EPOCHS))
+    if (!own || (slave->open ? sync.epoch < slave->at.epoch : sync.epoch <= slave->at.epoch)) {
+        slave->refused++;
         return NOTHING;
-    if (blind)
-        open_epoch(slave, sync->epoch, slave->last_ms);
-    else if (sync->count > slave->heard)
-        slave->lost += sync->count - slave->heard;
+    }
+    if (!at_hand)
+        open_epoch(slave, (struct label){slave->at.session, sync.epoch}, slave->last_ms);
+    else if (sync.count > slave->heard)
+        slave->lost += sync.count - slave->heard;
     slave->lockstep = true;
-    return blind ? STEP_BLIND : STEP;
+    return at_hand ? STEP : STEP_BLIND;
 }
 
 enum task slave_bench(struct slave *slave, const struct can_frame *frame)
 {
-    struct gnss_bench_sync_t sync;
-    struct gnss_bench_end_t end;
-    if (!slave->running || frame->can_dlc != 8)
+    struct bench end;
+    if (!slave->running || frame->can_id == GNSS_BENCH_DONE_FRAME_ID)
         return NOTHING;
-    if (frame->can_id == GNSS_BENCH_SYNC_FRAME_ID && gnss_bench_sync_unpack(&sync, frame->data, 8) == 0 &&
-        sync.session == slave->session)
-        return on_sync(slave, &sync);
-    if (frame->can_id == GNSS_BENCH_END_FRAME_ID && gnss_bench_end_unpack(&end, frame->data, 8) == 0 &&
-        end.session == slave->session) {
-        slave->running = slave->open = false;
+    if (frame->can_id == GNSS_BENCH_SYNC_FRAME_ID)
+        return on_sync(slave, frame);
+    if (frame->can_id == GNSS_BENCH_END_FRAME_ID &&
+        bench_believed(frame, slave->at.session, slave->at.epoch + 1, &end)) {
+        slave->running = slave->open = slave->doubting = false;
         return END;
     }
+    slave->refused++;
     return NOTHING;
 }
 
@@ -93,8 +146,7 @@ void slave_stepped(struct slave *slave, bool synced)
 {
     slave->open = false;
     slave->first = false;
-    if (synced) {
-        slave->answered = true;
-        slave->answered_epoch = slave->epoch;
-    }
+    slave->answered = synced;
+    if (synced)
+        slave->doubting = false;
 }

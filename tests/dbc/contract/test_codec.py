@@ -100,7 +100,7 @@ def test_tables_are_what_cantools_reads_from_the_dbc(receivers):
         assert tables.can_id_of[kind, number] == can_id
         assert tables.sender_of[can_id] == message.senders[0]
         attributes = {name: a.value for name, a in message.dbc.attributes.items()}
-        assert tables.protected_of[can_id] == layout.protected == ("E2EProfile" in attributes)
+        assert attributes["E2EProfile"] == "P11A" and attributes["E2EDataID"] == can_id
         signals = sorted(message.signals, key=lambda s: s.start)
         key = next((s for s in signals if s.name == attributes.get("E2EStreamKey")), None)
         assert tables.key_shift_of[can_id] == layout.key_shift == (key.start if key else 0)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import EMPTY, ERR_FLAG, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, TIME_NODE
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.master_protocol import Barrier, Exchange
-from gnss_hil.dbc.lockstep.messages import Bench
+from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 from tests.support.lockstep_frames import (
     CODEC,
     SESSION,
@@ -36,10 +37,13 @@ pytestmark = pytest.mark.verifies(
 def test_bench_frames_are_laid_out_as_the_database_says():
     for kind, can_id in (("BENCH_SYNC", messages.SYNC_ID), ("BENCH_DONE", messages.DONE_ID)):
         frame = messages.encode(can_id, 0xABCD, 0x12345678, 0x4321)
-        assert {k: v[0] for k, v in CODEC.decode(kind, frame.data).items()} == {
-            "epoch": 0x12345678, "session": 0xABCD, "count": 0x4321,
+        said = {k: int(v[0]) for k, v in CODEC.decode(kind, frame.data).items()}
+        assert said == {
+            "e2e_crc": frame.data[0, 0], "e2e_counter": 0x12345678 % 15, "epoch_mod16": 8,
+            "epoch": 0x5678, "session": 0xABCD, "count": 0x4321,
         }  # fmt: skip
-        assert messages.decode(frame, 0) == Bench(can_id, 0xABCD, 0x12345678, 0x4321)
+        assert e2e.screen(CODEC, frame, e2e.fresh_counters(CODEC)).verdict.tolist() == [e2e.Verdict.OK]
+        assert messages.judge(frame, 0, 0xABCD, 0x12345678) == Bench(can_id, 0xABCD, 0x12345678, 0x4321)
     end = messages.encode(messages.END_ID, 1, 600, messages.END_REASON["INTERRUPTED"])
     assert CODEC.decode("BENCH_END", end.data)["reason"][0] == 1
 
@@ -180,3 +184,79 @@ def test_free_running_keeps_what_came_late():
     assert not e.hear(concat((navigation(5), done(5, 3), navigation(6))))
     assert sorted(e.everything().data[:, 0].tolist()) == [5, 5, 5, 6, 6, 6]
     assert e.everything() == EMPTY
+
+
+def sealed_anew(frame: FrameBatch, row: bytes) -> FrameBatch:
+    """With other bytes from byte 1 on, and the CRC that belongs to them."""
+    data = np.frombuffer(b"\0" + row, np.uint8)[None, :].copy()
+    data[:, 0] = e2e.crc(frame.can_id, data)
+    return FrameBatch(frame.t_ns, frame.can_id, frame.length, data)
+
+
+BENCH = done(5, 3)
+BYTES = BENCH.data[0].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("frame", "refusal"),
+    [
+        (batch(0x7D5, BYTES), Refusal.UNKNOWN),
+        (batch(messages.DONE_ID, b""), Refusal.WRONG_LENGTH),
+        (batch(messages.DONE_ID, BYTES[:7]), Refusal.WRONG_LENGTH),
+        (changed(BENCH, bits=1), Refusal.CORRUPTED),
+        (batch(messages.DONE_ID, bytes.fromhex("023E800000000000")), Refusal.CORRUPTED),
+        (sealed_anew(BENCH, bytes([BYTES[1] | 0x0F]) + BYTES[2:]), Refusal.CORRUPTED),
+        (sealed_anew(BENCH, bytes([BYTES[1] ^ 0x10]) + BYTES[2:]), Refusal.CORRUPTED),
+        (done(5, 3, session=SESSION + 1), Refusal.OTHER_SESSION),
+        (done(3, 3), Refusal.OTHER_EPOCH),
+        (done(7, 3), Refusal.OTHER_EPOCH),
+        (done(2**32 - 1, 3), Refusal.OTHER_EPOCH),
+    ],
+    ids=["unknown", "empty", "short", "CRC", "UDS", "counter 15", "nibble", "session", "-2", "+2", "far"],
+)
+def test_a_bench_frame_is_believed_by_one_rule(frame, refusal):
+    assert messages.judge(frame, 0, SESSION, 5) is refusal
+    e = exchange()
+    e.open(5, block(5))
+    assert not e.hear(concat((navigation(5)[:1], frame, navigation(5)[1:])))
+    assert e.refused == {refusal: 1}
+    assert e.hear(done(5, 3))
+    assert (e.inbox(), e.lost, e.late) == (navigation(5), 0, 0)
+
+
+@pytest.mark.parametrize("epoch", [0, 5, 65_535, 65_536, 1_000_000])
+@pytest.mark.parametrize("ahead", [-1, 0, 1])
+def test_the_epoch_is_that_beside_the_expected_one(epoch, ahead):
+    expected = epoch - ahead
+    found = messages.judge(done(epoch, 3), 0, SESSION, max(expected, 0))
+    assert found == Bench(messages.DONE_ID, SESSION, epoch, 3)
+
+
+def test_before_the_first_epoch_there_is_none():
+    assert messages.judge(done(65_535, 3), 0, SESSION, 0) is Refusal.OTHER_EPOCH
+
+
+@pytest.mark.parametrize("frame", [sync(5, 3), done(6, 3)], ids=["another master", "the next epoch"])
+def test_what_is_out_of_turn_closes_nothing(frame):
+    e = exchange()
+    e.open(5, block(5))
+    assert not e.hear(concat((navigation(5), frame)))
+    assert e.refused == {Refusal.OUT_OF_TURN: 1}
+    assert e.hear(done(5, 3)) and e.inbox() == navigation(5)
+
+
+def test_a_late_answer_is_told_as_late_and_taken_for_nothing():
+    e = exchange()
+    e.open(4, block(4))
+    e.open(5, block(5))
+    assert not e.hear(concat((navigation(4), done(4, 3))))
+    assert e.hear(concat((navigation(5), done(5, 3))))
+    assert (e.inbox(), e.late) == (navigation(5), 1)
+
+
+def test_refusals_are_told_with_their_reasons():
+    e = exchange()
+    e.open(5, block(5))
+    e.hear(concat((done(9, 3), done(9, 3), done(5, 3, session=1))))
+    assert messages.explain(e.refused) == "3 bench frames refused: 2 of another epoch, 1 of another session"
+    assert messages.explain({}) == ""

@@ -58,8 +58,8 @@ def test_how_the_stream_is_chopped_makes_no_difference(cuts):
     assert play(Slave(CODEC), *pieces) == play(Slave(CODEC), stream)
 
 
-def _end():
-    return messages.encode(messages.END_ID, SESSION, 6, 0)
+def _end(epoch: int = 6):
+    return messages.encode(messages.END_ID, SESSION, epoch, 0)
 
 
 def test_a_repeated_sync_gets_the_same_answer():
@@ -133,7 +133,7 @@ def test_a_new_run_starts_fresh(session, epoch):
 
 def test_the_end_is_told_once_and_the_node_waits_again():
     slave = Slave(CODEC)
-    assert tasks(play(slave, block(0), sync(0, 6), _end(), _end())) == [Task.STEP, Task.END]
+    assert tasks(play(slave, block(0), sync(0, 6), _end(1), _end(1))) == [Task.STEP, Task.END]
     assert not slave.running
     (work,) = play(slave, block(0), sync(0, 6))
     assert work[2] is True
@@ -169,3 +169,90 @@ def test_where_sync_is_sent_silence_ends_nothing():
     play(slave, block(0), sync(0, 6), block(1), statuses(), now_s=1.0)
     assert slave.due_s() is None
     assert list(slave.expire(1e9)) == []
+
+
+def end_frame(session: int, epoch: int) -> FrameBatch:
+    return messages.encode(messages.END_ID, session, epoch, 0)
+
+
+STRAYS = {
+    "END of another session": end_frame(SESSION + 1, 6),
+    "END of another epoch": end_frame(SESSION, 600),
+    "END without data": batch(messages.END_ID, b""),
+    "UDS response": batch(0x7EF, bytes.fromhex("027E000000000000")),
+    "UDS as END": batch(messages.END_ID, bytes.fromhex("027E000000000000")),
+    "UDS as SYNC": batch(messages.SYNC_ID, bytes.fromhex("023E800000000000")),
+    "SYNC of another session": sync(5, 9, session=SESSION + 1),
+    "SYNC far ahead": sync(2**32 - 1, 0),
+    "SYNC seven ahead": sync(12, 0),
+    "SYNC behind": sync(3, 0),
+    "MARK of another session": mark(5, session=SESSION + 1),
+    "MARK leading on": mark(9),
+    "MARK far ahead": mark(5 + 4096),
+    "MARK farther ahead": mark(5 + 2**31),
+    "MARK back": mark(1),
+    "MARK again": mark(5),
+}
+
+
+@pytest.mark.parametrize("at", [0, 1, 3, 6], ids=["before", "after the mark", "amid", "behind"])
+@pytest.mark.parametrize("stray", STRAYS.values(), ids=STRAYS)
+def test_a_stray_costs_no_epoch(stray, at):
+    """Every epoch is stepped once, by its SYNC, and none is a fresh start; what is no bench frame stays in."""
+    slave = Slave(CODEC)
+    before = [piece for k in range(5) for piece in (block(k), sync(k, 6))]
+    disturbed = concat((block(5)[:at], stray, block(5)[at:], sync(5, 6)))
+    after = [piece for k in range(6, 9) for piece in (block(k), sync(k, 6))]
+    did = play(slave, *before, disturbed, *after, end_frame(SESSION, 9))
+    assert tasks(did) == [Task.STEP] * 9 + [Task.END]
+    assert [work[2] for work in did] == [True] + [False] * 9
+    answers = [messages.judge(sent, len(sent) - 1, SESSION, k) for k, (*_, sent) in enumerate(did[:-1])]
+    assert [(a.epoch, a.session) for a in answers] == [(k, SESSION) for k in range(9)]
+    kept = concat([frames for _, frames, _, _ in did[:-1]])
+    bench = len(messages.rows(stray))
+    assert len(kept) == 9 * 6 + 1 - bench
+    assert sum(slave.refused.values()) == bench
+
+
+@pytest.mark.parametrize(
+    "stray", [mark(5, session=99), mark(4096), mark(2**31)], ids=["session", "far", "farther"]
+)
+def test_without_sync_a_stray_mark_costs_no_epoch(stray):
+    slave = Slave(CODEC)
+    did = play(slave, *(block(k) for k in range(4)), stray, measurements(3), *(block(k) for k in range(4, 8)))
+    assert [work[2] for work in did] == [True] + [False] * 6
+    assert did[3][1] == concat((block(3), stray, measurements(3)))
+    assert [work[1] for work in did if work is not did[3]] == [block(k) for k in range(7) if k != 3]
+
+
+@pytest.mark.parametrize(("session", "epoch"), [(SESSION + 1, 0), (SESSION, 0), (SESSION + 1, 900)])
+def test_without_sync_another_run_begins_with_its_second_mark(session, epoch):
+    slave = Slave(CODEC)
+    play(slave, *(block(k) for k in range(4)))
+    did = play(slave, *(block(epoch + k, session=session) for k in range(3)))
+    assert [(work[1], work[2]) for work in did] == [
+        (block(epoch, session=session), True),
+        (block(epoch + 1, session=session), False),
+    ]
+
+
+def test_a_node_that_missed_many_epochs_goes_on_where_the_run_is():
+    slave = Slave(CODEC)
+    play(slave, block(0), sync(0, 6))
+    (work,) = play(slave, block(500), sync(500, 6))
+    assert work[:3] == (Task.STEP, block(500), False)
+
+
+def test_a_run_that_began_with_a_stray_mark_begins_again_with_the_bench():
+    slave = Slave(CODEC)
+    did = play(slave, mark(5, session=99), block(0), sync(0, 6), block(1), sync(1, 6))
+    assert [(work[1], work[2]) for work in did] == [(block(0), True), (block(1), False)]
+
+
+def test_a_lost_sync_costs_no_epoch():
+    """Its epoch is stepped when the next one is borne out, and sent without DONE."""
+    slave = Slave(CODEC)
+    did = play(slave, block(0), sync(0, 6), block(1), block(2), sync(2, 6))
+    assert [work[1] for work in did] == [block(0), block(1), block(2)]
+    assert did[1][3] == navigation(1)
+    assert did[2][3] == concat((navigation(2), done(2, 3)))

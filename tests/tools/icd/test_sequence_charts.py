@@ -81,7 +81,7 @@ def played_answers(chart: Chart) -> tuple[list[tuple[str, int, int]], list[Task]
             frames = work.block
             if work.task is Task.STEP:
                 frames = slave.answer(lockstep_frames.navigation(1))
-            spoken = [messages.decode(frames, row) for row in messages.rows(frames)]
+            spoken = lockstep_frames.bench_in(frames, session_of(chart, sent), epoch_of(sent))
             answers += [
                 ("DONE", frame.session, frame.epoch) for frame in spoken if frame.can_id == messages.DONE_ID
             ]
