@@ -198,7 +198,7 @@ STRAYS = {
 @pytest.mark.parametrize("at", [0, 1, 3, 6], ids=["before", "after the mark", "amid", "behind"])
 @pytest.mark.parametrize("stray", STRAYS.values(), ids=STRAYS)
 def test_a_stray_costs_no_epoch(stray, at):
-    """Every epoch is stepped once, by its SYNC, and none is a fresh start; what is no bench frame stays in."""
+    """Every epoch is stepped once, by its SYNC, none is a fresh start; what is no bench frame stays in."""
     slave = Slave(CODEC)
     before = [piece for k in range(5) for piece in (block(k), sync(k, 6))]
     disturbed = concat((block(5)[:at], stray, block(5)[at:], sync(5, 6)))
