@@ -1,10 +1,10 @@
-"""Recordings through python-can: its readers, with what this bench expects where a file is damaged, its BLF
-writer, and its messages as pieces of a recording."""
+"""Recordings through python-can: its readers, with what this bench expects where a file is damaged, its
+messages as pieces of a recording."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -14,13 +14,10 @@ from typing import Any
 import can
 import numpy as np
 
-from gnss_hil.dbc.bus.pythoncan import from_messages, to_messages
+from gnss_hil.dbc.bus.pythoncan import from_messages
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, SFF_MASK, WIDTH, FrameBatch
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.piece import CUT, FD, Findings, LogError, Piece
-
-_BLF_SIZE = slice(16, 24)
-"""Where the file header has the size of the whole file, little-endian."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,29 +38,11 @@ class Reading:
         return None if self.file is None or self.file.closed else self.file.tell()
 
 
-def open_blf(path: Path) -> Reading:
-    """Frames of a BLF file."""
-
-    def complaint() -> str:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            announced = int.from_bytes(file.read(_BLF_SIZE.stop)[_BLF_SIZE], "little")
-        return f"is cut short: {size} bytes of {announced}" if size < announced else ""
-
-    reader = can.BLFReader(path)
-    return Reading(reader, reader.file, complaint)
-
-
 def open_mf4(path: Path) -> Reading:
     """Frames of an MF4 file."""
     from gnss_hil.tools.recording.formats.mf4 import open_reader
 
     return Reading(open_reader(path))
-
-
-def read_blf(path: Path, found: Findings) -> Iterator[Piece]:
-    """Pieces of a BLF file."""
-    return _read(path, found, open_blf, "Vector BLF")
 
 
 def read_mf4(path: Path, found: Findings) -> Iterator[Piece]:
@@ -133,29 +112,3 @@ def _piece(messages: list[can.Message], origin: str) -> Piece:
 
 def _name(channel: object) -> str:
     return f"can{max(channel, 0)}" if isinstance(channel, int) else str(channel or "can0")
-
-
-def messages_of(piece: Piece, channels: Mapping[bytes, int]) -> Iterator[can.Message]:
-    """python-can messages of a piece, with its times and the numbers of its buses."""
-    unix_us, bus, frames, sent = piece
-    for message, stamp_us, name, tx in zip(
-        to_messages(frames), unix_us.tolist(), bus.tolist(), sent.tolist(), strict=True
-    ):
-        message.timestamp, message.is_rx = stamp_us / 1e6, not tx
-        message.channel = channels[name]
-        yield message
-
-
-class BlfWriter:
-    """python-can's writer of Vector's binary log."""
-
-    def __init__(self, path: Path, channels: Mapping[bytes, int]):
-        self._channels = channels
-        self._log = can.BLFWriter(path)
-
-    def write(self, piece: Piece) -> None:
-        for message in messages_of(piece, self._channels):
-            self._log.on_message_received(message)
-
-    def close(self) -> None:
-        self._log.stop()

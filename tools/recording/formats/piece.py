@@ -18,6 +18,7 @@ FD, XL, CUT = "CAN FD", "CAN XL", "cut short"
 BEYOND = f"with an 11-bit identifier beyond {SFF_MASK:X}"
 """Why frames are left out."""
 
+MOST_CHANNEL = 0xFFFF
 _LATEST_US = 10**17
 """No recording is from later (the year 5138): such a time is damage."""
 
@@ -63,8 +64,11 @@ class Findings:
 
 def buses(channel: NDArray[np.integer]) -> NDArray[np.bytes_]:
     """(n,) names of channels (n,) from 0: channel n is the bus `can{n}`."""
-    numbers, place = np.unique(channel, return_inverse=True)
-    return np.array([b"can%d" % n for n in numbers.tolist()], f"S{NAME_BYTES}")[place]
+    channel = np.clip(channel, 0, MOST_CHANNEL)
+    names = np.zeros(int(channel.max(initial=0)) + 1, f"S{NAME_BYTES}")
+    for number in np.flatnonzero(np.bincount(channel)).tolist():
+        names[number] = b"can%d" % number
+    return names[channel]
 
 
 def kinds(frames: FrameBatch) -> Counter[str]:

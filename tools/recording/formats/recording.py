@@ -48,7 +48,7 @@ class Format:
 FORMATS = {
     ".log": Format("candump", ("candump", "read"), ("candump", "CandumpWriter"), named=True),
     ".asc": Format("Vector ASC", ("asc.reader", "read"), ("asc.writer", "AscWriter")),
-    ".blf": Format("Vector BLF", ("foreign", "read_blf"), ("foreign", "BlfWriter")),
+    ".blf": Format("Vector BLF", ("blf.reader", "read"), ("blf.writer", "BlfWriter")),
     ".mf4": Format("ASAM MDF 4", ("foreign", "read_mf4"), ("mf4", "Mf4Writer")),
 }
 
