@@ -91,6 +91,8 @@ def _play(arguments: argparse.Namespace, stop) -> int:
     scenario, world = _world(arguments, session, pace)
     specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
     say = command_line.voice("emulator", arguments.quiet)
+    for remark in world.remarks:
+        say(remark)
     with ExitStack() as stack:
         truth = stack.enter_context(
             _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)

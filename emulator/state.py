@@ -17,6 +17,7 @@ class World:
     """What does not change in a run.
 
     row_of   (SATELLITES,) row of the sky by satellite index, -1 none
+    remarks  on what is odd in the scenario's files, a line each
     """
 
     seed: int
@@ -26,6 +27,7 @@ class World:
     sky: Sky
     row_of: I64
     craft: tuple[Craft, ...]
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,7 @@ from datetime import UTC, datetime, timedelta
 
 NS_PER_S = 1_000_000_000
 S_PER_WEEK = 604_800
+NS_PER_DAY = 86_400 * NS_PER_S
 NS_PER_WEEK = S_PER_WEEK * NS_PER_S
 
 UNIX_OF_GPS_EPOCH_S = 315_964_800

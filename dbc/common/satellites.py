@@ -41,6 +41,14 @@ def name(sat_index: int) -> str:
     return f"{prefix}{number:02d}"
 
 
+def listed(sat_index: ArrayLike, most: int = 8) -> str:
+    """Names of satellites for people: 'G01, G07 and R21'; of many the first ones and how many more."""
+    names = [name(one) for one in np.unique(sat_index).tolist()]
+    if len(names) > most:
+        names = [*names[:most], f"{len(names) - most} more"]
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1]))) if names else ""
+
+
 def parse(text: str) -> int:
     """Index from a RINEX name; ValueError if it is none."""
     match = re.fullmatch(r"([A-Z])(\d\d)", text)

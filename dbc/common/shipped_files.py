@@ -5,6 +5,7 @@ What is wrong with a file is reported in one line a fault, as the kind's own exc
 
 from __future__ import annotations
 
+import codecs
 import tomllib
 from dataclasses import dataclass
 from importlib import resources
@@ -14,6 +15,8 @@ from typing import Generic, TypeVar
 from pydantic import BaseModel, ValidationError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +37,23 @@ class Files(Generic[Model]):
 
     def read(self, path: Path) -> dict:
         """The TOML document of a file."""
+        return self.document(self.text(path), str(path))
+
+    def text(self, path: Path) -> str:
+        """The text of a file, without a byte order mark."""
         try:
-            text = Path(path).read_text("utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-            raise self.mistake(f"{path}: {reason}") from None
-        return self.document(text, str(path))
+            raw = Path(path).read_bytes()
+        except OSError as error:
+            raise self.mistake(f"{path}: {error.strerror}") from None
+        if raw.startswith(_UTF_16):
+            raise self.mistake(f"{path}: not UTF-8 text but UTF-16, as PowerShell's > writes")
+        try:
+            # As Path.read_text has it: lines end in LF, CR LF or CR.
+            return raw.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+        except UnicodeDecodeError as error:
+            line = raw.count(b"\n", 0, error.start) + 1
+            found = f"byte 0x{raw[error.start]:02x} in line {line}"
+            raise self.mistake(f"{path}: not UTF-8 text ({found})") from None
 
     def document(self, text: str, origin: str) -> dict:
         """The TOML document of a text."""

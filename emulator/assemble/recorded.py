@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from gnss_hil.dbc.contract import codec
 from gnss_hil.emulator.assemble.shared import Shared
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config.tables import Tell
+from gnss_hil.emulator.constellation.sky import Sky
 from gnss_hil.emulator.error_models.registry import FACTORS
 from gnss_hil.emulator.files import rinex_obs
 from gnss_hil.emulator.files.finals import Orientation
@@ -22,13 +25,15 @@ from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
-from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
-from gnss_hil.emulator.receivers.recorded.tracks import tracks
+from gnss_hil.emulator.receivers.recorded.signals import SIGNALS, Signal
+from gnss_hil.emulator.receivers.recorded.tracks import LOUDEST_DBHZ, Tracks, tracks
 from gnss_hil.emulator.sensors import attitude
 from gnss_hil.emulator.sensors.registry import SENSORS
 
 NEAR = 0.1
 """A tag this share of an interval beside a run's epoch still is that epoch's."""
+
+_QUARTER_NS = 900 * NS_PER_S
 
 read = lru_cache(maxsize=2)(rinex_obs.read)
 
@@ -65,13 +70,16 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     _refuse(shared.given.sky, craft, vehicle)
     epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")
     marks_ns = _marks_ns(file, time, epoch_of)
-    played = tracks(file, [SIGNALS[name] for name in settings.signals], epoch_of, int(vehicle.channels[0]))
+    signals = [SIGNALS[name] for name in settings.signals]
+    frequencies = _frequencies(file, shared.sky, marks_ns, signals)
+    played = tracks(file, signals, epoch_of, int(vehicle.channels[0]), frequencies)
+    _tell_left_out(played, craft.name, shared.tell)
     contract = codec.codec(vehicle.antennas)
     return RecordedCraft(
         name=craft.name,
         vehicle=vehicle,
-        orbit=_reference(settings, marks_ns, shared.measured, f"{key}.reference"),
-        frequency=_frequencies(file),
+        orbit=_reference(settings, marks_ns, shared.measured, f"{key}.reference", shared.tell),
+        frequency=_by_index(frequencies),
         tracks=played,
         bounds=np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
         marks_ns=marks_ns,
@@ -83,6 +91,20 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
         row_of=shared.row_of,
         session=shared.session,
     )
+
+
+def _tell_left_out(played: Tracks, name: str, tell: Tell) -> None:
+    """Tell of observations that cannot be used."""
+    if played.dropped:
+        tell(
+            f"{name}: {played.dropped} of {played.dropped + len(played)} observations are left out: alone in "
+            "time, hence without a range rate, or without a channel"
+        )
+    if played.doubtful:
+        tell(
+            f"{name}: {played.doubtful} of {len(played)} signal strengths are left out: no receiver measures "
+            f"more than {LOUDEST_DBHZ:g} dBHz"
+        )
 
 
 def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
@@ -128,16 +150,56 @@ def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: I64) 
 
 
 def _reference(
-    settings: scenario.ObservationFile, marks_ns: I64, measured: Orientation | None, key: str
+    settings: scenario.ObservationFile, marks_ns: I64, measured: Orientation | None, key: str, tell: Tell
 ) -> Trajectory | None:
     if settings.reference is None:
         return None
-    return read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key)
+    return read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key, tell)
 
 
-def _frequencies(file: rinex_obs.Observations) -> I64:
-    """(SATELLITES,) GLONASS frequency numbers as the file's header has them, 0 elsewhere."""
+def _frequencies(
+    file: rinex_obs.Observations, sky: Sky, marks_ns: I64, signals: Sequence[Signal]
+) -> dict[int, int]:
+    """Slot -> frequency number of GLONASS satellites: by the file's header, else by their messages.
+
+    ScenarioError if a satellite above that was observed has neither, and a signal needs it.
+    """
+    found = _broadcast_frequencies(sky, marks_ns) | dict(file.header.frequencies)
+    needing = [signal for signal in signals if signal.spacing_hz]
+    seen, above = np.unique(file.sat), set(sky.index.tolist())
+    for signal in needing:
+        mine = seen[satellites.system_of(seen) == signal.system]
+        missing = [
+            number
+            for index, number in zip(mine.tolist(), satellites.number_of(mine).tolist(), strict=True)
+            if index in above and number not in found
+        ]
+        if missing:
+            raise ScenarioError(
+                f"{file.origin}: neither GLONASS SLOT / FRQ # nor navigation messages (--nav FILE) have the "
+                f"frequency of R{missing[0]:02d}; {signal.name} needs it"
+            )
+    return found
+
+
+def _broadcast_frequencies(sky: Sky, marks_ns: I64) -> dict[int, int]:
+    """Slot -> frequency number of the GLONASS satellites that send messages in the run."""
+    found: dict[int, int] = {}
+    glonass = np.flatnonzero(sky.messages & (satellites.system_of(sky.index) == satellites.GLONASS))
+    if len(glonass):
+        # A satellite keeps its frequency for months: an ephemeris every quarter of an hour tells of all.
+        instants = np.unique(np.append(np.arange(marks_ns[0], marks_ns[-1], _QUARTER_NS), marks_ns[-1]))
+        for t_ns in instants.tolist():
+            broadcast = sky.at(t_ns).broadcast
+            there = glonass[broadcast.available[glonass]]
+            numbers = satellites.number_of(sky.index[there]).tolist()
+            found |= dict(zip(numbers, broadcast.frequency[there].tolist(), strict=True))
+    return found
+
+
+def _by_index(frequencies: Mapping[int, int]) -> I64:
+    """(SATELLITES,) GLONASS frequency numbers, 0 where none is known."""
     frequency = np.zeros(satellites.SATELLITES, np.int64)
-    for slot, k in file.header.frequencies.items():
+    for slot, k in frequencies.items():
         frequency[satellites.index(satellites.GLONASS, slot)] = k
     return frequency

@@ -11,6 +11,7 @@ from typing import Any
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config.tables import Tell
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
 from gnss_hil.emulator.constellation.sky import ReportErrors, Sky
 from gnss_hil.emulator.earth.sun_table import Sun
@@ -38,7 +39,8 @@ from gnss_hil.emulator.orbits.motion import Motion, build_motion
 class Shared:
     """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
     orientation, None without a file of it; motion_of: the motion of a craft by its name, ScenarioError if it
-    has none that is known; period_s: wall time between two epochs, None where none is set."""
+    has none that is known; period_s: wall time between two epochs, None where none is set; tell: takes
+    remarks."""
 
     given: scenario.Scenario
     session: int
@@ -52,9 +54,12 @@ class Shared:
     measured: finals.Orientation | None
     motion_of: Callable[[str], Motion]
     period_s: float | None
+    tell: Tell
 
 
-def motions(given: scenario.Scenario, measured: finals.Orientation | None) -> Callable[[str], Motion]:
+def motions(
+    given: scenario.Scenario, measured: finals.Orientation | None, tell: Tell
+) -> Callable[[str], Motion]:
     """Motions of a scenario's craft by name, each built when it is first asked for."""
     of_name = {craft.name: craft for craft in given.craft}
 
@@ -63,7 +68,7 @@ def motions(given: scenario.Scenario, measured: finals.Orientation | None) -> Ca
         craft = of_name.get(name)
         if craft is None or craft.observations is not None:
             raise ScenarioError(f"craft '{name}': there is none with an orbit or a trajectory")
-        return build_motion(name, craft.orbit, craft.trajectory, given.time, measured)
+        return build_motion(name, craft.orbit, craft.trajectory, given.time, measured, tell)
 
     return motion_of
 

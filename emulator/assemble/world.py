@@ -15,6 +15,7 @@ from gnss_hil.emulator.assemble.emulated import build_emulated
 from gnss_hil.emulator.assemble.shared import Shared, models_of_sky, motions, report_errors
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config.tables import Tell
 from gnss_hil.emulator.constellation.almanac import orbits
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
 from gnss_hil.emulator.constellation.sky import build_sky
@@ -45,8 +46,13 @@ def build_world(
     if not 0 <= session < 1 << 16:
         raise ScenarioError(f"session: {session} is not a 16-bit number")
     time = given.time
+    remarks: list[str] = []
     sky = build_sky(
-        given.sky, time, resolve_path, lambda index: report_errors(models_of_sky(given, resolve_path, index))
+        given.sky,
+        time,
+        resolve_path,
+        lambda index: report_errors(models_of_sky(given, resolve_path, index)),
+        remarks.append,
     )
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
@@ -58,18 +64,20 @@ def build_world(
         sky,
         SkyCache(sky, keep=2 * len(given.craft)),
         Sun(gpstime.leap_seconds(time.start_ns)),
-        _almanac(given, resolve_path, sky.index),
+        _almanac(given, resolve_path, sky.index, remarks.append),
         row_of,
         models_of_sky(given, resolve_path, sky.index),
         measured,
-        motions(given, measured),
+        motions(given, measured, remarks.append),
         period_s,
+        remarks.append,
     )
     craft = tuple(
         next(kind for kind in RECEIVER_KINDS if kind.of(one)).build(shared, one, v)
         for one, v in zip(given.craft, vehicles, strict=True)
     )
-    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft)
+    told = tuple(dict.fromkeys(remarks))
+    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft, told)
 
 
 def initial_state(world: World) -> EmulatorState:
@@ -116,12 +124,17 @@ def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> fi
     return found
 
 
-def _almanac(given: scenario.Scenario, resolve_path: Callable[[str], Path], index: I64) -> HeldAlmanac | None:
+def _almanac(
+    given: scenario.Scenario, resolve_path: Callable[[str], Path], index: I64, tell: Tell
+) -> HeldAlmanac | None:
     """The almanac that a scenario names, for the satellites (n,) of its sky."""
     if not given.sky.almanac:
         return None
     try:
         paths = [resolve_path(name) for name in given.sky.almanac]
-        return orbits.read(paths, index, given.time.start_ns)
+        held = orbits.read(paths, index, given.time.start_ns)
     except FileError as error:
         raise ScenarioError(f"sky.almanac: {error}") from None
+    for remark in orbits.remarks(held, index, given.time.start_ns):
+        tell(f"sky.almanac: {', '.join(map(str, paths))}: {remark}")
+    return held

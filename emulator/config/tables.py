@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from itertools import pairwise
 from typing import Annotated, Literal
@@ -21,6 +22,14 @@ Force = Literal["j2", "j3", "j4", "egm2008", "sun", "moon", "drag", "radiation"]
 
 class ScenarioError(ValueError):
     """A scenario that cannot be played; the message is for people, one line a fault."""
+
+
+Tell = Callable[[str], None]
+"""Takes a remark: one line on something odd in a scenario's files that the run goes on with."""
+
+
+def untold(remark: str) -> None:
+    """Where nobody listens."""
 
 
 _GPS_TIME = {"type": "string", "pattern": r"^\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?$"}

@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import F64, I64
-from gnss_hil.emulator.config.tables import ScenarioError, Time
+from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
 from gnss_hil.emulator.constellation.base import Broadcast, Constellation
+from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Chunks, Grid
@@ -91,6 +92,8 @@ class _Chunk:
 class Sky:
     """Several constellations as one table.
 
+    index       (n,) satellite index;  messages (n,) whether it is known what a satellite broadcasts, which of
+                precise orbits it is not
     offset_m    (n,) residual offset of each satellite's system against GPS [m]: it lengthens the
                 pseudoranges of the system's satellites and appears in no broadcast clock
     truth       orbits that are flown instead of those broadcast; satellites they lack are not there
@@ -108,6 +111,9 @@ class Sky:
     ):
         self._constellations = tuple(constellations)
         self.index = np.concatenate([c.index for c in constellations])
+        self.messages = np.concatenate(
+            [np.full(len(c.index), not isinstance(c, PreciseConstellation)) for c in constellations]
+        )
         self._offset_m = np.concatenate(
             [np.full(len(c.index), value) for c, value in zip(constellations, offset_m, strict=True)]
         )
@@ -245,11 +251,13 @@ def build_sky(
     time: Time,
     resolve_path: Callable[[str], Path],
     report_errors: Callable[[I64], Sequence[ReportErrors]] = lambda index: (),
+    tell: Tell = untold,
 ) -> Sky:
     """The sky a scenario describes; ScenarioError with one line if it cannot be had.
 
     resolve_path  name of a navigation file as the scenario writes it -> the file
     report_errors    satellite index (n,) -> errors of what these satellites report
+    tell          takes remarks
     """
     parts: dict[str, Constellation] = {}
     for system, source in sky.sources().items():

@@ -109,7 +109,7 @@ def read(path: Path, near_ns: int) -> Almanac:
 def parse(text: str, origin: str, near_ns: int) -> Almanac:
     """The almanac in the text of a file; `origin` names it in errors.
 
-    Of several records of a satellite the last stands.
+    Of several records of a satellite that nearest to near_ns stands, of equal ones the last.
     """
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     first = lines[0][1].split()
@@ -118,7 +118,7 @@ def parse(text: str, origin: str, near_ns: int) -> Almanac:
     if len(first) <= 2 and first[0].isdigit():
         return _gps(_sem_rows(lines, origin), near_ns)
     if len(first) >= 4 and first[0].isdigit():
-        return _glonass(lines, origin)
+        return _glonass(lines, origin, near_ns)
     raise FileError(f"{origin}: line {lines[0][0]}: begins with {first[0]!r}; not YUMA, SEM, or AGL")
 
 
@@ -189,16 +189,23 @@ def _sem_rows(lines: list, origin: str) -> Iterator[tuple[list[float], int, floa
         yield [e, i0, np.pi * rate, sqrt_a, *angles], int(week), toa_s, int(number), int(health)
 
 
+def nearest_of_each(number: I64, away_ns: I64) -> I64:
+    """Rows to keep, by number: of each number (m,) that which is least away (m,), of equal ones the last."""
+    order = np.lexsort((-np.arange(len(number)), away_ns, number))
+    return order[np.unique(number[order], return_index=True)[1]]
+
+
 def _gps(rows: Iterator[tuple[list[float], int, float, int, int]], near_ns: int) -> Almanac:
-    found = {number: (row, week, toa_s, health) for row, week, toa_s, number, health in rows}
-    numbers = sorted(found)
-    table = np.array([found[number][0] for number in numbers])
+    elements, weeks, toas_s, numbers, health = zip(*rows, strict=True)
+    number = np.array(numbers)
+    references_ns = [reference_ns(week, toa_s, near_ns) for week, toa_s in zip(weeks, toas_s, strict=True)]
+    keep = nearest_of_each(number, np.abs(np.array(references_ns) - near_ns))
     return Almanac(
         satellites.GPS,
-        np.array(numbers),
-        np.array([found[number][3] == 0 for number in numbers]),
-        np.array([reference_ns(*found[number][1:3], near_ns) for number in numbers]),
-        dict(zip(_GPS_ELEMENTS, table.T, strict=True)),
+        number[keep],
+        np.array(health)[keep] == 0,
+        np.array(references_ns)[keep],
+        dict(zip(_GPS_ELEMENTS, np.array(elements)[keep].T, strict=True)),
     )
 
 
@@ -211,28 +218,33 @@ def reference_ns(week: int, second: float, near_ns: int) -> int:
     return t_ns + (near_ns - t_ns + turn_ns // 2) // turn_ns * turn_ns
 
 
-def _glonass(lines: list, origin: str) -> Almanac:
-    found = {}
-    for block in _blocks(lines, len(_AGL), "an entry", origin):
-        _values(block[0], _AGL[0], origin, more=True)
-        slot, _, health, day, month, year, node_s, *_ = _values(block[1], _AGL[1], origin)
-        try:
-            midnight = datetime(int(year), int(month), int(day))
-        except ValueError:
-            raise FileError(
-                f"{origin}: line {block[1][0]}: day is '{day:g}'; month {month:g} has none such"
-            ) from None
-        node_ns = gpstime.from_utc(midnight + timedelta(hours=-MOSCOW_H, seconds=node_s))
-        found[int(slot)] = node_ns, health == 1, _values(block[2], _AGL[2], origin)
-    slots = sorted(found)
-    longitude, delta_i, omega, e, delta_t, rate = np.array([found[slot][2] for slot in slots]).T
+def _glonass(lines: list, origin: str, near_ns: int) -> Almanac:
+    entries = [_entry(block, origin) for block in _blocks(lines, len(_AGL), "an entry", origin)]
+    slots, nodes_ns, healthy, values = zip(*entries, strict=True)
+    slot, node_ns = np.array(slots), np.array(nodes_ns)
+    keep = nearest_of_each(slot, np.abs(node_ns - near_ns))
+    longitude, delta_i, omega, e, delta_t, rate = np.array(values)[keep].T
     return Almanac(
         satellites.GLONASS,
-        np.array(slots),
-        np.array([found[slot][1] for slot in slots]),
-        np.array([found[slot][0] for slot in slots]),
+        slot[keep],
+        np.array(healthy)[keep],
+        node_ns[keep],
         {
             "longitude": np.pi * longitude, "delta_i": np.pi * delta_i, "omega": np.pi * omega,
             "e": e, "delta_t": delta_t, "delta_t_dot": rate,
         },
     )  # fmt: skip
+
+
+def _entry(block: list[tuple[int, str]], origin: str) -> tuple[int, int, bool, list[float]]:
+    """Slot, GPS time of the ascending node [ns], health and elements of a bulletin's entry."""
+    _values(block[0], _AGL[0], origin, more=True)
+    slot, _, health, day, month, year, node_s, *_ = _values(block[1], _AGL[1], origin)
+    try:
+        midnight = datetime(int(year), int(month), int(day))
+    except ValueError:
+        raise FileError(
+            f"{origin}: line {block[1][0]}: day is '{day:g}'; month {month:g} has none such"
+        ) from None
+    node_ns = gpstime.from_utc(midnight + timedelta(hours=-MOSCOW_H, seconds=node_s))
+    return int(slot), node_ns, health == 1, _values(block[2], _AGL[2], origin)

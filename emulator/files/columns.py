@@ -25,7 +25,8 @@ class Lines:
         self.text = [line.rstrip("\r") for line in text.split("\n")]
         if not self.text[-1]:
             self.text.pop()
-        self._bytes = np.frombuffer(("\n".join(self.text) + "\n").encode("ascii"), np.uint8)
+        # One byte a character: letters beyond ASCII are in names and comments only.
+        self._bytes = np.frombuffer(("\n".join(self.text) + "\n").encode("ascii", "replace"), np.uint8)
         self._ends = np.flatnonzero(self._bytes == ord("\n"))
         self._starts = np.append(0, self._ends[:-1] + 1)
 

@@ -1,11 +1,14 @@
-"""Tables of flown states: comma-separated columns, named in the first line, by UTC."""
+"""Tables of flown states: comma-separated columns, named in the first line, by UTC.
+
+Instants are written as ISO 8601 has them; an offset from UTC (Z, +03:00) counts.
+"""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from io import StringIO
 from math import isfinite
 from pathlib import Path
@@ -35,18 +38,21 @@ def read(path: Path, wanted: Sequence[str]) -> Table:
 def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
     """The wanted columns in the text of a table; `origin` names it in errors."""
     lines = csv.reader(StringIO(text))
-    head = [name.strip() for name in next(lines)]
+    head = [name.strip() for name in next((cells for cells in lines if any(map(str.strip, cells))), [])]
+    column = {name.casefold(): place for place, name in reversed(list(enumerate(head)))}
     for name in (TIME, *wanted):
-        if name not in head:
-            raise FileError(f"{origin}: line 1: column {name} is missing; there are {', '.join(head)[:200]}")
-    places = [head.index(name) for name in wanted]
+        if name.casefold() not in column:
+            there = ", ".join(head)[:200]
+            raise FileError(f"{origin}: line {lines.line_num}: column {name} is missing; there are {there}")
+    time_at, places = column[TIME.casefold()], [column[name.casefold()] for name in wanted]
     times, rows = [], []
-    for n, cells in enumerate(lines, 2):
-        if not cells:
+    for cells in lines:
+        n = lines.line_num
+        if not any(map(str.strip, cells)):
             continue
         if len(cells) != len(head):
             raise FileError(f"{origin}: line {n}: {len(cells)} columns; the first line names {len(head)}")
-        times.append(_time(cells[head.index(TIME)], f"{origin}: line {n}"))
+        times.append(_time(cells[time_at], f"{origin}: line {n}"))
         rows.append([_number(cells[k], head[k], f"{origin}: line {n}") for k in places])
         if len(times) > 1 and times[-1] <= times[-2]:
             raise FileError(f"{origin}: line {n}: {TIME} does not ascend")
@@ -57,8 +63,9 @@ def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
 
 def _time(text: str, where: str) -> int:
     try:
-        return gpstime.from_utc(datetime.fromisoformat(text.strip()))
-    except ValueError:
+        moment = datetime.fromisoformat(text.strip())
+        return gpstime.from_utc(moment if moment.tzinfo is None else moment.astimezone(UTC))
+    except (ValueError, OverflowError):
         raise FileError(f"{where}: {TIME} is {text!r}, not a date and time") from None
 
 

@@ -25,17 +25,23 @@ TIME_SYSTEMS = {"UTC": None, "GPS": 0.0, "TAI": 19.0, "TT": 51.184}
 
 _STATE = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
 _NEEDED = ("OBJECT_NAME", "REF_FRAME", "TIME_SYSTEM")
-_EPOCH = re.compile(r"(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(\d{2}):(\d{2}):(\d{2})(\.\d+)?Z?")
+_EARTH = ("EARTH", "399")
+"""Values of CENTER_NAME that are the Earth: its name, and its number at JPL."""
+
+_USEABLE = ("USEABLE_START_TIME", "USEABLE_STOP_TIME")
+_EPOCH = re.compile(r"(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(\d{2}):(\d{2})(?::(\d{2})(\.\d*)?)?Z?", re.I)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ephemeris:
-    """States of one object, ascending in time.
+    """States of one object, by segments, which are not to be interpolated across; ascending within each.
 
-    frame    as written: EME2000, GCRF, ICRF, ITRF..., TEME
+    frame    as written, in capitals: EME2000, GCRF, ICRF, ITRF..., TEME
     t_ns     (n,) GPS time [ns]
     pos_m    (n, 3) [m] and
     vel_mps  (n, 3) [m/s], relative to the axes of the frame
+    begins   rows where segments begin, the first being 0
+    useable_ns   GPS time from which and until which each segment is for use [ns]; () as far as its states go
     """
 
     name: str
@@ -43,10 +49,12 @@ class Ephemeris:
     t_ns: I64
     pos_m: F64
     vel_mps: F64
+    begins: tuple[int, ...] = (0,)
+    useable_ns: tuple[tuple[int, int], ...] = ()
 
 
 def read(path: Path) -> Ephemeris:
-    """The ephemeris of an OEM, keyword or XML, gzip or plain; several segments of one object are joined.
+    """The ephemeris of an OEM, keyword or XML, with all segments of its object.
 
     FileError with one line if it has faults.
     """
@@ -59,22 +67,57 @@ def parse(text: str, origin: str) -> Ephemeris:
     if not segments:
         raise FileError(f"{origin}: no segment (META_START or <segment>)")
     for meta, _ in segments:
-        for name in _NEEDED:
-            if name not in meta:
-                raise FileError(f"{origin}: {name} is missing in the metadata")
+        _check(meta, origin)
     first = segments[0][0]
     for name in ("OBJECT_NAME", "REF_FRAME"):
-        found = {meta[name] for meta, _ in segments}
+        found = {meta[name].upper() for meta, _ in segments}
         if len(found) > 1:
             raise FileError(f"{origin}: {name} is {' and '.join(sorted(found))}; one is read")
-    rows = sorted({_row(meta, *state, origin) for meta, states in segments for state in states})
+    parts = [(_rows(meta, states, origin), meta) for meta, states in segments if states]
+    parts.sort(key=lambda part: part[0][0][0])
+    rows = [row for part, _ in parts for row in part]
     if len(rows) < 2:
         raise FileError(f"{origin}: {len(rows)} states; an orbit needs two at least")
+    t_ns, states = np.array([row[0] for row in rows]), 1e3 * np.array([row[1:] for row in rows])
+    lengths = [len(part) for part, _ in parts]
+    begins = tuple(sum(lengths[:k]) for k in range(len(lengths)))
+    useable_ns = tuple(_useable_ns(meta, part[0][0], part[-1][0], origin) for part, meta in parts)
+    frame = first["REF_FRAME"].upper()
+    return Ephemeris(first["OBJECT_NAME"], frame, t_ns, states[:, :3], states[:, 3:], begins, useable_ns)
+
+
+def _check(meta: dict[str, str], origin: str) -> None:
+    """FileError if a segment's metadata lack something, or say that its coordinates are not to be had so."""
+    for name in _NEEDED:
+        if name not in meta:
+            raise FileError(f"{origin}: {name} is missing in the metadata")
+    centre = meta.get("CENTER_NAME", "EARTH")
+    if centre.upper() not in _EARTH:
+        raise FileError(
+            f"{origin}: CENTER_NAME is {centre}; states about the Earth's centre (EARTH) are read"
+        )
+    if "REF_FRAME_EPOCH" in meta and meta["REF_FRAME"].upper() == "TEME":
+        raise FileError(
+            f"{origin}: REF_FRAME_EPOCH is {meta['REF_FRAME_EPOCH']}; TEME is read as of each state's date"
+        )
+
+
+def _rows(meta: dict[str, str], states: list[_State], origin: str) -> list[tuple]:
+    """A segment's states, ascending in time and each once: GPS time [ns], coordinates [km, km/s]."""
+    rows = sorted({_row(meta, *state, origin) for state in states})
     twice = next((b for a, b in pairwise(rows) if a[0] == b[0]), None)
     if twice is not None:
-        raise FileError(f"{origin}: two different states for {gpstime.iso(twice[0])} GPS")
-    t_ns, states = np.array([row[0] for row in rows]), 1e3 * np.array([row[1:] for row in rows])
-    return Ephemeris(first["OBJECT_NAME"], first["REF_FRAME"].upper(), t_ns, states[:, :3], states[:, 3:])
+        raise FileError(f"{origin}: two different states of one segment for {gpstime.iso(twice[0])} GPS")
+    return rows
+
+
+def _useable_ns(meta: dict[str, str], first_ns: int, last_ns: int, origin: str) -> tuple[int, int]:
+    """Where a segment is for use: as far as its states go, if its metadata do not say less."""
+    said = [
+        _gps_ns(meta[key], meta["TIME_SYSTEM"].upper(), f"{origin}: {key}") if meta.get(key) else default
+        for key, default in zip(_USEABLE, (first_ns, last_ns), strict=True)
+    ]
+    return max(said[0], first_ns), min(said[1], last_ns)
 
 
 _State = tuple[int, str, list[str]]
@@ -90,19 +133,19 @@ def _keywords(text: str, origin: str) -> Iterator[tuple[dict[str, str], list[_St
         word = line.strip()
         if not word or word.startswith("COMMENT"):
             continue
-        if word in ("META_START", "COVARIANCE_START", "COVARIANCE_STOP", "META_STOP"):
-            if word == "META_START":
+        if word.upper() in ("META_START", "COVARIANCE_START", "COVARIANCE_STOP", "META_STOP"):
+            if word.upper() == "META_START":
                 if meta is not None:
                     yield meta, states
                 meta, states = {}, []
-            inside = word == "META_START"
-            covariance = word == "COVARIANCE_START"
+            inside = word.upper() == "META_START"
+            covariance = word.upper() == "COVARIANCE_START"
         elif covariance:
             continue
         elif "=" in word:
             key, _, value = word.partition("=")
             if inside and meta is not None:
-                meta[key.strip()] = value.strip()
+                meta[key.strip().upper()] = value.strip()
         elif meta is None:
             raise FileError(f"{origin}: line {n}: {word[:40]!r} before META_START")
         else:
@@ -121,16 +164,31 @@ def _xml(text: str, origin: str) -> Iterator[tuple[dict[str, str], list[_State]]
     if "<!DOCTYPE" in text:
         raise FileError(f"{origin}: a document type is declared; plain XML is read")
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+        root = ElementTree.fromstring(text.lstrip())
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise FileError(f"{origin}: not XML: {error}") from None
+    for item in root.iter():
+        # Which namespace a tag is in tells nothing: NDM/XML is written with and without one.
+        item.tag = item.tag.rpartition("}")[2] if isinstance(item.tag, str) else item.tag
     for segment in root.iter("segment"):
         meta = {item.tag: (item.text or "").strip() for item in segment.iterfind("metadata/*")}
         states = []
         for vector in segment.iterfind("data/stateVector"):
+            _check_units(vector, origin)
             values = {item.tag: (item.text or "").strip() for item in vector}
             states.append((0, values.get("EPOCH", ""), [values.get(name, "") for name in _STATE]))
         yield meta, states
+
+
+_UNITS = {name: ("km/s" if name.endswith("DOT") else "km") for name in _STATE}
+
+
+def _check_units(vector: ElementTree.Element, origin: str) -> None:
+    """FileError if a state is marked as of other units than those of the standard."""
+    for item in vector:
+        unit, wanted = item.get("units", ""), _UNITS.get(str(item.tag))
+        if unit and wanted and unit.lower() != wanted:
+            raise FileError(f"{origin}: units of {item.tag} are {unit!r}; allowed is {wanted}")
 
 
 def _row(meta: dict[str, str], line: int, epoch: str, numbers: list[str], origin: str) -> tuple:
@@ -143,7 +201,7 @@ def _row(meta: dict[str, str], line: int, epoch: str, numbers: list[str], origin
             raise FileError(f"{where}: {name} is {text!r}, not a number") from None
         if not isfinite(values[-1]):
             raise FileError(f"{where}: {name} is {text!r}, not finite")
-    return _gps_ns(epoch, meta["TIME_SYSTEM"], where), *values
+    return _gps_ns(epoch, meta["TIME_SYSTEM"].upper(), where), *values
 
 
 def _gps_ns(text: str, system: str, where: str) -> int:
@@ -155,11 +213,17 @@ def _gps_ns(text: str, system: str, where: str) -> int:
     if match is None:
         raise wrong
     try:
-        year, month, day, of_year, hour, minute, second = (int(g) if g else 1 for g in match.groups()[:7])
-        moment = datetime(year, month, day, hour, minute, second, tzinfo=UTC) + timedelta(days=of_year - 1)
+        year, month, day, of_year = (int(g) if g else 1 for g in match.groups()[:4])
+        hour, minute, second = (int(g) if g else 0 for g in match.groups()[4:7])
+        if not 1 <= of_year <= 366:
+            raise ValueError(text)
+        # A leap second, 23:59:60, is the one after 23:59:59.
+        leap = second == 60
+        moment = datetime(year, month, day, hour, minute, second - leap, tzinfo=UTC)
+        moment += timedelta(days=of_year - 1)
     except ValueError:
         raise wrong from None
-    fraction_ns = round(float(match[8] or 0) * gpstime.NS_PER_S)
+    fraction_ns = round((float(f"0{match[8] or '.'}0") + leap) * gpstime.NS_PER_S)
     ahead_s = TIME_SYSTEMS[system]
     if ahead_s is None:
         return gpstime.from_utc(moment) + fraction_ns

@@ -17,7 +17,7 @@ import numpy as np
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.columns import Lines
-from gnss_hil.emulator.files.rinex_obs_header import Header, satellite_index
+from gnss_hil.emulator.files.rinex_obs_header import Header, changed_definition, satellite_index
 from gnss_hil.emulator.files.text import FileError
 
 _SATELLITES_PER_LINE_2, _PER_LINE_2 = 12, 5
@@ -27,8 +27,6 @@ _ON_ONE_LINE = 1_000_000
 _EVENTS = (2, 3, 4, 5)
 """Epoch flags of records that are no observations but header lines; 6 has cycle slips instead."""
 _SLIPS = 6
-
-_DEFINITIONS = ("# / TYPES OF OBSERV", "SYS / # / OBS TYPES", "SYS / SCALE FACTOR")
 
 _TICKS_PER_S = 10_000_000
 """Epochs are written to 0.1 us."""
@@ -63,7 +61,6 @@ class _Scan:
         self.lines, self.header, self.at = lines.text, header, start
         self.origin = lines.origin
         self.known: dict[str, int | None] = {}
-        self.definitions = {line for line in lines.text[:start] if line[60:80].strip() in _DEFINITIONS}
         self.t_ns: list[int] = []
         self.clock_s: list[float] = []
         self.rows: list[tuple[int, int, int]] = []
@@ -115,10 +112,10 @@ class _Scan:
     def skip_event(self, count: int) -> None:
         """Header lines among the observations: passed over, unless they change how to read on."""
         self.ends_at(self.at + 1 + count, "the event record")
-        for n in range(self.at + 1, self.at + 1 + count):
-            label = self.lines[n][60:80].strip()
-            if label in _DEFINITIONS and self.lines[n] not in self.definitions:
-                raise self.refuse(n, f"{label} changes here; files are read in which it stays")
+        lines = [(n + 1, self.lines[n]) for n in range(self.at + 1, self.at + 1 + count)]
+        changed = changed_definition(self.header, lines, self.origin)
+        if changed is not None:
+            raise self.refuse(changed[0] - 1, f"{changed[1]} changes here; files are read in which it stays")
         self.at += 1 + count
 
     def result(self, per_line: int, indent: int) -> Epochs:
@@ -158,7 +155,8 @@ def _version_2(lines: Lines, header: Header, start: int) -> Epochs:
         if not head.strip():
             scan.at += 1
             continue
-        flag = scan.whole(head[28:29], "epoch flag", _SLIPS)
+        # A blank flag is 0, as Fortran reads it.
+        flag = scan.whole(head[28:29].strip() or "0", "epoch flag", _SLIPS)
         count = scan.whole(head[29:32], "number of satellites", 999)
         if flag in _EVENTS:
             scan.skip_event(count)
@@ -186,7 +184,7 @@ def _version_3(lines: Lines, header: Header, start: int) -> Epochs:
             continue
         if head[0] != ">":
             raise scan.refuse(scan.at, f"'{head[:20]}' is not the beginning of an epoch, which is '>'")
-        flag = scan.whole(head[31:32], "epoch flag", _SLIPS)
+        flag = scan.whole(head[31:32].strip() or "0", "epoch flag", _SLIPS)
         count = scan.whole(head[32:35], "number of satellites", 999)
         if flag in _EVENTS:
             scan.skip_event(count)

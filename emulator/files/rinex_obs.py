@@ -37,7 +37,8 @@ class Observations:
     clock_s  (e,) the receiver's clock offset by the file, nan where it has none [s]
     epoch    (p,) row of t_ns
     sat      (p,) satellite index
-    obs      code -> (p,) value as written (m, cycles, Hz, ...), nan where there is none
+    obs      code -> (p,) value as written (m, cycles, Hz, ...), nan where there is none: blank, or 0.0,
+             which is how RINEX writes it too (2.11, table A2; 3.05, table A3)
     lli      code -> (p,) loss of lock indicator, 0 where blank: bit 0 lock lost, bit 1 half cycles,
              bit 2 antispoofing (version 2) or BOC tracking (version 3)
     """
@@ -72,7 +73,9 @@ def parse(text: str, origin: str) -> Observations:
         rows = _rows_of(letter, epochs.sat)
         for k, code in enumerate(of_system):
             values, lost = _column(lines, epochs, rows, k, code)
-            obs[code][rows] = values / header.scale_factors.get((letter, code), 1.0)
+            obs[code][rows] = np.where(values == 0, np.nan, values) / header.scale_factors.get(
+                (letter, code), 1.0
+            )
             lli[code][rows] = lost
     return Observations(origin, header, epochs.t_ns, epochs.clock_s, epochs.epoch, epochs.sat, obs, lli)
 

@@ -6,7 +6,7 @@ Sources: RINEX 2.11 (Gurtner & Estey, 2007), table A1; RINEX 3.05 (IGS/RTCM, 202
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import nan
 from typing import Any
@@ -47,6 +47,7 @@ class Header:
     wave_factors_of satellite index -> the same, of those that differ
     scale_factors   RINEX letter and code -> what observations were multiplied by
     frequencies     GLONASS slot -> frequency number
+    strength_unit   of signal strengths, such as DBHZ; "" where not given
     """
 
     version: float
@@ -64,6 +65,7 @@ class Header:
     wave_factors_of: Mapping[int, tuple[int, int]] = field(default_factory=dict)
     scale_factors: Mapping[tuple[str, str], float] = field(default_factory=dict)
     frequencies: Mapping[int, int] = field(default_factory=dict)
+    strength_unit: str = ""
 
 
 class _Draft:
@@ -105,7 +107,7 @@ def satellite_index(text: str, system: str) -> int | None:
     system  RINEX letter of the file: what a blank instead of a letter means, GPS in a file of several
     ValueError where the text is no satellite at all.
     """
-    letter = text[0].replace(" ", "G" if system == "M" else system)
+    letter = text[0].upper().replace(" ", "G" if system == "M" else system)
     name = letter + text[1:].replace(" ", "0")
     if systems.by_letter(letter):
         return satellites.parse(name)
@@ -155,7 +157,7 @@ def _more_codes(draft: _Draft, count: str, codes: list[str], per_line: int) -> N
 
 
 def _first_epoch(draft: _Draft, line: str) -> None:
-    scale = line[48:51].strip()
+    scale = line[48:51].strip().upper()
     if scale not in ("", *TIME_SCALES):
         raise draft.refuse(f"time system is '{scale}'; allowed is {', '.join(TIME_SCALES)}")
     draft.fields["scale"] = scale
@@ -200,20 +202,29 @@ def _frequencies(draft: _Draft, line: str) -> None:
             )
 
 
-_LABELS: dict[str, Callable[[_Draft, str], None]] = {
+def _strength_unit(draft: _Draft, line: str) -> None:
+    draft.fields["strength_unit"] = line[:20].strip().upper()
+
+
+DEFINITIONS: dict[str, Callable[[_Draft, str], None]] = {
+    "# / TYPES OF OBSERV": _codes_2,
+    "SYS / # / OBS TYPES": _codes_3,
+    "SYS / SCALE FACTOR": _scale_factor,
+}
+"""Labels of lines that say how observations are to be read."""
+
+_LABELS: dict[str, Callable[[_Draft, str], None]] = DEFINITIONS | {
     "MARKER NAME": _name("marker", 0, 60),
     "REC # / TYPE / VERS": _name("receiver", 20, 40),
     "ANT # / TYPE": _name("antenna", 20, 40),
     "APPROX POSITION XYZ": _vector("position_ecef_m", "APPROX POSITION XYZ"),
     "ANTENNA: DELTA H/E/N": _vector("delta_hen_m", "ANTENNA: DELTA H/E/N"),
-    "# / TYPES OF OBSERV": _codes_2,
-    "SYS / # / OBS TYPES": _codes_3,
-    "SYS / SCALE FACTOR": _scale_factor,
     "GLONASS SLOT / FRQ #": _frequencies,
     "INTERVAL": _interval,
     "TIME OF FIRST OBS": _first_epoch,
     "RCV CLOCK OFFS APPL": _clock_applied,
     "WAVELENGTH FACT L1/2": _wave_factors,
+    "SIGNAL STRENGTH UNIT": _strength_unit,
 }
 
 
@@ -229,6 +240,24 @@ def parse_header(lines: list[str], origin: str) -> tuple[Header, int]:
         if label in _LABELS:
             _LABELS[label](draft, line)
     raise FileError(f"{origin}: line {len(lines)}: file ends inside the header")
+
+
+def changed_definition(
+    header: Header, lines: Sequence[tuple[int, str]], origin: str
+) -> tuple[int, str] | None:
+    """Line and label of the first definition among header lines (number from 1, text) if together they say
+    something else than the header of the file; None where they repeat it."""
+    draft = _Draft(origin)
+    draft.fields.update(codes=dict(header.codes), scale_factors=dict(header.scale_factors))
+    draft.wanted = {letter: len(codes) for letter, codes in header.codes.items()}
+    first = None
+    for draft.line, line in lines:
+        label = line[60:80].strip()
+        if label in DEFINITIONS:
+            first = first or (draft.line, label)
+            DEFINITIONS[label](draft, line)
+    same = draft.fields["codes"] == header.codes and draft.fields["scale_factors"] == header.scale_factors
+    return None if same else first
 
 
 def _version(draft: _Draft, line: str) -> None:

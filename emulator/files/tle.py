@@ -1,4 +1,4 @@
-"""Two-line element sets: which object's, and whether the lines are whole.
+"""Two-line element sets: which object's, of which epoch, and whether the lines are whole.
 
 Source: D. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2.4.2 (columns and checksum)
 """
@@ -6,20 +6,25 @@ Source: D. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2.4
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 
+from gnss_hil.dbc.common import gpstime
 from gnss_hil.emulator.files.text import FileError, read_text
 
 _LENGTH = 69
+_FIRST_YEAR = 57
+"""Two-digit years from here on are of the 20th century: that of Sputnik."""
 
 
 @dataclass(frozen=True, slots=True)
 class ElementSet:
-    """name (empty if the file gives none) and the two lines."""
+    """name (empty if the file gives none), the two lines, and the epoch in GPS time [ns]."""
 
     name: str
     line1: str
     line2: str
+    epoch_ns: int
 
 
 def read(path: Path) -> list[ElementSet]:
@@ -28,22 +33,42 @@ def read(path: Path) -> list[ElementSet]:
 
 
 def parse(text: str, origin: str) -> list[ElementSet]:
-    """The element sets in the text of a file, with or without lines of names; `origin` names it in errors."""
-    found, name, first = [], "", ""
+    """The element sets in the text of a file, with or without lines of names; `origin` names it in errors.
+
+    Blank lines and lines of comment (#) are passed over.
+    """
+    found: list[ElementSet] = []
+    name, first, first_n = "", "", 0
     for n, line in enumerate(text.splitlines(), 1):
-        line = line.rstrip()
+        line = line.strip()
+        if not line or line.startswith("#"):
+            continue
         if first:
-            found.append(ElementSet(name, first, _checked(line, "2", n, origin)))
-            if found[-1].line2[2:7] != first[2:7]:
-                raise FileError(f"{origin}: line {n}: object is {line[2:7]!r}; line 1 says {first[2:7]!r}")
+            second = _checked(line, "2", n, origin)
+            if second[2:7] != first[2:7]:
+                raise FileError(f"{origin}: line {n}: object is {second[2:7]!r}; line 1 says {first[2:7]!r}")
+            found.append(ElementSet(name, first, second, _epoch_ns(first, first_n, origin)))
             name = first = ""
         elif line.startswith("1 ") and len(line) >= _LENGTH:
-            first = _checked(line, "1", n, origin)
-        elif line:
+            first, first_n = _checked(line, "1", n, origin), n
+        else:
             name = line.removeprefix("0 ").strip()
     if first or not found:
         raise FileError(f"{origin}: {'line 2 of the last set is missing' if first else 'no element set'}")
     return found
+
+
+def _epoch_ns(line: str, n: int, origin: str) -> int:
+    """GPS time [ns] of columns 19-32: two digits of the year, day of the year with its fraction, UTC."""
+    cell = line[18:32]
+    try:
+        year, day, fraction = int(cell[:2]), int(cell[2:5]), float(f"0{cell[5:].strip() or '.0'}")
+        if not 1 <= day <= 366 or not 0 <= fraction < 1:
+            raise ValueError(cell)
+    except ValueError:
+        raise FileError(f"{origin}: line {n}: epoch is {cell!r}; allowed is such as 12305.50000000") from None
+    january = datetime((1900 if year >= _FIRST_YEAR else 2000) + year, 1, 1)
+    return gpstime.from_utc(january + timedelta(days=day - 1 + fraction))
 
 
 def _checked(line: str, number: str, n: int, origin: str) -> str:
@@ -55,13 +80,24 @@ def _checked(line: str, number: str, n: int, origin: str) -> str:
     return line
 
 
-def choose(sets: list[ElementSet], name: str | None, origin: str) -> ElementSet:
-    """The set of an object by name or catalogue number; of one without either if it is alone."""
-    if name is None and len(sets) == 1:
-        return sets[0]
-    for candidate in sets:
-        if name in (candidate.name, candidate.line1[2:7].strip()):
-            return candidate
-    known = ", ".join(s.name or s.line1[2:7].strip() for s in sets[:12])
+def choose(sets: list[ElementSet], name: str | None, origin: str, near_ns: int) -> ElementSet:
+    """Of the sets of one object the one whose epoch is nearest to near_ns.
+
+    name   the object, by name in whatever case or by catalogue number; None if the file is of one alone
+    FileError if the file has no such object, or several.
+    """
+    wanted = None if name is None else name.strip().casefold()
+    mine = [s for s in sets if wanted in (None, s.name.casefold(), _number(s).casefold())]
+    if len({_number(s) for s in mine}) == 1:
+        return min(mine, key=lambda s: abs(s.epoch_ns - near_ns))
+    objects = {_number(s): s.name or _number(s) for s in mine or sets}
+    more = f" and {len(objects) - 12} more" if len(objects) > 12 else ""
+    known = ", ".join(list(objects.values())[:12]) + more
+    if mine and name is not None:
+        known = f"several of that name, of numbers {', '.join(objects)}"
     asked = "object is missing" if name is None else f"object is {name!r}"
     raise FileError(f"{origin}: {asked}; the file has {known}")
+
+
+def _number(one: ElementSet) -> str:
+    return one.line1[2:7].strip()

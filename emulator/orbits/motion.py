@@ -6,15 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
+from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.config import tables as scenario
-from gnss_hil.emulator.config.tables import ScenarioError
+from gnss_hil.emulator.config.tables import ScenarioError, Tell, untold
 from gnss_hil.emulator.files import csv_table, oem, tle
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
-from gnss_hil.emulator.orbits import trajectory
+from gnss_hil.emulator.orbits import tabulated, trajectory
 from gnss_hil.emulator.orbits.dynamics import CraftState, build_orbit
-from gnss_hil.emulator.orbits.trajectory import Trajectory, TrajectoryError
+from gnss_hil.emulator.orbits.tabulated import Span
+from gnss_hil.emulator.orbits.trajectory import Segments, Trajectory, TrajectoryError
 
 _METRES = {"m": 1.0, "km": 1e3, "ft": 0.3048}
 _AXES = tuple(f"position_{axis}" for axis in "xyz")
@@ -28,32 +30,40 @@ class Motion(Protocol):
     def over(self, t_ns: I64) -> CraftState: ...
 
 
-Span = tuple[int, int]
-"""GPS time of a run's first instant and of its last [ns]."""
+OLD_ELEMENTS_NS = gpstime.NS_PER_DAY
+"""Two-line elements this far from a run are told."""
 
+Flown = Trajectory | Segments
 
-Maker = Callable[[str, scenario.TrajectoryFile, Span, Orientation | None], Trajectory]
+Maker = Callable[[str, scenario.TrajectoryFile, Span, Orientation | None, Tell], Flown]
 
 
 def _oem(
-    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None
-) -> Trajectory:
-    return trajectory.of_ephemeris(oem.read(Path(name)), name, measured)
+    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, tell: Tell
+) -> Segments:
+    return tabulated.of_ephemeris(oem.read(Path(name)), name, measured, span_ns, tell)
 
 
 def _tle(
-    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None
+    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, tell: Tell
 ) -> Trajectory:
-    chosen = tle.choose(tle.read(Path(name)), given.object, name)
+    begin_ns, end_ns = span_ns
+    chosen = tle.choose(tle.read(Path(name)), given.object, name, (begin_ns + end_ns) // 2)
+    age_ns = max(abs(begin_ns - chosen.epoch_ns), abs(end_ns - chosen.epoch_ns))
+    if age_ns > OLD_ELEMENTS_NS:
+        epoch, days = gpstime.iso(chosen.epoch_ns)[:19], age_ns / gpstime.NS_PER_DAY
+        tell(
+            f"{name}: elements of epoch {epoch}, {days:.1f} days from the run: SGP4 is off by 1 to 3 km a day"
+        )
     return trajectory.of_elements(chosen.line1, chosen.line2, *span_ns, measured)
 
 
 def _csv(
-    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None
-) -> Trajectory:
+    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, tell: Tell
+) -> Segments:
     table = csv_table.read(Path(name), _AXES)
     pos_m = _METRES[given.unit] * table.columns
-    return Trajectory(table.t_ns, trajectory.in_ecef("J2000", table.t_ns, pos_m, measured))
+    return tabulated.of_table(table.t_ns, pos_m, "J2000", name, measured, span_ns, tell)
 
 
 KINDS: dict[str, Maker] = {"oem": _oem, "tle": _tle, "csv": _csv}
@@ -61,15 +71,16 @@ KINDS: dict[str, Maker] = {"oem": _oem, "tle": _tle, "csv": _csv}
 
 
 def read_trajectory(
-    given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, key: str
-) -> Trajectory:
+    given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, key: str, tell: Tell
+) -> Flown:
     """The trajectory a scenario names for a run; ScenarioError with one line under `key` if there is none.
 
     measured  the Earth's orientation, None without a file of it
+    tell      takes remarks
     """
     kind, name = next((kind, name) for kind in KINDS if (name := getattr(given, kind)) is not None)
     try:
-        found = KINDS[kind](name, given, span_ns, measured)
+        found = KINDS[kind](name, given, span_ns, measured, lambda remark: tell(f"{key}: {remark}"))
         found.check(*span_ns, name)
     except (FileError, TrajectoryError) as error:
         raise ScenarioError(f"{key}: {error}") from None
@@ -82,10 +93,11 @@ def build_motion(
     file: scenario.TrajectoryFile | None,
     time: scenario.Time,
     measured: Orientation | None,
+    tell: Tell = untold,
 ) -> Motion:
     """The motion of a craft by its orbit or by a file; ScenarioError with one line if there is none."""
     if file is not None:
-        return read_trajectory(file, time.span_ns, measured, f"craft.{name}.trajectory")
+        return read_trajectory(file, time.span_ns, measured, f"craft.{name}.trajectory", tell)
     if orbit is None:
         raise ScenarioError(f"craft.{name}: has neither an orbit nor a trajectory")
     return build_orbit(orbit, time.start_ns)

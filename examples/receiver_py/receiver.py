@@ -71,7 +71,7 @@ def play(bench, channels, antenna, epoch):
 
 def the_antenna(path):
     """The one antenna of a vehicle file."""
-    antennas = tomllib.loads(Path(path).read_text("utf-8"))["antenna"]
+    antennas = tomllib.loads(Path(path).read_text("utf-8-sig"))["antenna"]
     if len(antennas) != 1:
         sys.exit(f"receiver: {path} has {len(antennas)} antennas; this receiver has one")
     return antennas[0]

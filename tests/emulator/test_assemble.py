@@ -86,3 +86,23 @@ def test_marks_name_the_clock_that_showed_them():
         clock = {} if domain is None else {"mark_domain": domain}
         _, (block,), _ = emulated.run(emulated.world(emulated.craft(clock=clock)), 1)
         assert emulated.decode(block, "TIME_FINE")["mark_clock"].tolist() == [named]
+
+
+ELEMENTS = """CRAFT
+1 99001U 12001A   12035.00000000  .00002000  00000-0  40000-4 0  9994
+2 99001  51.6000 100.0000 0005000  90.0000  10.0000 15.50000000  1001
+"""
+
+
+@pytest.mark.parametrize(("day", "days"), [(4, None), (5, "1.0"), (9, "5.0"), (1, "3.0")])
+def test_old_elements_are_told(tmp_path, day, days):
+    """Their epoch is 4 February 2012, and the run's first instant 00:15 GPS."""
+    file = tmp_path / "craft.tle"
+    file.write_text(ELEMENTS)
+    craft = {k: v for k, v in emulated.craft().items() if k != "orbit"}
+    time = {"start_gps": f"2012-02-{day:02d}T00:00:15", "duration_s": 20}
+    world = emulated.world({**craft, "trajectory": {"tle": str(file)}}, time=time)
+    expected = (
+        f"craft.soyuz.trajectory: {file}: elements of epoch 2012-02-04T00:00:15, {days} days from the run"
+    )
+    assert [line[: len(expected)] for line in world.remarks] == ([expected] if days else [])

@@ -44,7 +44,9 @@ def test_almanacs_of_two_months_meet():
     index = satellites.index(satellites.GPS, yuma.number)
     middle_ns = int(yuma.reference_ns[0] + sem.reference_ns[0]) // 2
     rows = np.arange(len(index))
-    one, other = (orbits.hold(index, [part]).at(rows, middle_ns) for part in (yuma, sem))
+    one, other = (
+        orbits.hold(index, [part], int(part.reference_ns[0])).at(rows, middle_ns) for part in (yuma, sem)
+    )
     apart_km = np.linalg.norm(one.pos_ecef_m - other.pos_ecef_m, axis=1) / 1e3
     # G32, not yet in service in March, is on its way to its slot: 34 000 km from there.
     stayed = sem.healthy & yuma.healthy
@@ -60,9 +62,9 @@ def test_glonass_flies_in_its_slots():
     assert bulletin.number.tolist() == list(range(1, 25))
     assert bulletin.healthy.all()
     t_ns = int(bulletin.reference_ns.max()) + 7 * 86400 * 10**9
-    told = orbits.hold(satellites.index(satellites.GLONASS, bulletin.number), [bulletin]).at(
-        np.arange(24), t_ns
-    )
+    told = orbits.hold(
+        satellites.index(satellites.GLONASS, bulletin.number), [bulletin], int(bulletin.reference_ns[0])
+    ).at(np.arange(24), t_ns)
     slots = nominal_glonass(t_ns).sample(np.array([t_ns]), np.zeros(1))[0][0, 0]
     cosine = np.einsum("ij,ij->i", told.pos_ecef_m, slots)
     cosine /= np.linalg.norm(told.pos_ecef_m, axis=1) * np.linalg.norm(slots, axis=1)
@@ -138,7 +140,7 @@ def test_frames_carry_the_old_almanac_and_its_age(run):
     """Decoded by cantools: what SEM says of the minute, 250 m steps; ten days is the oldest age there is."""
     yuma, sem = yuma_and_sem()
     index = satellites.index(satellites.GPS, yuma.number)
-    held, flown = (orbits.hold(index, [part]) for part in (sem, yuma))
+    held, flown = (orbits.hold(index, [part], int(part.reference_ns[0])) for part in (sem, yuma))
     start_ns = gpstime.from_calendar(datetime(2016, 4, 2, 19, 45))
     from_almanac_m, from_sky_m, seen = [], [], set()
     for epoch in buslog.read(run / "bus.log", DBC)[:20]:

@@ -46,7 +46,8 @@ class Ran:
 def play(config: RunConfig) -> Ran | None:
     """Plays what is configured; None if it was interrupted before it began, which leaves nothing."""
     plan = plans.make(config.scenario, config.overrides)
-    _note_dropped(plan)
+    for remark in plan.world.remarks:
+        print(f"{PROGRAM}: {remark}", file=sys.stderr)
     _check_bus(plan, config)
     folder = RunFolder(config.out or default_path(plan.scenario.name))
     recording = _Recording()
@@ -67,18 +68,6 @@ def play(config: RunConfig) -> Ran | None:
         facts = _facts(plan, config, outcome)
         summary = assemble.write(folder.path, facts, digests)
     return Ran(folder.path, facts, summary, digests, outcome)
-
-
-def _note_dropped(plan: Plan) -> None:
-    """Observations of a played receiver that cannot be used."""
-    for craft in plan.world.craft:
-        tracks = getattr(craft, "tracks", None)
-        if tracks is not None and tracks.dropped:
-            print(
-                f"{PROGRAM}: {craft.name}: {tracks.dropped} of {tracks.dropped + len(tracks)} observations "
-                "are left out: alone in time, hence without a range rate, or without a channel",
-                file=sys.stderr,
-            )
 
 
 def _check_bus(plan: Plan, config: RunConfig) -> None:
@@ -190,4 +179,5 @@ def _facts(plan: Plan, config: RunConfig, outcome: Outcome) -> dict[str, Any]:
         mark_late_ms=assemble.milliseconds(outcome.mark_late_s),
         latency_histogram=[list(bar) for bar in outcome.latency_histogram],
         frames_sent=outcome.frames_sent,
+        remarks=list(plan.world.remarks),
     )

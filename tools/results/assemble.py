@@ -49,6 +49,7 @@ class _Facts(BaseModel):
     mark_late_ms: float | None = None
     frames_sent: int | None
     latency_histogram: list[tuple[float, int]] = []
+    remarks: list[str] = []
     expect: dict[str, dict[Literal["min", "max", "after_s"], float]]
 
 
@@ -107,6 +108,7 @@ def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:
         "mark_late_ms": None,
         "latency_histogram": [],
         "frames_sent": None,
+        "remarks": [],
         "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
     } | noted
 

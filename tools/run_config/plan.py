@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from gnss_hil.dbc.common import vehicle as vehicles
 from gnss_hil.dbc.common.near import did_you_mean
@@ -68,7 +67,7 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
         for craft in scenario.craft
     ]
     loaded = tuple(vehicles.load(file) for file in files)
-    texts = tuple(Path(file).read_text("utf-8") for file in files)
+    texts = tuple(vehicles.FILES.text(file) for file in files)
     flights = tuple(map(_flight, scenario.craft, loaded))
     _check_expectations(scenario, flights, str(path))
     session = session_of(scenario.seed)

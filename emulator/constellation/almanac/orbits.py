@@ -6,7 +6,7 @@ repairs that. PZ-90 is taken for WGS-84, metres away at most.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.constellation.almanac import glonass
 from gnss_hil.emulator.constellation.broadcast import gps
 from gnss_hil.emulator.files import almanacs
-from gnss_hil.emulator.files.almanacs import Almanac
+from gnss_hil.emulator.files.almanacs import Almanac, nearest_of_each
 from gnss_hil.emulator.files.text import FileError
 
 _NOT_IN_ALMANACS: dict[str, F64] = dict.fromkeys(
@@ -99,11 +99,12 @@ _ORBIT: dict[int, Callable[[dict[str, F64], I64, F64], tuple[F64, F64]]] = {
 """System -> positions and velocities (p, 3) from elements (p,), their reference (p,) and the time since."""
 
 
-def hold(index: I64, found: Sequence[Almanac]) -> HeldAlmanac:
-    """The almanacs `found` for the satellites (n,) of a sky; of a satellite in several the last has it."""
+def hold(index: I64, found: Sequence[Almanac], near_ns: int) -> HeldAlmanac:
+    """The almanacs `found` for the satellites (n,) of a sky; of a satellite in several the one nearest to GPS
+    time near_ns has it, of equal ones the last."""
     parts = {}
     for system in dict.fromkeys(almanac.system for almanac in found):
-        parts[system] = _joined([almanac for almanac in found if almanac.system == system])
+        parts[system] = _joined([part for part in found if part.system == system], near_ns)
     system, number = satellites.system_of(index), satellites.number_of(index)
     known, column = np.zeros(len(index), bool), np.zeros(len(index), np.int64)
     for key, part in parts.items():
@@ -119,17 +120,36 @@ def read(paths: Sequence[Path], index: I64, near_ns: int) -> HeldAlmanac:
 
     FileError in one line for a file's fault, or if it has no satellite of the sky.
     """
-    held = hold(index, [almanacs.read(path, near_ns) for path in paths])
+    held = hold(index, [almanacs.read(path, near_ns) for path in paths], near_ns)
     if not held.known.any():
         raise FileError(f"{', '.join(map(str, paths))}: no satellite of the sky is in it")
     return held
 
 
-def _joined(parts: Sequence[Almanac]) -> Almanac:
-    """Almanacs of one system as one."""
+OLD_H = 7 * 24.0
+"""Almanacs this far from a run are told: they are renewed every day, and wrong by more each."""
+
+
+def remarks(held: HeldAlmanac, index: I64, near_ns: int) -> Iterator[str]:
+    """What is odd about an almanac at near_ns for the satellites (n,) of a sky: a line each."""
+    rows = np.flatnonzero(held.known)
+    age_h = held.at(rows, near_ns).age_h
+    old = age_h > OLD_H
+    if old.any():
+        yield (
+            f"the almanac is up to {age_h.max() / 24:.0f} days from the run ({np.count_nonzero(old)} of "
+            f"{len(rows)} satellites more than {OLD_H / 24:.0f})"
+        )
+    if not held.known.all():
+        yield f"no entry of {satellites.listed(index[~held.known])}: receivers do not know of them"
+
+
+def _joined(parts: Sequence[Almanac], near_ns: int) -> Almanac:
+    """Almanacs of one system as one, each satellite's entry that which is nearest to near_ns; of two the
+    later in order."""
     number = np.concatenate([part.number for part in parts])
-    last = {int(n): place for place, n in enumerate(number)}
-    keep = np.array([last[n] for n in sorted(last)])
+    away_ns = np.abs(np.concatenate([part.reference_ns for part in parts]) - near_ns)
+    keep = nearest_of_each(number, away_ns)
     return Almanac(
         parts[0].system,
         number[keep],

@@ -7,7 +7,7 @@ rate where the file has no Doppler.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
@@ -49,6 +49,7 @@ class Tracks:
     half_cycle   (p,) whether half a cycle of the phase is in doubt
     cn0_dbhz  (p,) nan where the file has no strength
     dropped   rows left out: no range rate could be had, or no channel was free
+    doubtful  strengths left out: no receiver measures such
     """
 
     epoch: I64
@@ -63,12 +64,13 @@ class Tracks:
     half_cycle: Bool
     cn0_dbhz: F64
     dropped: int
+    doubtful: int
 
     def __len__(self) -> int:
         return len(self.sat)
 
     def __getitem__(self, rows) -> Tracks:
-        names = (field.name for field in fields(self) if field.name != "dropped")
+        names = (field.name for field in fields(self) if field.name not in ("dropped", "doubtful"))
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
 
@@ -87,20 +89,29 @@ class _Raw:
     strength: F64
 
 
-def tracks(file: Observations, signals: Sequence[Signal], epoch_of: I64, channels: int) -> Tracks:
+def tracks(
+    file: Observations,
+    signals: Sequence[Signal],
+    epoch_of: I64,
+    channels: int,
+    frequencies: Mapping[int, int],
+) -> Tracks:
     """Channels' rows of a file.
 
     signals   wanted, in the order in which channels are given to them
     epoch_of  (e,) number of the run's epoch for each of the file's, -1 for one that is left out
+    frequencies   slot -> frequency number of GLONASS satellites; others are left out, and counted nowhere:
+              nothing above is known of them
     Raises ScenarioError if the file has a signal under none of its names.
     """
-    parts = [_raw(file, signal, epoch_of) for signal in signals]
+    parts = [_raw(file, signal, epoch_of, frequencies) for signal in signals]
     raw = _Raw(*(np.concatenate([getattr(part, name) for part in parts]) for name in _Raw.__slots__))
     which = np.repeat(np.arange(len(parts)), [len(part.sat) for part in parts])
     channel, slips = _seated(raw.epoch, which, raw.sat, raw.arc, channels)
     keep = (channel >= 0) & np.isfinite(raw.rate_mps)
     order = np.lexsort((channel, raw.epoch))
     order = order[keep[order]]
+    cn0_dbhz = decibels(raw.strength, file.header.strength_unit)
 
     return Tracks(
         epoch=raw.epoch[order],
@@ -113,26 +124,27 @@ def tracks(file: Observations, signals: Sequence[Signal], epoch_of: I64, channel
         phase_cyc=raw.phase_cyc[order],
         slips=slips[order],
         half_cycle=raw.half_cycle[order],
-        cn0_dbhz=decibels(raw.strength)[order],
+        cn0_dbhz=cn0_dbhz[order],
         dropped=int(np.count_nonzero(~keep)),
+        doubtful=int(np.count_nonzero(np.isfinite(raw.strength[keep]) & np.isnan(cn0_dbhz[keep]))),
     )
 
 
-def _raw(file: Observations, signal: Signal, epoch_of: I64) -> _Raw:
+def _raw(file: Observations, signal: Signal, epoch_of: I64, frequencies: Mapping[int, int]) -> _Raw:
     codes = _codes(file, signal)
     range_m = file.obs[codes.range]
-    # A range of zero is RINEX 2's way of saying that there is none.
     here = np.isfinite(range_m) & (range_m > 0) & (satellites.system_of(file.sat) == signal.system)
     here &= epoch_of[file.epoch] >= 0
+    if signal.spacing_hz:
+        here &= np.isin(satellites.number_of(file.sat), list(frequencies))
     rows = np.flatnonzero(here)
     rows = rows[np.lexsort((file.epoch[rows], file.sat[rows]))]
     epoch, sat = epoch_of[file.epoch[rows]], file.sat[rows]
     phase = _column(file, codes.phase, rows)
     doppler = _column(file, codes.doppler, rows)
-    phase[phase == 0] = np.nan
     lli = _flags(file, codes.phase, rows)
     arc = arcs(sat, epoch, np.isfinite(phase), (lli & LOST_LOCK) > 0)
-    carrier_hz = signal.carrier_hz + _frequencies(file, signal, sat).astype(float) * signal.spacing_hz
+    carrier_hz = signal.carrier_hz + _frequencies(signal, sat, frequencies) * signal.spacing_hz
     wave_m = LIGHT_MPS / carrier_hz
     t_s = (file.t_ns[file.epoch[rows]] - file.t_ns[0]) / NS_PER_S
     by_spline = _best_rates(sat, epoch, arc, t_s, phase * wave_m, range_m[rows])
@@ -160,19 +172,11 @@ def _lengths(arc: I64) -> I64:
     return np.bincount(arc)[arc] if len(arc) else arc
 
 
-def _frequencies(file: Observations, signal: Signal, sat: I64) -> I64:
-    """GLONASS frequency numbers (p,) by the file's header, 0 elsewhere; ScenarioError if it lacks one."""
-    if not signal.spacing_hz or not len(sat):
-        return np.zeros(len(sat), np.int64)
-    frequencies = file.header.frequencies
-    number = satellites.number_of(sat).tolist()
-    missing = sorted(set(number) - set(frequencies))
-    if missing:
-        raise ScenarioError(
-            f"{file.origin}: GLONASS SLOT / FRQ # has no frequency of R{missing[0]:02d}; "
-            f"{signal.name} needs it"
-        )
-    return np.array([frequencies[n] for n in number], np.int64)
+def _frequencies(signal: Signal, sat: I64, frequencies: Mapping[int, int]) -> F64:
+    """Frequency numbers (p,) of a signal's satellites, 0 where all share one carrier."""
+    if not signal.spacing_hz:
+        return np.zeros(len(sat))
+    return np.array([frequencies[number] for number in satellites.number_of(sat).tolist()], np.float64)
 
 
 def _codes(file: Observations, signal: Signal) -> Codes:
@@ -232,16 +236,19 @@ def _first_of_each(arc: I64, phase_cyc: F64) -> F64:
     return np.floor(phase_cyc[starts])[arc] if len(arc) else phase_cyc
 
 
-def decibels(strength: F64) -> F64:
-    """C/N0 (p,) [dBHz] of signal strengths as written: dBHz, or voltage ratios in 1 Hz.
+def decibels(strength: F64, unit: str = "") -> F64:
+    """C/N0 (p,) [dBHz] of signal strengths as written: dBHz, or voltage ratios in 1 Hz; nan where there is
+    none, or none that a receiver measures.
 
+    unit   SIGNAL STRENGTH UNIT of the header. Without one, values of which one in ten or more is beyond
+           LOUDEST_DBHZ are ratios; each value counts once, however often a file writes it for "unknown".
     Source: RINEX 3.05, 5.7 (S in dBHz); GRACE's receivers report voltage ratios, 20 log10 of which is C/N0
     (JPL, GRACE Level 1B Data Product User Handbook, GPS1B)
     """
-    known = strength[np.isfinite(strength)]
-    if not len(known) or known.max() <= LOUDEST_DBHZ:
-        return strength
-    return 20 * np.log10(np.maximum(strength, 1.0))
+    known = np.unique(strength[np.isfinite(strength)])
+    if len(known) and unit != "DBHZ" and np.quantile(known, 0.9) > LOUDEST_DBHZ:
+        return np.where(strength > 1, 20 * np.log10(np.maximum(strength, 1.0)), np.nan)
+    return np.where((strength > 0) & (strength <= LOUDEST_DBHZ), strength, np.nan)
 
 
 def _seated(epoch: I64, which: I64, sat: I64, arc: I64, channels: int) -> tuple[I64, I64]:

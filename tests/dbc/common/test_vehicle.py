@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.common.vehicle import VehicleError, find, load, parse
+from gnss_hil.dbc.common.vehicle import FILES, VehicleError, find, load, parse
 
 pytestmark = pytest.mark.verifies(
     "dbc/common/vehicle.py",
@@ -101,3 +101,29 @@ def test_rows_are_receivers_whatever_the_order_in_the_file():
     written = load(SOYUZ)
     assert turned.names == written.names
     assert turned.lever_arm_body_m.tolist() == written.lever_arm_body_m.tolist()
+
+
+def test_a_byte_order_mark_and_ends_of_lines_are_no_part_of_a_file(tmp_path):
+    plain = TEXT
+    for number, raw in enumerate(
+        (plain.encode("utf-8-sig"), plain.replace("\n", "\r\n").encode("utf-8-sig"))
+    ):
+        path = tmp_path / f"{number}.toml"
+        path.write_bytes(raw)
+        assert load(path).names == load(SOYUZ).names
+        assert FILES.text(path) == plain
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        ("name = 'x'".encode("utf-16"), "not UTF-8 text but UTF-16, as PowerShell's > writes"),
+        (b"\xfe\xff\x00a", "but UTF-16"),
+        (b"# a\n# \xe4\n", r"not UTF-8 text \(byte 0xe4 in line 2\)"),
+    ],
+)
+def test_other_encodings_are_named(tmp_path, raw, words):
+    path = tmp_path / "x.toml"
+    path.write_bytes(raw)
+    with pytest.raises(VehicleError, match=words):
+        load(path)

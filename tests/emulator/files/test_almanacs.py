@@ -131,3 +131,20 @@ def test_any_damage_is_read_or_refused_in_words(text, data):
         assert "\n" not in str(fault)
     else:
         assert all(np.isfinite(values).all() for values in found.elements.values())
+
+
+def test_of_several_records_of_a_satellite_the_nearest_in_time_stands():
+    other = YUMA.replace("week:                        866", "week:                        860").replace(
+        "0.5221366882E-002", "0.4E-002"
+    )
+    later, earlier = gpstime.from_calendar(datetime(2016, 4, 1)), gpstime.from_calendar(datetime(2016, 2, 1))
+    for text in (YUMA + other, other + YUMA):
+        assert almanacs.parse(text, "x", later).elements["e"].tolist() == [0.005221366882]
+        assert almanacs.parse(text, "x", earlier).elements["e"].tolist() == [0.004]
+    days = [
+        AGL.replace("1 1 1 01 01 2011", f"1 1 {health} {day:02d} 01 2011") for day, health in ((1, 1), (9, 0))
+    ]
+    for text in ("".join(days), "".join(reversed(days))):
+        for day, healthy in ((2, True), (8, False)):
+            near_ns = gpstime.from_calendar(datetime(2011, 1, day))
+            assert almanacs.parse(text, "x", near_ns).healthy.tolist() == [healthy]

@@ -1,5 +1,6 @@
 """Orbit ephemeris messages: both notations agree, faults are reported in one line."""
 
+import re
 from datetime import datetime
 
 import numpy as np
@@ -87,3 +88,109 @@ def test_every_cut_is_read_or_refused():
                 oem.parse(text[:end], "x")
             except FileError as error:
                 assert "\n" not in str(error)
+
+
+def segment(*states, **meta):
+    """A segment of the keyword notation."""
+    said = {
+        "OBJECT_NAME": "CRAFT", "CENTER_NAME": "EARTH", "REF_FRAME": "EME2000", "TIME_SYSTEM": "GPS",
+    } | meta  # fmt: skip
+    head = "".join(f"{key} = {value}\n" for key, value in said.items())
+    return f"META_START\n{head}META_STOP\n" + "".join(f"2020-01-01T{state}\n" for state in states)
+
+
+ONE, TWO, THREE = "00:00:00 7000 0 0 0 7 0", "00:01:00 7000 400 0 0 7 0", "00:02:00 7000 800 0 0 7 0"
+BURNT = "00:01:00 7000 400 0 0 7.5 0"
+
+
+def test_segments_are_kept_apart_whatever_their_order():
+    text = segment(BURNT, THREE) + segment(TWO, ONE)
+    found = oem.parse(text, "x")
+    assert found.begins == (0, 2)
+    assert found.pos_m[:, 1].tolist() == [0, 4e5, 4e5, 8e5]
+    assert found.vel_mps[:, 1].tolist() == [7000, 7000, 7500, 7000]
+    start = gpstime.from_calendar(datetime(2020, 1, 1))
+    assert found.useable_ns == ((start, start + 60 * 10**9), (start + 60 * 10**9, start + 120 * 10**9))
+    with pytest.raises(FileError, match="x: two different states of one segment for 2020-01-01T00:01:00 GPS"):
+        oem.parse(segment(ONE, TWO, BURNT), "x")
+    assert len(oem.parse(segment(ONE, TWO, TWO), "x").t_ns) == 2
+
+
+def test_what_is_for_use_of_a_segment_is_what_its_metadata_say():
+    start = gpstime.from_calendar(datetime(2020, 1, 1))
+    for said, (first_s, last_s) in (
+        ({"USEABLE_START_TIME": "2020-01-01T00:00:30"}, (30, 120)),
+        ({"USEABLE_STOP_TIME": "2020-01-01T00:01:30Z"}, (0, 90)),
+        ({"USEABLE_STOP_TIME": "2020-01-01T01:00:00"}, (0, 120)),
+        ({"USEABLE_STOP_TIME": ""}, (0, 120)),
+    ):
+        found = oem.parse(segment(ONE, TWO, THREE, **said), "x")
+        assert found.useable_ns == ((start + first_s * 10**9, start + last_s * 10**9),)
+    with pytest.raises(FileError, match="x: USEABLE_STOP_TIME: 'noon' is not an epoch"):
+        oem.parse(segment(ONE, TWO, USEABLE_STOP_TIME="noon"), "x")
+
+
+@pytest.mark.parametrize("centre", ["MOON", "Mars Barycenter", "EARTH BARYCENTER", "SUN", "301"])
+def test_states_about_another_centre_are_refused(centre):
+    with pytest.raises(FileError, match=f"x: CENTER_NAME is {centre}; states about the Earth's centre"):
+        oem.parse(segment(ONE, TWO, CENTER_NAME=centre), "x")
+    with pytest.raises(FileError, match=f"x: CENTER_NAME is {centre}"):
+        oem.parse(segment(ONE, TWO) + segment(THREE, CENTER_NAME=centre), "x")
+    xml = XML.replace("<REF_FRAME>", f"<CENTER_NAME>{centre}</CENTER_NAME><REF_FRAME>")
+    with pytest.raises(FileError, match=f"x: CENTER_NAME is {centre}"):
+        oem.parse(xml, "x")
+
+
+def test_axes_of_a_fixed_date_are_refused():
+    with pytest.raises(FileError, match="x: REF_FRAME_EPOCH is 2000-01-01T12:00:00; TEME is read as of each"):
+        oem.parse(segment(ONE, TWO, REF_FRAME="TEME", REF_FRAME_EPOCH="2000-01-01T12:00:00"), "x")
+
+
+def test_small_letters_and_the_earths_number_are_read():
+    text = segment(ONE, TWO, CENTER_NAME="Earth", REF_FRAME="eme2000", TIME_SYSTEM="gps")
+    for key in ("META_START", "META_STOP", "REF_FRAME", "TIME_SYSTEM"):
+        text = text.replace(key, key.lower())
+    for given in (text, segment(ONE, TWO, CENTER_NAME="399")):
+        found = oem.parse(given.replace("00T", "00t"), "x")
+        assert found.frame == "EME2000"
+        assert found.t_ns[0] == gpstime.from_calendar(datetime(2020, 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("<oem>", '<oem xmlns="urn:ccsds:schema:ndmxml">'),
+        ("<oem>", '<oem xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:schemaLocation="a b">'),
+        ("<?xml", " \n<?xml"),
+        ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="ISO-8859-1"?><!-- of a program -->'),
+        ("<X>6789.1</X>", '<X units="KM"> 6789.1\n</X>'),
+    ],
+)
+def test_what_plays_no_part_in_xml_changes_nothing(old, new):
+    assert old in XML
+    found, plain = oem.parse(XML.replace(old, new), "x"), oem.parse(XML, "x")
+    assert np.array_equal(found.pos_m, plain.pos_m)
+    assert np.array_equal(found.t_ns, plain.t_ns)
+
+
+def test_prefixed_tags_are_read():
+    text = re.sub(r"<(/?)(?=[A-Za-z])", r"<\1n:", XML).replace("<n:oem", '<n:oem xmlns:n="urn:ccsds"')
+    assert np.array_equal(oem.parse(text, "x").pos_m, oem.parse(XML, "x").pos_m)
+
+
+@pytest.mark.parametrize(("tag", "unit"), [("X", "m"), ("Y_DOT", "m/s"), ("Z", "ft")])
+def test_units_other_than_the_standards_are_refused(tag, unit):
+    with pytest.raises(FileError, match=f"x: units of {tag} are '{unit}'; allowed is km"):
+        oem.parse(XML.replace(f"<{tag}>", f'<{tag} units="{unit}">'), "x")
+
+
+def test_epochs_to_the_minute_and_leap_seconds():
+    text = segment("00:00 7000 0 0 0 7 0", TWO).replace("2020-01-01T00:01:00", "2020-01-01T00:01:00.")
+    assert np.diff(oem.parse(text, "x").t_ns).tolist() == [60 * 10**9]
+    states = ("2016-12-31T23:59:59.5", "2016-12-31T23:59:60.5", "2017-01-01T00:00:00.5")
+    meta = segment(TIME_SYSTEM="UTC")
+    text = meta + "".join(f"{epoch} 7000 {k} 0 0 7 0\n" for k, epoch in enumerate(states))
+    assert np.diff(oem.parse(text, "x").t_ns).tolist() == [10**9, 10**9]
+    for odd in ("2020-000T00:00:00", "2020-367T00:00:00", "2020-01-01T00:00:61", "2020-01-01T00:00:00+03:00"):
+        with pytest.raises(FileError, match="is not an epoch"):
+            oem.parse(segment(ONE, TWO).replace("2020-01-01T00:00:00", odd), "x")

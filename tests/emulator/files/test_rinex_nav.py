@@ -294,7 +294,7 @@ def test_a_fault_is_one_line_with_file_and_place(text, old, new, expected):
         (b"  \n", "file is empty"),
         (gzip.compress(GPS_2.encode())[:-20], "gzip data is cut off or damaged"),
         (b"\x1f\x8b\x08\x00rubbish that is no gzip", "gzip data is cut off or damaged"),
-        (b"     2.11\n\xff\xfe", "line 2: byte 0xff is not text"),
+        (b"     2.11\n\x02\xfe", "line 2: byte 0x02 is not text"),
         (b"     2.11\n\n\x00", "line 3: byte 0x00 is not text"),
     ],
     ids=["missing", "empty", "blank", "cut gzip", "bad gzip", "binary", "nul"],

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.emulator.files import rinex_obs
-from gnss_hil.emulator.files.text import FileError
+from gnss_hil.emulator.files.text import FileError, decoded
 from tests.support.rinex_observations import GPS_2, MIXED_3, header_line, version_3_tags_in
 
 NAN = np.nan
@@ -151,12 +151,12 @@ def test_more_satellites_than_a_line_holds_and_more_codes_than_a_header_line():
         + "\n"
     )
     for n in range(14):
-        values = [f"{100 * n + k:14.3f}  " for k in range(11)]
+        values = [f"{100 * n + k + 1:14.3f}  " for k in range(11)]
         text += "\n".join("".join(values[c : c + 5]) for c in (0, 5, 10)) + "\n"
     found = rinex_obs.parse(text, "x")
     assert names(found) == stars
     for k, code in enumerate(codes):
-        assert found.obs[code].tolist() == [100 * n + k for n in range(14)]
+        assert found.obs[code].tolist() == [100 * n + k + 1 for n in range(14)]
 
 
 def test_windows_line_ends():
@@ -336,3 +336,55 @@ def test_every_cut_of_a_file_is_read_or_refused_in_words():
 def test_any_character_anywhere_is_read_or_refused_in_words(text, place, character):
     place %= len(text)
     tried(text[:place] + character + text[place + 1 :])
+
+
+@pytest.mark.parametrize("zero", ["         0.000", "          .000", "        -0.000", " " * 14])
+def test_zero_stands_for_none_whatever_is_observed(zero):
+    """RINEX 2.11, table A2; 3.05, table A3: missing observations are written as 0.0 or blanks."""
+    for value, code in (("23456789.012", "C1C"), ("-1234.567", "D1C"), ("45.250", "S1C")):
+        assert np.isfinite(rinex_obs.parse(MIXED_3, "x").obs[code][0])
+        absent = rinex_obs.parse(MIXED_3.replace(f"{value:>14}", zero), "x")
+        assert np.isnan(absent.obs[code][0])
+
+
+def test_definitions_that_an_event_repeats_in_other_words_are_read():
+    """The blanks of the header's lines, and how many codes it has on each, say nothing."""
+    again = (
+        header_line("G    5 C1C  L1C D1C S1C C2W ", "SYS / # / OBS TYPES")
+        + header_line("R    2  C1C L1C", "SYS / # / OBS TYPES ")
+        + header_line("E    1 C1X", "SYS / # / OBS TYPES")
+        + header_line("R 100   1  L1C", "SYS / SCALE FACTOR")
+        + header_line("ANOTHER", "MARKER NAME")
+    )
+    place = MIXED_3.index("> 2012 10 31 00 15  1.0")
+    event = MIXED_3[:place] + ">" + " " * 30 + "4  5\n" + again + MIXED_3[place:]
+    whole, found = rinex_obs.parse(MIXED_3, "x"), rinex_obs.parse(event, "x")
+    assert len(found.t_ns) == len(whole.t_ns) == 2
+    for old, new, label in (
+        ("G    5 C1C  L1C", "G    5 L1C  C1C", "SYS / # / OBS TYPES"),
+        ("R 100   1  L1C", "R 100   1  C1C", "SYS / # / OBS TYPES"),
+    ):
+        with pytest.raises(FileError, match=f"{label} changes here; files are read in which it stays"):
+            rinex_obs.parse(event.replace(old, new), "x")
+
+
+def test_a_blank_flag_is_zero_and_small_letters_are_satellites():
+    for old, new in (("0.0000000  0  2", "0.0000000     2"), ("  2  9G11", "  2  9g11")):
+        assert old in GPS_2
+        assert len(rinex_obs.parse(GPS_2.replace(old, new), "x").sat) == 3
+
+
+def test_the_unit_of_strengths_is_the_headers():
+    with_unit = MIXED_3.replace(
+        header_line("TEST", "MARKER NAME"), header_line("dBHz", "SIGNAL STRENGTH UNIT")
+    )
+    assert rinex_obs.parse(with_unit, "x").header.strength_unit == "DBHZ"
+    assert not rinex_obs.parse(MIXED_3, "x").header.strength_unit
+
+
+def test_letters_of_names_shift_no_column():
+    for encoded in ("Übung à la".encode(), "Übung à la".encode("latin-1")):
+        raw = MIXED_3.encode().replace(b"TEST      ", encoded.ljust(10))
+        found = rinex_obs.parse(decoded(raw, "x"), "x")
+        assert found.header.marker.startswith("Übung à la")
+        assert np.array_equal(found.obs["C1C"], rinex_obs.parse(MIXED_3, "x").obs["C1C"], equal_nan=True)

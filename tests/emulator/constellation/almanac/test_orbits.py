@@ -107,7 +107,7 @@ def test_glonass_crosses_the_equator_northwards_where_and_when_it_says():
 )
 def test_gps_against_rtklib():
     rtk = peer("pyrtklib")
-    held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()])
+    held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()], TOA_NS)
     for age_s in (-3e5, 0, 1800, 4e4, 2.6e6):
         predicted = held.at(np.arange(3), TOA_NS + round(age_s * 1e9))
         for k in range(3):
@@ -124,7 +124,7 @@ def test_gps_against_rtklib():
 
 def test_gps_velocities_are_those_of_an_ellipse():
     """Vis-viva and the area law in inertial axes; the node's precession, 0.2 m/s at most, is not in them."""
-    held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()])
+    held = orbits.hold(satellites.index(satellites.GPS, np.array([1, 2, 3])), [gps_almanac()], TOA_NS)
     mu, e, axis = 3.986005e14, np.array(GPS["e"]), np.array(GPS["sqrt_a"]) ** 2
     for age_s in (0, 12_345, 2e6):
         predicted = held.at(np.arange(3), TOA_NS + round(age_s * 1e9))
@@ -145,13 +145,31 @@ def test_glonass_velocities_are_rates_of_its_places(age_s):
 
 
 def test_what_is_held_of_a_sky():
-    """Satellites of the sky alone; of two almanacs the later one; age on either side of the reference."""
+    """Satellites of the sky alone; of two almanacs the nearer one; age on either side of the reference."""
     index = satellites.index(satellites.GPS, np.array([9, 3, 1]))
     old, new = gps_almanac((1, 2, 3), TOA_NS - 10**16), gps_almanac((1,), healthy=False)
-    held = orbits.hold(index, [old, new])
+    held = orbits.hold(index, [old, new], TOA_NS)
     assert held.known.tolist() == [False, True, True]
     predicted = held.at(np.array([1, 2]), TOA_NS - 2 * 3600 * 10**9)
     assert predicted.healthy.tolist() == [True, False]
     assert predicted.age_h == pytest.approx([1e7 / 3600 - 2, 2])
-    alone = orbits.hold(index[2:], [new]).at(np.array([0]), TOA_NS - 2 * 3600 * 10**9)
+    alone = orbits.hold(index[2:], [new], TOA_NS).at(np.array([0]), TOA_NS - 2 * 3600 * 10**9)
     assert predicted.pos_ecef_m[1].tolist() == alone.pos_ecef_m[0].tolist()
+    back = orbits.hold(index, [new, old], TOA_NS)
+    assert back.at(np.array([2]), TOA_NS).healthy.tolist() == [False]
+    then = orbits.hold(index, [old, new], TOA_NS - 10**16)
+    assert then.at(np.array([2]), TOA_NS - 10**16).healthy.tolist() == [True]
+
+
+def test_an_old_almanac_and_one_that_lacks_satellites_are_told():
+    index = satellites.index(satellites.GPS, np.array([9, 3, 1]))
+    held = orbits.hold(index, [gps_almanac((1, 3, 9))], TOA_NS)
+    week_ns = 7 * 86400 * 10**9
+    assert not list(orbits.remarks(held, index, TOA_NS - week_ns))
+    assert list(orbits.remarks(held, index, TOA_NS + 10 * week_ns)) == [
+        "the almanac is up to 70 days from the run (3 of 3 satellites more than 7)"
+    ]
+    lacking = orbits.hold(index, [gps_almanac((3,))], TOA_NS)
+    assert list(orbits.remarks(lacking, index, TOA_NS)) == [
+        "no entry of G01 and G09: receivers do not know of them"
+    ]

@@ -28,7 +28,7 @@ def clocks_m(*names):
         epoch=numbers, channel=np.arange(count), sat=sat, signal=np.array([SIGNALS[s].value for s in names]),
         carrier_hz=np.array([SIGNALS[s].carrier_hz for s in names]), range_m=np.full(count, 2.2e7),
         rate_mps=zeros, phase_cyc=zeros, slips=numbers, half_cycle=np.zeros(count, bool), cn0_dbhz=zeros,
-        dropped=0,
+        dropped=0, doubtful=0,
     )  # fmt: skip
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(n)

@@ -34,6 +34,7 @@ class File:
     lli: dict = field(default_factory=dict)
     origin: str = "test.10o"
     frequencies: dict = field(default_factory=dict)
+    strength_unit: str = ""
 
     @property
     def t_ns(self):
@@ -67,7 +68,7 @@ def one_satellite(epochs, **more):
 
 def played(file, signals=("L1CA",), channels=12):
     epochs = np.arange(file.epoch.max() + 1)
-    return tracks(file, [SIGNALS[name] for name in signals], epochs, channels)
+    return tracks(file, [SIGNALS[name] for name in signals], epochs, channels, file.frequencies)
 
 
 @pytest.mark.verifies(
@@ -110,8 +111,7 @@ def test_glonass_waves_have_their_own_lengths():
     rows = played(file, ("L1OF",))
     assert np.abs(rows.rate_mps - low_orbit_rate_mps(INTERVAL_S * rows.epoch)).max() < 1e-3
     file.frequencies.clear()
-    with pytest.raises(ScenarioError, match=r"test\.10o: GLONASS SLOT / FRQ # has no frequency of R03"):
-        played(file, ("L1OF",))
+    assert not len(played(file, ("L1OF",)))
 
 
 def test_a_lone_observation_has_no_rate_and_is_dropped_and_counted():
@@ -172,6 +172,31 @@ def test_who_finds_no_channel_is_counted():
 def test_strengths_are_dbhz_or_ratios_of_voltage():
     assert decibels(np.array([44.0, 51.5, np.nan]))[:2].tolist() == [44.0, 51.5]
     assert np.allclose(decibels(np.array([1000.0, 100.0])), [60.0, 40.0])
+    assert np.isnan(decibels(np.array([1000.0, 100.0, 0.5]))[2])
+
+
+@pytest.mark.parametrize("unknown", [99.0, 99.999, 9999.999, -1.0])
+@pytest.mark.parametrize("often", [1, 30])
+def test_a_value_for_unknown_is_left_out_and_no_unit(unknown, often):
+    """Whether it is written once or in most rows, with the header's unit or without."""
+    known = np.linspace(35.0, 52.0, 25)
+    for unit in ("DBHZ", ""):
+        found = decibels(np.append(known, np.full(often, unknown)), unit)
+        assert found[:25].tolist() == known.tolist()
+        assert np.isnan(found[25:]).all()
+
+
+def test_the_headers_unit_decides():
+    assert np.isnan(decibels(np.array([300.0, 100.0]), "DBHZ")).all()
+
+
+def test_strengths_left_out_are_counted_where_they_are_played():
+    strength = np.linspace(40.0, 45.0, 20)
+    strength[7] = 99.0
+    rows = played(one_satellite(np.arange(20), S1=strength))
+    assert rows.doubtful == 1
+    assert np.isnan(rows.cn0_dbhz[7])
+    assert rows.dropped == 0
 
 
 def test_a_missing_signal_is_told_with_what_there_is():
