@@ -26,7 +26,7 @@ examples:
 
 BUS is embedded:/path.sock, socketcan:vcan0 (socketcan:can0,paced spreads bursts over bit time), or any
 python-can INTERFACE:CHANNEL. Exit status: 0 done; 1 the run failed; 2 bad usage or scenario;
-3 the environment lacks something; 130 interrupted."""
+3 the environment lacks something; 130 interrupted, 143 terminated, 129 hung up."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -79,7 +79,6 @@ def _told(work: Callable[[], int]) -> int:
 def _play(arguments: argparse.Namespace, stop) -> int:
     from gnss_hil.dbc.contract.messages import node_names
     from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
-    from gnss_hil.dbc.process.shutdown import INTERRUPTED
     from gnss_hil.emulator.journal import StatusLog, TruthLog
     from gnss_hil.emulator.truth import TRUTH
 
@@ -102,7 +101,7 @@ def _play(arguments: argparse.Namespace, stop) -> int:
         for craft in world.craft:
             link = _join(specs[craft.name], craft.codec, stop, say, arguments.wait)
             if link is None:
-                return INTERRUPTED
+                return stop.status
             stack.callback(link.close)
             buses[craft.name] = Bus(link, craft.codec)
         master = MasterLoop(
@@ -117,7 +116,7 @@ def _play(arguments: argparse.Namespace, stop) -> int:
             raise command_line.Broken(error) from None
         epochs = _epochs(world, scenario.time.epochs, master, truth, status, stop, say)
     completed = epochs == scenario.time.epochs
-    return 0 if completed else INTERRUPTED
+    return 0 if completed else stop.status
 
 
 def _fresh_session() -> int:

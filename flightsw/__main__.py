@@ -86,7 +86,6 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
     from gnss_hil.dbc.lockstep.slave_loop import run_slave
     from gnss_hil.dbc.lockstep.slave_protocol import Slave
     from gnss_hil.dbc.process.bus_link import regain_link
-    from gnss_hil.dbc.process.shutdown import INTERRUPTED
     from gnss_hil.flightsw.app.state import heartbeat, initial_state
     from gnss_hil.flightsw.app.step import flight_step
 
@@ -106,14 +105,14 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
             say(f"on {arguments.bus}, waiting for a run")
             try:
                 progress = run_slave(link, slave, heartbeat(config), play, stop, arguments.once)
-                return 0 if arguments.once and progress.runs_ended else INTERRUPTED
+                return 0 if arguments.once and progress.runs_ended else stop.status
             except LinkClosed as error:
                 if arguments.once or stop():
                     raise
                 say(f"{error}; waiting for it to come back")
                 link.close()
                 link = regain_link(arguments.bus, stop)
-        return INTERRUPTED
+        return stop.status
     finally:
         if link is not None:
             link.close()

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
-from gnss_hil.dbc.process.shutdown import INTERRUPTED, Stop
+from gnss_hil.dbc.process.shutdown import Stop
 
 
 class Mistake(Exception):
@@ -90,7 +90,7 @@ def guarded(name: str, work: Callable[[Stop], int]) -> int:
         except LinkError as error:
             return _failed(name, 3, error)
         except (LinkClosed, Broken) as error:
-            return INTERRUPTED if stop() else _failed(name, 1, error)
+            return stop.status if stop() else _failed(name, 1, error)
 
 
 def _failed(name: str, status: int, error: Exception) -> int:

@@ -1,22 +1,27 @@
-"""A polite end: the first SIGINT or SIGTERM is noticed between epochs, the second one kills."""
+"""A polite end: the first SIGINT, SIGTERM or SIGHUP is noticed between epochs, the second one kills."""
 
 from __future__ import annotations
 
 import signal
 
-INTERRUPTED = 130
+INTERRUPTED = 128 + signal.SIGINT
+"""Exit status of what Ctrl-C ended; of another signal 128 and its number, as shells have it."""
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Stop:
-    """Within the context: `stop()` is True once a signal came."""
+    """Within the context: `stop()` is True once a signal came, and `status` is the exit status then.
+
+    What is ignored when it begins stays so: under nohup a hangup ends nothing.
+    """
 
     def __init__(self):
-        self._came = False
+        self._came = 0
 
     def __enter__(self) -> Stop:
-        self._before = {number: signal.signal(number, self._note) for number in _SIGNALS}
+        heard = (n for n in _SIGNALS if n is signal.SIGINT or signal.getsignal(n) is not signal.SIG_IGN)
+        self._before = {number: signal.signal(number, self._note) for number in heard}
         return self
 
     def __exit__(self, *_) -> None:
@@ -24,8 +29,18 @@ class Stop:
             signal.signal(number, handler)
 
     def __call__(self) -> bool:
-        return self._came
+        return self._came != 0
+
+    @property
+    def status(self) -> int:
+        return 128 + self._came if self._came else INTERRUPTED
 
     def _note(self, number, frame) -> None:
-        self._came = True
+        if self._came:
+            self._again(number)
+        self._came = self._came or number
+
+    def _again(self, number: int) -> None:
+        """A second signal: whoever sent it does not want to wait."""
         signal.signal(number, signal.SIG_DFL)
+        signal.raise_signal(number)

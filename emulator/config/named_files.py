@@ -66,6 +66,23 @@ def anchor(document: dict[str, Any], folder: Path) -> None:
                 owner[keys[-1]] = absolute(owner[keys[-1]], keys[-1] in MAY_SHIP)
 
 
+def leaves(document: Any) -> Iterator[tuple[Any, Any]]:
+    """Where a scenario's document names a file: the table or list, and the key or number in it."""
+    for keys in PLACES:
+        for owner in _owners(document, keys[:-1]):
+            if owner.get(keys[-1]) is not None:
+                yield from _texts(owner, keys[-1])
+
+
+def _texts(owner: Any, key: Any) -> Iterator[tuple[Any, Any]]:
+    value = owner[key]
+    if isinstance(value, str):
+        yield owner, key
+    elif isinstance(value, list | dict):
+        for inner in range(len(value)) if isinstance(value, list) else value:
+            yield from _texts(value, inner)
+
+
 def _owners(table: Any, keys: tuple[str, ...]) -> Iterator[dict[str, Any]]:
     """The tables at a path of keys; an array of tables stands for each of its rows."""
     if isinstance(table, list):

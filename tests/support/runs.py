@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 from tests.support.programs import GNSS_HIL
@@ -25,8 +26,10 @@ def summary_of(folder: Path) -> dict:
     return json.loads((folder / "summary.json").read_text())
 
 
-def started(folder: Path, *more: str) -> subprocess.Popen:
+def started(folder: Path, *more: str, before: Sequence[str] = ()) -> subprocess.Popen:
+    """before: words of the command line in front of ours."""
     command = [
+        *before,
         *GNSS_HIL,
         "run",
         "--duration",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -17,7 +18,7 @@ from tests.support.waiting import ended, until
 
 
 @pytest.mark.parametrize("bus", ["inline", "embedded"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupted_a_run_still_writes_its_folder(tmp_path, bus, number):
     folder = tmp_path / "run"
     process = started(folder, "--bus", bus)
@@ -25,12 +26,14 @@ def test_interrupted_a_run_still_writes_its_folder(tmp_path, bus, number):
     children = children_of(process.pid)
     process.send_signal(number)
     out, err = ended(process)
-    assert process.returncode == 130, err
+    assert process.returncode == 128 + number, err
     assert {path.name for path in folder.iterdir()} == FILES
     summary = summary_of(folder)
     assert summary["interrupted"] and not summary["reproducible"]
     assert summary["frames"]["lost"] == 0 and summary["frames"]["rejected"] == {}
     assert "Traceback" not in err and "(interrupted)" in out
+    assert f"interrupted after {summary['epochs']} of 86 400 epochs" in out.replace("\u202f", " ")
+    assert summary["ended"] == "interrupted"
     assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
 
 
@@ -47,7 +50,10 @@ def test_who_died_is_told_and_the_record_is_kept(tmp_path, module, name):
     assert process.returncode == 1
     assert f"gnss-hil: {name} killed by SIGKILL" in err
     assert {path.name for path in folder.iterdir()} == FILES
-    assert not summary_of(folder)["reproducible"]
+    summary = summary_of(folder)
+    assert (summary["reproducible"], summary["ended"], summary["epochs_planned"]) == (False, "failed", 86_400)
+    assert f"{name} killed by SIGKILL" in summary["failure"]
+    assert f"not complete: failed after {summary['epochs']} of 86 400 epochs" in page_of(folder)
     assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
 
 
@@ -64,7 +70,27 @@ def test_when_the_supervisor_dies_the_record_holds_everything_up_to_then(tmp_pat
     assert summary["craft"]["soyuz"]["fixes"] > 0
     assert summary["craft"]["soyuz"]["position_error_m"]["median"] < 10
     assert summary["interrupted"] and summary["real_time_factor"] is None
-    assert "satellites in the fix" in capsys.readouterr().out
+    assert (summary["ended"], summary["epochs_planned"]) == ("failed", 86_400)
+    said = capsys.readouterr().out
+    assert "satellites in the fix" in said
+    assert "NOT COMPLETE" in said and "it died before it could say how it ended" in said
+    command = json.loads((folder / "run.json").read_text())["about"]["command"]
+    assert command.startswith("gnss-hil run --duration 1d")
+    assert "it died before it could say how it ended" in page_of(folder)
+
+
+def page_of(folder: Path) -> str:
+    return (folder / "report.html").read_text("utf-8")
+
+
+def test_under_nohup_a_hangup_ends_nothing(tmp_path):
+    folder = tmp_path / "run"
+    process = started(folder, "--duration", "40m", before=("nohup",))
+    wait_for_frames(folder, process)
+    process.send_signal(signal.SIGHUP)
+    _, err = ended(process)
+    assert process.returncode == 0, err
+    assert summary_of(folder)["epochs"] == 2400
 
 
 def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):

@@ -57,6 +57,10 @@ def test_another_flight_software_is_started_with_what_it_needs(inline, tmp_path,
     assert main(arguments) == 0
     assert sha(tmp_path / "run") == sha(inline)
     assert summary_of(tmp_path / "run")["policy"] == command
+    kept = (tmp_path / "run" / "flight.log").read_text()
+    assert "flightsw: on embedded:" in kept
+    about = json.loads((tmp_path / "run" / "run.json").read_text())["about"]
+    assert about["flight"] == command
 
 
 def test_a_flight_software_that_you_start_yourself_joins(inline, tmp_path):

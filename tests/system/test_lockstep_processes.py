@@ -276,7 +276,7 @@ def test_the_flight_software_leaves_when_told(processes):
     flight = processes.fly()
     processes.joined(1)
     flight.send_signal(signal.SIGTERM)
-    assert exit_status(flight) == 130
+    assert exit_status(flight) == 143
     assert flight.communicate()[1] == ""
 
 

@@ -239,8 +239,63 @@ def test_two_runs_compared(run, prototype, tmp_path, capsys):
     first, second = (json.loads((folder / "summary.json").read_text()) for folder in (run, prototype))
     a, b = (s["craft"]["soyuz"]["satellites_tracked"]["mean"] for s in (first, second))
     row = next(line.split() for line in out.splitlines() if line.startswith("soyuz.satellites_tracked.mean"))
-    assert [float(cell) for cell in row[1:]] == pytest.approx([a, b, b / a], rel=5e-3)
+    assert [float(cell) for cell in row[1:4]] == pytest.approx([a, b, b / a], rel=5e-3)
+    assert row[4] == "worse"
+    assert out.splitlines()[0] == "policy patent / prototype"
+    assert "<h1>policy patent / prototype</h1>" in page.read_text("utf-8")
     assert len(drawn(page, tmp_path)["plots"]) == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "a", "b", "verdict"),
+    [
+        ("soyuz.position_error_m.rms", 2.0, 1.0, "better"),
+        ("soyuz.converged.pdop.median", 1.0, 2.0, "worse"),
+        ("soyuz.fixes", 10, 20, "better"),
+        ("soyuz.no_fix.NO_ATTITUDE", 0, 3, "worse"),
+        ("frames.rejected.CORRUPTED", 5, 0, "better"),
+        ("soyuz.position_error_m.rms", 1.0, 1.004, ""),
+        ("soyuz.position_error_m.rms", None, 1.0, ""),
+        ("soyuz.assignment.commands", 1, 100, ""),
+        ("soyuz.satellites_visible.mean", 1, 100, ""),
+    ],
+)
+def test_better_and_worse(name, a, b, verdict):
+    from gnss_hil.tools.report.compare import judged
+
+    assert judged(name, a, b) == verdict
+
+
+@pytest.mark.parametrize("name", ["soyuz.fixes", "frames.lost", "soyuz.outages.count"])
+def test_counts_of_runs_of_other_length_are_not_judged(name):
+    from gnss_hil.tools.report.compare import judged
+
+    assert judged(name, 1, 100, same_length=False) == ""
+    assert judged("soyuz.pdop.median", 1, 100, same_length=False) == "worse"
+
+
+def test_the_page_says_what_was_run(run):
+    page = (run / "report.html").read_text("utf-8")
+    facts = json.loads((run / "run.json").read_text())["about"]
+    assert facts["version"] and facts["begun_utc"].endswith("Z") and facts["host"]["python"]
+    assert facts["settings"]["time.duration_s"] == 90
+    assert facts["command"].startswith("gnss-hil run soyuz --bus inline --duration 90")
+    for part in ("What was run", facts["command"], facts["begun_utc"], "craft.0.orbit.altitude_km"):
+        assert part in page
+
+
+def test_a_page_of_another_emulator_says_nothing_of_its_own(run, copied):
+    """The scenario asks for a craft in 2012; what flew is known from the bus alone."""
+    text = (copied / "run.json").read_text().replace('"emulator": "ours"', '"emulator": "./theirs"')
+    (copied / "run.json").write_text(text)
+    scenario = (copied / "scenario.toml").read_text()
+    (copied / "scenario.toml").write_text(scenario.replace("2012-10-31T00:15", "2020-01-01T00:00"))
+    assert main(["report", str(copied)]) == 0
+    page = (copied / "report.html").read_text("utf-8")
+    assert "Emulator: ./theirs. What it played is known from the bus alone" in page
+    assert "from 2012-10-31 00:15:00" in page and "2020-01-01" not in page.split("What was run")[0]
+    assert "Soyuz MS in orbital attitude" not in page
+    assert "as in the vehicle file handed over, soyuz-ms" in page
 
 
 def test_a_comparison_goes_beside_the_first_run_unless_told(copied, prototype, capsys):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -137,7 +138,7 @@ def overview() -> str:
         *(f"  {PROGRAM} {example}" for c in COMMANDS.values() for example in c.examples[:2]),
         "",
         "exit status: 0 done; 1 run failed or an expectation missed; 2 bad usage, scenario or input;",
-        "             3 the environment lacks something; 130 interrupted",
+        "             3 the environment lacks something; 130 interrupted; 143 terminated; 129 hung up",
     ]
     return "\n".join(lines)
 
@@ -168,7 +169,8 @@ def _dispatch(argv: Sequence[str]) -> int:
     if argv[0] not in COMMANDS:
         raise Mistake(f"unknown command '{argv[0]}'; {did_you_mean(argv[0], COMMANDS, 'commands are')}")
     command = COMMANDS[argv[0]]
-    arguments = parser_of(command).parse_args(argv[1:])
+    told = argparse.Namespace(command_line=shlex.join([PROGRAM, *argv]))
+    arguments = parser_of(command).parse_args(argv[1:], told)
     return import_module(command.module).run(arguments)
 
 

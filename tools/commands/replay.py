@@ -10,7 +10,7 @@ from typing import Any
 
 from gnss_hil.dbc.process.command_line import voice
 from gnss_hil.tools.command_line.arguments import pace, seconds
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.run_config.config import EXTERNAL, OTHER_SIDE, OURS, ReplayConfig
 
 LIMIT_S = 10.0
@@ -103,16 +103,16 @@ def run(arguments: Namespace) -> int:
     found = source.find(arguments.run, arguments.craft, arguments.vehicle)
     config = config_of(arguments)
     output.check(config.out, config.report, config.force, found)
-    say = voice(PROGRAM, config.quiet)
+    say, about = voice(PROGRAM, config.quiet), output.about_of(config, arguments.command_line)
     with Stop() as stop, RuntimeDir() as runtime_dir, peer.bus(config.bus, runtime_dir, say) as spec:
         played, folder = session.play(config, found, spec, runtime_dir, say, stop)
     for line in output.account(config, played):
         print(line)
     if folder is not None:
         print(flush=True)
-        _report(folder.path, output.facts_of(found, config, played))
+        _report(folder.path, output.facts_of(found, config, played, about))
     if stop():
-        return INTERRUPTED
+        return stop.status
     return 1 if config.same and played.comparison.different else 0
 
 

@@ -38,16 +38,20 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
     """Figures side by side on stdout, plots in a page."""
     from gnss_hil.tools.report import compare
     from gnss_hil.tools.report.summary_tables import aligned
+    from gnss_hil.tools.results.text import broken_off
 
     runs = compare.read(first), compare.read(second)
     path = out or first / f"compare-{runs[1].name}.html"
     names = [run.name for run in runs]
-    print(aligned([("", *names, "ratio"), *compare.rows(runs[0].summary, runs[1].summary)]))
+    print(f"{compare.title(*runs)}\n")
+    print(aligned([("", *names, "ratio", ""), *compare.rows(runs[0].summary, runs[1].summary)]))
     print(f"\nreport: {compare.write(*runs, path)}")
-    for key in ("scenario", "seed", "duration_s", "epoch_interval_s"):
-        mine, other = (run.summary[key] for run in runs)
-        if mine != other:
+    for key, mine, other in compare.differences(*runs):
+        if key in ("scenario", "seed", "duration_s", "epoch_interval_s"):
             print(f"{PROGRAM}: the runs differ in {key}: {mine} and {other}", file=sys.stderr)
+    for run in runs:
+        if broken := broken_off(run.summary):
+            print(f"{PROGRAM}: {run.name} is not complete: {broken}", file=sys.stderr)
     return 0
 
 
@@ -65,7 +69,7 @@ def _again(folder: Path, out: Path | None) -> int:
     craft = [c.name for c in scenario.craft]
     digests = run_digest.from_log(folder / LOG, craft, codecs)
     epochs = max(digest.epochs for digest in digests.values())
-    facts = assemble.read_facts(folder) or assemble.facts_of(scenario, epochs)
+    facts = assemble.after_a_crash(assemble.read_facts(folder), scenario, epochs)
     summary = assemble.write(folder, facts, digests)
     print(render(summary))
     print()

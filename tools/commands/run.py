@@ -9,7 +9,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.tools.command_line.arguments import add_changes, add_scenario, bus, overrides_of, pace
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.run_config.config import OURS, RunConfig
 
 
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def config_of(a: Namespace) -> RunConfig:
     return RunConfig(
         a.scenario, overrides_of(a), a.pace, a.bus, a.flight, a.emulator, a.out, a.junit,
-        log=not a.no_log, report=not a.no_report, plain=a.plain, quiet=a.quiet,
+        log=not a.no_log, report=not a.no_report, plain=a.plain, quiet=a.quiet, command=a.command_line,
     )  # fmt: skip
 
 
@@ -57,9 +57,10 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.tools.results import junit
     from gnss_hil.tools.results.text import missed, render
 
-    ran = run_session.play(config)
+    stop = run_session.Interruptible()
+    ran = run_session.play(config, stop)
     if ran is None:
-        return INTERRUPTED
+        return stop.status
     print(render(ran.summary))
     print(f"\nrun folder: {ran.folder}", flush=True)
     lines = [ran.outcome.failure] if ran.outcome.failure else []
@@ -73,7 +74,7 @@ def run(arguments: Namespace) -> int:
     lines += [] if ran.outcome.interrupted else missed(ran.summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
-    return INTERRUPTED if ran.outcome.interrupted else 1 if lines else 0
+    return stop.status if ran.outcome.interrupted else 1 if lines else 0
 
 
 def check_combination(config: RunConfig) -> None:

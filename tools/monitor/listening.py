@@ -8,7 +8,7 @@ import time
 from gnss_hil.dbc.bus.base import Link, LinkClosed
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.process.shutdown import Stop
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Failed
+from gnss_hil.tools.common.errors import PROGRAM, Failed
 from gnss_hil.tools.live.terminal import Terminal, can_draw
 from gnss_hil.tools.monitor.filter import FrameFilter
 from gnss_hil.tools.monitor.format import Formatter
@@ -61,4 +61,4 @@ def listen(
         raise Failed(f"bus {spec}: {gone}")
     if gone:
         print(f"{PROGRAM}: the bench has ended its run", file=sys.stderr)
-    return INTERRUPTED if stop() else 0
+    return stop.status if stop() else 0

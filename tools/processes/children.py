@@ -16,6 +16,7 @@ from typing import Any
 from gnss_hil.dbc.process.command_line import Value
 from gnss_hil.tools.common.errors import Failed, Missing, Mistake
 from gnss_hil.tools.processes import parent_death
+from gnss_hil.tools.processes.tee import Tee
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder
 from gnss_hil.tools.run_config.config import EXTERNAL, RunConfig
 from gnss_hil.tools.run_config.plan import Plan
@@ -31,12 +32,14 @@ _CLASS_OF_STATUS = {2: Mistake, 3: Missing}
 
 @dataclass(slots=True, eq=False)
 class Child:
-    """A process of the bench, and the file that catches its last words if any; `sent_away`: we ended it."""
+    """A process of the bench, and the file that catches its last words if any; `sent_away`: we ended it;
+    `tee` keeps what another's program says."""
 
     name: str
     process: subprocess.Popen
     words: Path | None
     sent_away: bool = False
+    tee: Tee | None = None
 
     @property
     def running(self) -> bool:
@@ -75,6 +78,8 @@ class Child:
             self.wait(LEAVE_S)
             self._signal_group(signal.SIGKILL)
             self.process.wait()
+        if self.tee is not None:
+            self.tee.finish()
 
     def _signal_group(self, number: int) -> None:
         with suppress(ProcessLookupError):
@@ -105,21 +110,26 @@ def start(
     words: Path | None,
     environment: Mapping[str, str] | None = None,
     pass_fds: Sequence[int] = (),
+    log: Path | None = None,
 ) -> Child:
     """A child in a process group of its own: Ctrl-C reaches the supervisor, which ends children in order.
     `parent_death` ends it if the supervisor dies.
 
     words  file for its stderr; None lets it pass to ours
+    log    file that keeps all it says, which passes to our stderr too
     environment   what it finds in its environment besides ours
     """
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(environment or {})}
     guarded = [sys.executable, "-I", "-S", parent_death.__file__, str(os.getpid()), *command]
-    with nullcontext() if words is None else words.open("wb") as stream:
+    tee = Tee(log) if log else None
+    with nullcontext(tee) if words is None else words.open("wb") as stream:
         process = subprocess.Popen(
-            guarded, stdin=subprocess.DEVNULL, stderr=stream, env=environment, pass_fds=pass_fds,
+            guarded, stdin=subprocess.DEVNULL, stdout=tee, stderr=stream, env=environment, pass_fds=pass_fds,
             process_group=0,
         )  # fmt: skip
-    return Child(name, process, words)
+    if tee is not None:
+        tee.begin()
+    return Child(name, process, words, tee=tee)
 
 
 def emulator_command(

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
+from gnss_hil.dbc.process.shutdown import Stop
+from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.live.display import Display, open_display
 from gnss_hil.tools.processes.outcome import Outcome
+from gnss_hil.tools.recording import provenance
 from gnss_hil.tools.recording.recorder import Recorder
-from gnss_hil.tools.recording.run_folder import LOG, TRUTH, RunFolder, default_path, naming
+from gnss_hil.tools.recording.run_folder import (
+    FACTS,
+    LOG,
+    TRUTH,
+    RunFolder,
+    default_path,
+    naming,
+    write_json,
+)
 from gnss_hil.tools.results import assemble
 from gnss_hil.tools.results.run_digest import RunDigest, bus_names
 from gnss_hil.tools.run_config import plan as plans
 from gnss_hil.tools.run_config import sides
 from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig
 from gnss_hil.tools.run_config.plan import Plan
-
-Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +50,7 @@ class Ran:
     outcome: Outcome
 
 
-def play(config: RunConfig) -> Ran | None:
+def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
     """Plays what is configured; None if it was interrupted before it began, which leaves nothing."""
     plan = plans.make(config.scenario, config.overrides)
     for remark in plan.world.remarks:
@@ -53,8 +60,9 @@ def play(config: RunConfig) -> Ran | None:
     recording = _Recording()
     try:
         with naming(folder.path):
-            folder.describe(plan.scenario, plan.vehicle_texts)
-            outcome, digests = _play(plan, config, folder, recording)
+            about = _about(plan, config, folder.describe(plan.scenario, plan.vehicle_texts))
+            write_json(folder / FACTS, _facts(plan, config, about, NOT_YET))
+            outcome, digests = _play(plan, config, folder, recording, stop or Interruptible())
     except BaseException:
         if recording.begun:
             print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
@@ -65,7 +73,8 @@ def play(config: RunConfig) -> Ran | None:
         folder.discard()
         return None
     with naming(folder.path):
-        facts = _facts(plan, config, outcome)
+        about["ended_utc"] = provenance.now()
+        facts = _facts(plan, config, about, outcome)
         summary = assemble.write(folder.path, facts, digests)
     return Ran(folder.path, facts, summary, digests, outcome)
 
@@ -83,22 +92,11 @@ def _check_bus(plan: Plan, config: RunConfig) -> None:
         check_bus(config.bus, plan.codecs[0], awaited)
 
 
-@contextmanager
-def interruptible() -> Iterator[Stop]:
-    """A function that tells whether Ctrl-C or SIGTERM came; a second Ctrl-C ends at once."""
-    came: list[int] = []
+class Interruptible(Stop):
+    """A `Stop` at whose second signal the run ends at once, its processes with it."""
 
-    def note(number: int, frame: FrameType | None) -> None:
-        came.append(number)
-        if len(came) > 1:
-            raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: bool(came)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    def _again(self, number: int) -> None:
+        raise KeyboardInterrupt
 
 
 class _Recording:
@@ -112,7 +110,7 @@ class _Recording:
 
 
 def _play(
-    plan: Plan, config: RunConfig, folder: RunFolder, recording: _Recording
+    plan: Plan, config: RunConfig, folder: RunFolder, recording: _Recording, stop: Interruptible
 ) -> tuple[Outcome, dict[str, Digest]]:
     """The run itself: outcome, and digests by craft, made of the frames as they are recorded."""
     time = plan.scenario.time
@@ -120,7 +118,7 @@ def _play(
     foreign = {config.flight, config.emulator} - {OURS, EXTERNAL}
     display = open_display(plan, folder / TRUTH, config.quiet, config.plain or bool(foreign))
     with ExitStack() as stack:
-        stop = stack.enter_context(interruptible())
+        stack.enter_context(stop)
         stack.callback(display.close)
         log = stack.enter_context((folder / LOG).open("wb")) if config.log else None
         digest = RunDigest(folder.path if config.log else None, plan.names, plan.codecs)
@@ -141,7 +139,12 @@ def _play(
 
 
 def _play_inline(
-    plan: Plan, config: RunConfig, folder: RunFolder, recorder: Recorder, display: Display, stop: Stop
+    plan: Plan,
+    config: RunConfig,
+    folder: RunFolder,
+    recorder: Recorder,
+    display: Display,
+    stop: Interruptible,
 ) -> Outcome:
     from gnss_hil.emulator.journal import TruthLog
     from gnss_hil.emulator.truth import TRUTH as ROW
@@ -152,14 +155,47 @@ def _play_inline(
 
 
 def _play_processes(
-    plan: Plan, config: RunConfig, folder: RunFolder, recorder: Recorder, display: Display, stop: Stop
+    plan: Plan,
+    config: RunConfig,
+    folder: RunFolder,
+    recorder: Recorder,
+    display: Display,
+    stop: Interruptible,
 ) -> Outcome:
     from gnss_hil.tools.processes import supervisor
 
     return supervisor.play(plan, config, folder, recorder, display, stop)
 
 
-def _facts(plan: Plan, config: RunConfig, outcome: Outcome) -> dict[str, Any]:
+NOT_YET = Outcome(0, 0, 0.0, None, None, None)
+"""Of a run that has only begun."""
+
+
+def _about(plan: Plan, config: RunConfig, inputs: list[dict[str, Any]]) -> dict[str, Any]:
+    """What is played, by whom, where and when."""
+    path = scenarios.find(config.scenario)
+    return {
+        **provenance.program(),
+        "command": config.command,
+        "host": provenance.host(),
+        "begun_utc": provenance.now(),
+        "scenario": {"file": str(path.absolute()), "sha256": provenance.sha256(path)},
+        "flight": config.flight,
+        "emulator": config.emulator,
+        "settings": provenance.settings(plan.scenario),
+        "inputs": inputs,
+    }
+
+
+def _ended(outcome: Outcome) -> str | None:
+    if outcome is NOT_YET:
+        return None
+    if outcome.interrupted:
+        return assemble.INTERRUPTED
+    return assemble.FAILED if outcome.failure else assemble.COMPLETE
+
+
+def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Outcome) -> dict[str, Any]:
     """What the run alone knows; the first part of summary.json."""
     scenario = plan.scenario
     clean = not outcome.unanswered and not outcome.interrupted and not outcome.failure
@@ -167,11 +203,14 @@ def _facts(plan: Plan, config: RunConfig, outcome: Outcome) -> dict[str, Any]:
     return assemble.facts_of(
         scenario,
         outcome.epochs,
+        about=about,
+        ended=_ended(outcome),
+        failure=outcome.failure,
         emulator=config.emulator,
         policy=scenario.craft[0].flight.policy if config.flight == OURS else config.flight,
         pace=config.pace,
         bus=assemble.bus_of(config.bus),
-        reproducible=config.pace == "lockstep" and clean,
+        reproducible=config.pace == "lockstep" and clean and outcome is not NOT_YET,
         interrupted=outcome.interrupted,
         epochs_unanswered=outcome.unanswered,
         real_time_factor=assemble.real_time_factor(simulated_s, outcome.wall_s),

@@ -112,12 +112,13 @@ class _Processes:
         """One process for each craft, unless they are started elsewhere."""
         scenario = self._folder / SCENARIO
         added = run_environment(self._plan, scenario, self._config.pace)
-        return self._others("emulator", self._config.emulator, added, f"scenario file {scenario}, ")
+        files = f"scenario file {scenario}, "
+        return self._others("emulator", self._config.emulator, added, files, "emulator")
 
     def flights(self) -> list[Child]:
         """The flight software of each craft, unless it is started elsewhere."""
         if self._config.flight != OURS:
-            return self._others("flight software", self._config.flight, {}, "")
+            return self._others("flight software", self._config.flight, {}, "", "flight")
         children = []
         for i, (name, spec) in enumerate(self._specs.items()):
             flight = self._plan.scenario.craft[i].flight
@@ -128,8 +129,8 @@ class _Processes:
             children.append(child)
         return children
 
-    def _others(self, role: str, command: str, added: Mapping[str, str], also: str) -> list[Child]:
-        """Another's software; its stderr passes through: a traceback is for its author."""
+    def _others(self, role: str, command: str, added: Mapping[str, str], also: str, log: str) -> list[Child]:
+        """Another's software; what it says passes through, a traceback is for its author, and is kept."""
         children = []
         for i, (name, spec) in enumerate(self._specs.items()):
             vehicle = self._vehicle(i)
@@ -138,7 +139,8 @@ class _Processes:
                 self._display.note(f"waiting for the {role} of {name} on {spec}, {files}")
                 continue
             environment = {**bus_environment(spec, vehicle, name), **added}
-            child = start(f"{role} of {name}", shlex.split(command), None, environment)
+            kept = self._folder / (f"{log}.log" if len(self._specs) == 1 else f"{log}-{name}.log")
+            child = start(f"{role} of {name}", shlex.split(command), None, environment, log=kept)
             self._stack.callback(child.leave)
             children.append(child)
         return children

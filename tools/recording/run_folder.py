@@ -15,6 +15,7 @@ from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common import toml
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.common.whole_file import draft_of
+from gnss_hil.tools.recording.provenance import take_inputs
 
 LOG, TRUTH, SUMMARY, SCENARIO, FACTS = "bus.log", "truth", "summary.json", "scenario.toml", "run.json"
 SCHEMA_LINE = re.compile(r"^#:schema .*\n", re.M)
@@ -55,14 +56,17 @@ class RunFolder:
     def __truediv__(self, name: str) -> Path:
         return self.path / name
 
-    def describe(self, scenario: Scenario, vehicle_texts: Sequence[str]) -> None:
-        """scenario.toml and the vehicle file of each craft: enough to play the run again."""
+    def describe(self, scenario: Scenario, vehicle_texts: Sequence[str]) -> list[dict[str, Any]]:
+        """scenario.toml, the vehicle file of each craft and the files that the scenario names: enough to play
+        the run again. What was taken in, as `provenance.take_inputs` has it."""
         names = [craft.name for craft in scenario.craft]
         for i, text in enumerate(vehicle_texts):
             own = SCHEMA_LINE.sub("", text)  # it names a file beside the original
             (self / vehicle_name(names, i)).write_text(own, "utf-8")
         document = scenario.model_dump(mode="json", exclude_none=True)
+        taken = take_inputs(document, self.path)
         (self / SCENARIO).write_text(toml.dumps(document), "utf-8")
+        return taken
 
     def discard(self) -> None:
         for path in self._made:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.recording import provenance
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.recording import Recording, format_of
+from gnss_hil.tools.recording.provenance import INPUTS
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder, naming, vehicle_name
 from gnss_hil.tools.replay.players import Keep, Played
@@ -81,13 +83,24 @@ def make_folder(path: Path, source: Source, truth: bool) -> RunFolder:
     run, scenario = scenario_of(source)
     names = [craft.name for craft in scenario.craft]
     shutil.copy(run / SCENARIO, folder / SCENARIO)
+    if (run / INPUTS).is_dir():
+        shutil.copytree(run / INPUTS, folder / INPUTS)
     shutil.copy(source.vehicle or run / vehicle_name(names, 0), folder / vehicle_name(names, 0))
     if truth and (run / TRUTH).exists():
         shutil.copy(run / TRUTH, folder / TRUTH)
     return folder
 
 
-def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, Any]:
+def about_of(config: ReplayConfig, command: str) -> dict[str, Any]:
+    """What is replayed, by whom, where and when."""
+    return {**provenance.program(), "command": command, "host": provenance.host(),
+            "begun_utc": provenance.now(), "flight": config.flight, "emulator": config.emulator,
+            "settings": {}, "inputs": []}  # fmt: skip
+
+
+def facts_of(
+    source: Source, config: ReplayConfig, played: Played, about: Mapping[str, Any]
+) -> dict[str, Any]:
     """What the replay alone knows."""
     (run, scenario), latency = scenario_of(source), played.tally.latency
     interval_s = source.recorded.interval_ns / 1e9
@@ -103,6 +116,9 @@ def facts_of(source: Source, config: ReplayConfig, played: Played) -> dict[str, 
         bus=assemble.bus_of(config.bus),
         reproducible=config.pace == "lockstep" and played.complete and not played.tally.unanswered,
         interrupted=not played.complete,
+        ended=assemble.COMPLETE if played.complete else assemble.INTERRUPTED,
+        failure="",
+        about=about,
         epoch_interval_s=interval_s,
         epochs_unanswered=played.tally.unanswered,
         real_time_factor=assemble.real_time_factor(played.epochs * interval_s, played.wall_s),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,12 @@ from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.run_folder import SUMMARY
 from gnss_hil.tools.report.document import Page, card, lead
-from gnss_hil.tools.report.markup import table, tag
+from gnss_hil.tools.report.markup import Child, table, tag
 from gnss_hil.tools.report.plot import Json, Plot, axis, overlaid
-from gnss_hil.tools.report.summary_tables import shown
+from gnss_hil.tools.report.summary_tables import setting, shown
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH
 from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results.assemble import read_facts
 from gnss_hil.tools.results.summary import metrics
 
 _PERCENT = np.linspace(0, 100, 401)
@@ -36,11 +37,13 @@ class Course:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """A run folder: its name, its summary, and a course for each craft."""
+    """A run folder: its name, its summary, a course for each craft, and what it has other than the defaults
+    (`provenance.settings`), with the sides that are not ours and its pace."""
 
     name: str
     summary: Mapping[str, Any]
     courses: Mapping[str, Course]
+    settings: Mapping[str, Any]
 
 
 def read(folder: Path) -> Run:
@@ -54,7 +57,72 @@ def read(folder: Path) -> Run:
     except (ValueError, KeyError, TypeError):
         raise Mistake(f"{path}: is damaged; `gnss-hil report {folder}` makes it again") from None
     name = folder.resolve().name
-    return Run(name, summary, {craft: course for craft in crafts if (course := _course(folder, craft))})
+    courses = {craft: course for craft in crafts if (course := _course(folder, craft))}
+    return Run(name, summary, courses, _settings(folder, summary))
+
+
+_RUN_KEYS = ("scenario", "policy", "seed", "duration_s", "epoch_interval_s", "pace", "emulator")
+_SAID_BY_THE_RUN = ("seed", "time.duration_s", "time.epoch_interval_s")
+
+
+def _settings(folder: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
+    about = (read_facts(folder) or {}).get("about", {})
+    own = {key: value for key, value in about.get("settings", {}).items() if key not in _SAID_BY_THE_RUN}
+    return {key: summary.get(key) for key in _RUN_KEYS} | own
+
+
+def differences(first: Run, second: Run) -> list[tuple[str, str, str]]:
+    """What the runs were set to differently: key, first, second. A craft's policy is said once."""
+    left, right = first.settings, second.settings
+    if len(left) == len(_RUN_KEYS) or len(right) == len(_RUN_KEYS):  # one did not note more
+        left, right = ({key: s[key] for key in _RUN_KEYS} for s in (left, right))
+    keys = [*left, *(key for key in right if key not in left)]
+    found = [(key, setting(left.get(key)), setting(right.get(key))) for key in keys]
+    found = [row for row in found if row[1] != row[2]]
+    policy = [row for row in found if row[0] == "policy"]
+    return [row for row in found if not (policy and row[0].endswith(".flight.policy"))]
+
+
+_IN_A_TITLE = 3
+
+
+def title(first: Run, second: Run) -> str:
+    """What differs, as a headline."""
+    rows = differences(first, second)
+    if not rows:
+        return f"{first.name} and {second.name}: set alike"
+    said = [f"{key.removeprefix('craft.0.')} {a} / {b}" for key, a, b in rows[:_IN_A_TITLE]]
+    more = f"; {len(rows) - _IN_A_TITLE} more" if len(rows) > _IN_A_TITLE else ""
+    return f"{'; '.join(said)}{more}"
+
+
+_LESS_IS_BETTER = (
+    "epochs_unanswered", "mark_late_ms", "epoch_latency_ms", "bus_load_percent", "frames.lost",
+    "frames.rejected", "no_fix", "first_fix_s", "outages", "pdop", "pdop_distinct", "position_error_m",
+    "velocity_error_mps", "rejected",
+)  # fmt: skip
+_MORE_IS_BETTER = ("real_time_factor", "fixes", "satellites_tracked", "measurements")
+_ALIKE = 0.005
+"""Share by which figures may differ and count as equal."""
+
+
+_COUNTS = ("fixes", "no_fix", "outages", "frames", "rejected", "epochs_unanswered")
+"""Figures that grow with a run: compared only where both have as many epochs."""
+
+
+def judged(name: str, a: float | None, b: float | None, same_length: bool = True) -> str:
+    """Whether the second run's figure is "better" or "worse" than the first's; "" where they are alike, one
+    is missing, or neither more nor less of it is better."""
+    if a is None or b is None or abs(b - a) <= _ALIKE * max(abs(a), abs(b)):
+        return ""
+    if not same_length and any(f".{key}." in f".{name}." for key in _COUNTS):
+        return ""
+    parts = f".{name}."
+    if any(f".{key}." in parts for key in _LESS_IS_BETTER):
+        return "better" if b < a else "worse"
+    if any(f".{key}." in parts for key in _MORE_IS_BETTER):
+        return "better" if b > a else "worse"
+    return ""
 
 
 _AXES = tuple(f"{a}_ecef_m" for a in "xyz")
@@ -91,18 +159,21 @@ def _course(folder: Path, craft: str) -> Course | None:
     return Course((t_s - t_s[0]) / 60, of_fixes(columns["satellites_used"]), of_fixes(columns["pdop"]), error)
 
 
-def rows(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
-    """Figures of two summaries by name: first, second, and the second as a multiple of the first."""
+def rows(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[tuple[str, str, str, str, str]]:
+    """Figures of two summaries by name: first, second, the second as a multiple of the first, and which is
+    better."""
     left, right = _figures(first), _figures(second)
     names = [*left, *(name for name in right if name not in left)]
     names = [name for name in names if ".no_fix." not in name or left.get(name) or right.get(name)]
-    return [(name, *_row(left.get(name), right.get(name))) for name in names]
+    same = first["epochs"] == second["epochs"]
+    return [(name, *_row(name, left.get(name), right.get(name), same)) for name in names]
+
+
+_NO_FIGURES = ("expectations", "seed", "epoch_interval_s", "epochs_planned")
 
 
 def _figures(summary: Mapping[str, Any]) -> dict[str, float | int | None]:
-    flat = metrics(
-        {k: v for k, v in summary.items() if k not in ("expectations", "seed", "epoch_interval_s")}
-    )
+    flat = metrics({k: v for k, v in summary.items() if k not in _NO_FIGURES})
     return {
         name.removeprefix("craft."): value
         for name, value in flat.items()
@@ -110,14 +181,22 @@ def _figures(summary: Mapping[str, Any]) -> dict[str, float | int | None]:
     }
 
 
-def _row(a, b) -> tuple[str, str, str]:
-    return shown(a), shown(b), f"{b / a:.3g}" if a and b is not None else "-"
+def _row(name: str, a, b, same_length: bool) -> tuple[str, str, str, str]:
+    ratio = f"{b / a:.3g}" if a and b is not None else "-"
+    return shown(a), shown(b), ratio, judged(name, a, b, same_length)
+
+
+def _marked(row: tuple[str, str, str, str, str]) -> Iterator[Child]:
+    """A row's cells, the verdict in its colour."""
+    *cells, verdict = row
+    yield from cells
+    yield tag.span(verdict, class_={"better": "good", "worse": "bad"}.get(verdict))
 
 
 def write(first: Run, second: Run, path: Path) -> Path:
     """The page of a comparison; its path."""
     names = (first.name, second.name) if first.name != second.name else ("first", "second")
-    page = Page(f"{names[0]} and {names[1]}")
+    page = Page(title(first, second))
     page.add(tag.h1(page.title))
     for name, run in zip(names, (first, second), strict=True):
         facts = ", ".join(f"{key} {run.summary.get(key)}" for key in ("scenario", "policy", "seed", "epochs"))
@@ -126,7 +205,10 @@ def write(first: Run, second: Run, path: Path) -> Path:
         if craft in second.courses:
             page.add(tag.h2(f"Craft {craft}"))
             page.add_plots(_plots(names, (first.courses[craft], second.courses[craft])), craft)
-    figures = table(("", *names, "ratio"), rows(first.summary, second.summary))
+    set_apart = differences(first, second)
+    if set_apart:
+        page.add(card("Set differently", table(("", *names), set_apart, class_="words")))
+    figures = table(("", *names, "ratio", names[1]), map(_marked, rows(first.summary, second.summary)))
     page.add(tag.h2("Figures"), card("Side by side", figures))
     page.write(path)
     return path

@@ -20,6 +20,7 @@ from gnss_hil.tools.report.document import Page, card, lead
 from gnss_hil.tools.report.markup import Markup, tag
 from gnss_hil.tools.report.plot import Plot
 from gnss_hil.tools.results import truth
+from gnss_hil.tools.results.text import foreign_emulator
 
 REPORT = "report.html"
 
@@ -36,7 +37,10 @@ def write(
     kept = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     channels = folder / "channels.parquet"
     page = Page(f"{summary['scenario']}: report")
-    _head(page, scenario, summary)
+    began_ns = min(
+        (int(d.timeline["t_ns"][0]) for d in digests.values() if len(d.timeline["t_ns"])), default=None
+    )
+    _head(page, scenario, summary, began_ns)
     latency = summary["epoch_latency_ms"]
     bench = time_series.latency(facts.get("latency_histogram", []), latency["p50"], latency["p99"])
     alone = len(scenario.craft) == 1
@@ -50,23 +54,30 @@ def write(
     if not alone:
         page.add(tag.h2("Bench"))
         page.add_plots([bench])
+    page.add(card("What was run", summary_tables.about(facts.get("about", {}))))
     page.add(_foot(folder, kept is not None, channels.exists()))
     page.write(path)
 
 
-def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
+def _head(page: Page, scenario: Scenario, s: Mapping[str, Any], began_ns: int | None) -> None:
+    """began_ns: the first time mark heard; what another's emulator played is known from the bus alone."""
     bus = s["bus"]["interface"]
     way = f"{bus}:{s['bus']['channel']}" if s["bus"]["channel"] else bus
     facts = [
         f"policy {s['policy']}", f"seed {s['seed']}",
-        f"from {iso(scenario.time.start_ns).replace('T', ' ')} GPS time",
+        "no time mark was heard" if began_ns is None else f"from {iso(began_ns).replace('T', ' ')} GPS time",
         f"{s['epochs']} epochs of {s['epoch_interval_s']:g} s",
         f"bus {way}, pace {s['pace']}" if way else "bus and pace unknown: the run broke off",
         "reproducible" if s["reproducible"] else "not reproducible",
     ]  # fmt: skip
+    others = foreign_emulator(s)
+    told = (
+        f"Emulator: {s['emulator']}. What it played is known from the bus alone; scenario and vehicle file "
+        "were handed to it."
+    )
     page.add(
         tag.h1(s["scenario"]),
-        lead(scenario.description) if scenario.description else None,
+        lead(told) if others else lead(scenario.description) if scenario.description else None,
         lead(f"{'; '.join(facts)}."),
         summary_tables.verdict(s),
         summary_tables.bus_tiles(s),
@@ -80,7 +91,8 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any]) -> None:
 
 def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> None:
     own = s["craft"][craft.name]
-    page.add(tag.h2(f"Craft {craft.name}, vehicle {craft.vehicle.name}"))
+    whose = "as in the vehicle file handed over, " if foreign_emulator(s) else "vehicle "
+    page.add(tag.h2(f"Craft {craft.name}, {whose}{craft.vehicle.name}"))
     page.add(summary_tables.craft_tiles(own, s["epochs"]))
     page.add(card("Figures", summary_tables.craft_table(own)))
     page.add(card("Epochs without a fix", summary_tables.no_fix_table(own, craft.without_fix)))

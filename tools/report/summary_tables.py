@@ -11,7 +11,7 @@ from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
 from gnss_hil.tools.results.outages import Stretches
-from gnss_hil.tools.results.text import besides, figure, outages, percent, small
+from gnss_hil.tools.results.text import besides, broken_off, figure, outages, percent, small
 
 Summary = Mapping[str, Any]
 
@@ -74,6 +74,40 @@ def no_fix_table(figures: Summary, stretches: Stretches) -> Markup:
 
 def _words(reason: str) -> str:
     return reason.replace("_", " ").lower()
+
+
+def about(run: Mapping[str, Any]) -> Markup:
+    """What was run, by whom, where and when; what it has other than the defaults; the files it read."""
+    if not run:
+        return note("The run did not note it.")
+    host, sides = run["host"], ("flight", "emulator")
+    version = f"gnss-hil {run['version']}" + (f", commit {run['commit']}" if run["commit"] else "")
+    facts = [
+        ("command", run["command"] or "made by a program"),
+        *((side, run[side]) for side in sides if run.get(side) not in (None, "ours")),
+        ("program", version),
+        ("begun", f"{run['begun_utc']} on {host['name']}, {host['system']}, Python {host['python']}"),
+    ]
+    parts = [table(("", ""), facts, class_="words")]
+    if run["settings"]:
+        rows = [(key, setting(value)) for key, value in run["settings"].items()]
+        parts.append(table(("other than the defaults", ""), rows, class_="words"))
+    if run["inputs"]:
+        files = [
+            (row["file"], row["copy"] or "too large for a copy", figure(row["bytes"]), row["sha256"][:16])
+            for row in run["inputs"]
+        ]
+        parts.append(table(("file", "in the run folder", "bytes", "SHA-256, begins"), files, class_="words"))
+    return text(parts)
+
+
+def setting(value: Any) -> str:
+    """A value of a scenario's key, for people; None is the default."""
+    if value is None:
+        return "default"
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return ", ".join(map(str, value)) if isinstance(value, list) else f"{value}"
 
 
 def tiles(rows: Iterable[tuple[str, str]]) -> Markup:
@@ -154,8 +188,8 @@ def verdict(s: Summary) -> Markup | None:
     """One badge: what to think of the run before reading on."""
     every = s["expectations"]
     missed = sum(not row["met"] for row in every)
-    if s["interrupted"]:
-        words = "interrupted before its end"
+    if broken := broken_off(s):
+        words = f"not complete: {broken}"
     elif missed:
         words = f"{missed} of {len(every)} expectations missed"
     elif every:

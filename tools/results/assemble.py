@@ -12,12 +12,16 @@ from pydantic import BaseModel, Field, ValidationError
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract.codec import Codec, codec
 from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.emulator.config.named_files import anchor
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, SUMMARY, TRUTH, write_json
 from gnss_hil.tools.results import tables, truth
 from gnss_hil.tools.results.summary import build
+
+COMPLETE, INTERRUPTED, FAILED = "complete", "interrupted", "failed"
+DIED = "it died before it could say how it ended"
 
 
 class _Bus(BaseModel):
@@ -31,7 +35,12 @@ class _Latency(BaseModel):
 
 
 class _Facts(BaseModel):
-    """What run.json has to hold for a summary; null where a run died before it was known."""
+    """What run.json has to hold for a summary; null where a run died before it was known.
+
+    ended    COMPLETE, INTERRUPTED, FAILED or, null, while it goes on and where it died
+    failure  why it broke off
+    about    `gnss_hil.tools.recording.provenance`, and what was asked for
+    """
 
     scenario: str
     seed: int
@@ -50,6 +59,10 @@ class _Facts(BaseModel):
     frames_sent: int | None
     latency_histogram: list[tuple[float, int]] = []
     remarks: list[str] = []
+    ended: str | None = INTERRUPTED
+    failure: str = ""
+    epochs_planned: int | None = None
+    about: dict[str, Any] = {}
     expect: dict[str, dict[Literal["min", "max", "after_s"], float]]
 
 
@@ -81,9 +94,21 @@ def read_facts(folder: Path) -> dict[str, Any] | None:
 def read_scenario(folder: Path) -> tuple[Scenario, list[Codec]]:
     """The scenario of a run folder and the codec of each craft's bus."""
     path = folder / SCENARIO
-    scenario = scenarios.parse(scenarios.read(path), str(path))
+    document = scenarios.read(path)
+    anchor(document, folder)
+    scenario = scenarios.parse(document, str(path))
     found = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
     return scenario, [codec(v.antennas) for v in found]
+
+
+def after_a_crash(facts: Mapping[str, Any] | None, scenario: Scenario, epochs: int) -> dict[str, Any]:
+    """What is known of a run that noted how it ended, or did not; epochs as its log has them."""
+    if facts is None:
+        return facts_of(scenario, epochs)
+    if facts.get("ended", COMPLETE) is not None:
+        return dict(facts)
+    return {**facts, "epochs": epochs, "duration_s": epochs * facts["epoch_interval_s"], "failure": DIED,
+            "ended": FAILED, "interrupted": True}  # fmt: skip
 
 
 def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:
@@ -101,7 +126,10 @@ def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:
         "interrupted": True,
         "duration_s": epochs * interval_s,
         "epoch_interval_s": interval_s,
+        "ended": FAILED,
+        "failure": DIED,
         "epochs": epochs,
+        "epochs_planned": scenario.time.epochs,
         "epochs_unanswered": None,
         "real_time_factor": None,
         "epoch_latency_ms": latency_ms(None, None),

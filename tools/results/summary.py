@@ -36,6 +36,8 @@ _STATISTICS = {
 _SPREAD = ("mean", "min", "max")
 _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
+_OF_THE_RUN_ALONE = ("expect", "frames_sent", "latency_histogram", "about")
+"""Of run.json, what summary.json does not repeat."""
 _NEVER_NS = 2**63 - 1
 
 
@@ -151,7 +153,7 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
         name: craft_summary(digest, rows[name], epochs, interval_ns) for name, digest in digests.items()
     }
     summary = {
-        **{k: v for k, v in facts.items() if k not in ("expect", "frames_sent", "latency_histogram")},
+        **{k: v for k, v in facts.items() if k not in _OF_THE_RUN_ALONE},
         "epochs_unanswered": facts["epochs_unanswered"] if facts["pace"] == "lockstep" else None,
         "frames": total(d.counters for d in digests.values()).figures(facts.get("frames_sent")),
         "bus_load_percent": load_percent(digests, facts["epoch_interval_s"]),

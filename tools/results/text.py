@@ -136,14 +136,32 @@ def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "  epochs unanswered", f"{figure(s['epochs_unanswered'])}: the run is not reproducible"
 
 
+def broken_off(s: Mapping[str, Any]) -> str:
+    """How a run ended before its time; "" if it did not."""
+    ended = s.get("ended", "interrupted" if s.get("interrupted") else "complete")
+    if ended == "complete":
+        return ""
+    planned = s.get("epochs_planned")
+    of = f" after {figure(s['epochs'])} of {figure(planned)} epochs" if planned else ""
+    why = f": {s['failure']}" if s.get("failure") else ""
+    return f"{ended}{of}{why}"
+
+
+def foreign_emulator(s: Mapping[str, Any]) -> bool:
+    """Whether another's emulator was played: nothing of the scenario needs to be true of it."""
+    return s.get("emulator") not in (None, "ours")
+
+
 def render(s: Mapping[str, Any]) -> str:
     """Aligned lines with units."""
     factor = s["real_time_factor"]
     speed = f", {factor:.0f} times real time" if factor else ""
-    ended = {True: " (interrupted)", False: ""}[bool(s.get("interrupted"))]
+    stopped = " (interrupted)" if s.get("interrupted") else ""
     rows = [
         ("scenario", f"{s['scenario']}, policy {s['policy']}, seed {s['seed']}"),
-        ("simulated", f"{clock(s['duration_s'])} in {figure(s['epochs'])} epochs{ended}{speed}"),
+        *([("emulator", f"not ours: {s['emulator']}")] if foreign_emulator(s) else []),
+        ("simulated", f"{clock(s['duration_s'])} in {figure(s['epochs'])} epochs{stopped}{speed}"),
+        *([("NOT COMPLETE", broken_off(s))] if broken_off(s) else []),
         *_bus(s),
     ]
     for name, figures in s["craft"].items():

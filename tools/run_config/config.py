@@ -53,7 +53,10 @@ UNCHANGED = Overrides()
 
 @dataclass(frozen=True, slots=True)
 class RunConfig:
-    """A scenario played into a run folder, as `gnss-hil run` has it."""
+    """A scenario played into a run folder, as `gnss-hil run` has it.
+
+    command   the command line, for the record
+    """
 
     scenario: str
     overrides: Overrides = UNCHANGED
@@ -67,6 +70,7 @@ class RunConfig:
     report: bool = True
     plain: bool = False
     quiet: bool = False
+    command: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import contextmanager
+import signal
 from dataclasses import replace
 
 import pytest
@@ -37,13 +37,11 @@ def test_what_a_run_left_is_in_its_folder(config):
     assert (ran.folder / "bus.log").stat().st_size > 0
 
 
-def test_interrupted_before_it_began_it_leaves_nothing(config, tmp_path, monkeypatch):
-    @contextmanager
-    def interrupted():
-        yield lambda: True
-
-    monkeypatch.setattr(run_session, "interruptible", interrupted)
-    assert run_session.play(config) is None
+def test_interrupted_before_it_began_it_leaves_nothing(config, tmp_path):
+    stop = run_session.Interruptible()
+    stop._came = signal.SIGTERM
+    assert run_session.play(config, stop) is None
+    assert stop.status == 143
     assert list(tmp_path.iterdir()) == []
 
 
