@@ -32,8 +32,9 @@ class Signal:
     spacing_hz   step of one frequency number [Hz], 0 where satellites share the carrier
     chip_hz      chipping rate of the ranging code [1/s]
     rinex        band and tracking attribute of RINEX 3 ("1C": C1C, L1C, D1C, S1C)
-    group_delay  item of the navigation message with the delay of this signal against the pair that broadcast
-                 clocks belong to; "" where there is none. It grows with 1 / carrier^2
+    group_delay  item of the navigation message with the delay of this signal: "tgd" against the pair that
+                 broadcast clocks belong to, it grows with 1 / carrier^2; "delta_tau" against the system's
+                 first signal; "" where there is none
     clock_code   signal whose code the broadcast clocks belong to, if this one's may differ from it by a
                  constant of the satellite; "" else
     """
@@ -58,11 +59,11 @@ _OS = "Galileo OS SIS ICD 2.1, 2.1 and 2.3.1"
 SIGNALS: dict[str, Signal] = table(
     Signal("L1CA", "gps", 0, 1_575.42e6, 0.0, 1.023e6, "1C", "tgd", "L1P", _IS),
     Signal("L1P", "gps", 2, 1_575.42e6, 0.0, 10.23e6, "1W", "tgd", source=_IS),
-    Signal("L5", "gps", 5, 1_176.45e6, 0.0, 10.23e6, "5Q", "tgd", source=_IS5),
-    Signal("L2C", "gps", 4, 1_227.60e6, 0.0, 1.023e6, "2X", "tgd", source=_IS),
+    Signal("L5", "gps", 5, 1_176.45e6, 0.0, 10.23e6, "5Q", "tgd", "L1P", _IS5),
+    Signal("L2C", "gps", 4, 1_227.60e6, 0.0, 1.023e6, "2X", "tgd", "L2P", _IS),
     Signal("L2P", "gps", 3, 1_227.60e6, 0.0, 10.23e6, "2W", "tgd", source=_IS),
     Signal("L1OF", "glonass", 1, 1_602.0e6, 562.5e3, 0.511e6, "1C", source=_ICD),
-    Signal("L2OF", "glonass", 6, 1_246.0e6, 437.5e3, 0.511e6, "2C", source=_ICD),
+    Signal("L2OF", "glonass", 6, 1_246.0e6, 437.5e3, 0.511e6, "2C", "delta_tau", source=_ICD),
     Signal("E1", "galileo", 7, 1_575.42e6, 0.0, 1.023e6, "1X", "bgd_e5b", source=_OS),
 )  # fmt: skip
 """By name; of each system in the order in which a receiver of one signal prefers them: the first band before
@@ -95,6 +96,12 @@ def first_column(of: Callable[[Signal], Any], missing: Any) -> NDArray:
         for signal in of_system(system)[:1]:
             values[system.value] = of(signal)
     return np.array(values)
+
+
+def beyond_first() -> NDArray[np.int64]:
+    """(COUNT,) by value on the bus: 0 of each system's first signal, the value itself of all others."""
+    firsts = {signal.value for system in SYSTEMS.values() for signal in of_system(system)[:1]}
+    return np.array([0 if value in firsts else value for value in range(COUNT)])
 
 
 def has_frequency_numbers() -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,12 @@ from pydantic_core import CoreSchema
 
 from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.common.shipped_files import Files
+from gnss_hil.dbc.common.signals import SIGNALS, beyond_first
 
 Vector = tuple[float, float, float]
+
+_OTHERS = tuple(signal.name for signal in SIGNALS.values() if beyond_first()[signal.value])
+"""Signals beside each system's first."""
 
 
 def _strict_numbers(schema: Any) -> None:
@@ -57,6 +61,7 @@ class Antenna(Strict):
     boresight_body    unit vector of the antenna's axis, body axes
     lever_arm_body_m  phase centre relative to the centre of mass, body axes
     mask_deg          largest angle off the boresight at which the antenna is given a satellite
+    other_signals     that the receiver tracks beside each system's first, each on a channel of its own
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,23}$")]
@@ -66,6 +71,13 @@ class Antenna(Strict):
     boresight_body: Vector
     lever_arm_body_m: Vector
     mask_deg: Annotated[float, Field(gt=0, le=180)]
+    other_signals: tuple[Literal[_OTHERS], ...] = ()  # pyright: ignore[reportInvalidTypeForm]
+
+    @model_validator(mode="after")
+    def _signals_are_named_once(self):
+        if len(set(self.other_signals)) != len(self.other_signals):
+            raise ValueError(f"other_signals are {list(self.other_signals)}; each must be different")
+        return self
 
     @model_validator(mode="after")
     def _boresight_is_a_direction(self):
@@ -105,6 +117,7 @@ class Vehicle:
     boresight_body    (m, 3) unit vectors
     lever_arm_body_m  (m, 3) phase centre relative to the centre of mass [m]
     mask_rad          (m,) largest angle off boresight [rad]
+    other_signals     (m,) names of signals that each receiver tracks beside the systems' first
     """
 
     name: str
@@ -114,6 +127,7 @@ class Vehicle:
     boresight_body: NDArray[np.float64]
     lever_arm_body_m: NDArray[np.float64]
     mask_rad: NDArray[np.float64]
+    other_signals: tuple[tuple[str, ...], ...]
 
     @property
     def antennas(self) -> int:
@@ -135,6 +149,7 @@ def from_model(model: VehicleFile) -> Vehicle:
         boresight / np.linalg.norm(boresight, axis=1, keepdims=True),
         np.array([a.lever_arm_body_m for a in rows]),
         np.deg2rad([a.mask_deg for a in rows]),
+        tuple(tuple(a.other_signals) for a in rows),
     )
 
 

@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
@@ -15,10 +17,11 @@ from gnss_hil.emulator.attitude.turning import build_turning
 from gnss_hil.emulator.clocks import bounded_wander
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.constellation import block_types
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.environment import models as joined
 from gnss_hil.emulator.environment.block import Environment, epochs_at
-from gnss_hil.emulator.environment.carrier_to_noise import PlainReceiver, build_link
+from gnss_hil.emulator.environment.carrier_to_noise import Link, PlainReceiver, build_link
 from gnss_hil.emulator.environment.models import Clocks
 from gnss_hil.emulator.error_models.base import Context, Stage
 from gnss_hil.emulator.error_models.params import Factor
@@ -34,6 +37,7 @@ from gnss_hil.emulator.receivers.emulated.receiver import EmulatedCraft
 from gnss_hil.emulator.sensors.base import SensorContext
 from gnss_hil.emulator.sensors.frames import Node
 from gnss_hil.emulator.sensors.frames import nodes as sensor_nodes
+from gnss_hil.emulator.signal.carriers import carriers
 from gnss_hil.emulator.signal.structure import file
 from gnss_hil.emulator.signal.structure.bodies import Structure, require_outside, structure
 
@@ -69,6 +73,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
             joined.link(models),
         )
         tracking = joined.tracking(models, None)
+        tracked = carriers(vehicle.other_signals, _sent(link, time))
         oscillator = joined.only(models, Stage.OSCILLATOR)
     except (ValueError, FileError) as error:
         raise ScenarioError(f"craft.{craft.name}.factors: {error}") from None
@@ -92,6 +97,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         link=link,
         lock_threshold_dbhz=settings.lock_threshold_dbhz,
         structure=shape,
+        carriers=tracked,
     )
     receivers = Receivers(
         session=shared.session,
@@ -109,6 +115,15 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         sensors=nodes,
     )
     return EmulatedCraft(craft.name, environment, receivers)
+
+
+def _sent(link: Link, time: scenario.Time) -> Bool:
+    """(16, 512) which satellites send which signal: as the transmitters of the link have it, else as the
+    blocks of the day do."""
+    if link.budget is not None and link.budget.transmitters.sent is not None:
+        return link.budget.transmitters.sent
+    day = gpstime.to_calendar(time.start_ns).date()
+    return block_types.sent_signals(block_types.block_rows(day, "by-date", {}))
 
 
 def _sensors(craft: scenario.Craft, contract: codec.Codec, context: SensorContext) -> tuple[Node, ...]:

@@ -19,6 +19,7 @@ class Broadcast:
     ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3
     ephemeris  number of the ephemeris in use: another one for each ephemeris of a satellite
     group_delay_m   inside the clock for L1 C/A: GPS c T_GD [m], else 0; other signals contain other multiples
+    band_delay_m    by which L2 leaves later than L1, that of clocks: GLONASS c Delta tau_n [m]; else 0
     """
 
     available: Bool
@@ -28,6 +29,7 @@ class Broadcast:
     ura: I64
     ephemeris: I64
     group_delay_m: F64
+    band_delay_m: F64
 
 
 class Constellation(Protocol):

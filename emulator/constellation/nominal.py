@@ -1,8 +1,8 @@
 """Nominal constellations: the slots the systems are built for, every slot taken, every satellite healthy.
 
 Orbits are circular and uniform. A slot is known by the longitude of its ascending node and its argument
-of latitude at an epoch, and by the constant rates of both; nothing is integrated. Satellite clocks are
-invented, small and fixed by the satellite's number.
+of latitude at an epoch, and by the constant rates of both; nothing is integrated. Satellite clocks and the
+delays between their carriers are invented, small and fixed by the satellite's number.
 """
 
 from __future__ import annotations
@@ -54,6 +54,9 @@ _CLOCK_OFFSET_S = 1e-4
 _CLOCK_RATE = 5e-12
 """Largest clock offset and rate of a nominal satellite: the size of the real ones (modelled)."""
 
+_GROUP_DELAY_S, _BAND_DELAY_S = 10e-9, 6e-9
+"""Largest T_GD of a nominal GPS satellite, Delta tau of a GLONASS one: the size of real ones (modelled)."""
+
 _GOLDEN = (5**0.5 - 1) / 2
 
 
@@ -68,6 +71,8 @@ class NominalConstellation:
     node_rad         (n,) longitude of the ascending node from Greenwich and
     latitude_rad     (n,) argument of latitude at the epoch [rad]
     node_rps, latitude_rps   their rates [rad/s]
+    group_delay_s, band_delay_s   largest delays between carriers, of either sign, inside the clock of the
+                     first signal and beside it, as in `gnss_hil.emulator.constellation.base.Broadcast` [s]
     """
 
     index: I64
@@ -79,6 +84,8 @@ class NominalConstellation:
     latitude_rad: F64
     node_rps: float
     latitude_rps: float
+    group_delay_s: float = 0.0
+    band_delay_s: float = 0.0
 
     def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]:
         """See `Constellation.sample`."""
@@ -99,7 +106,7 @@ class NominalConstellation:
 
     @property
     def clocks(self) -> tuple[F64, F64]:
-        """Offsets [s] at the epoch and rates [s/s] (n,).
+        """Offsets [s] at the epoch and rates [s/s] (n,) of the clocks for the first signal.
 
         Multiples of the golden ratio, less whole ones, spread them evenly over their ranges.
         """
@@ -109,12 +116,19 @@ class NominalConstellation:
             _CLOCK_RATE * (2 * (place * _GOLDEN**2 % 1.0) - 1),
         )
 
+    @property
+    def delays_s(self) -> tuple[F64, F64]:
+        """Group delays and delays of the second band (n,)."""
+        spread = 2 * (self.index.astype(np.float64) * _GOLDEN**3 % 1.0) - 1
+        return self.group_delay_s * spread, self.band_delay_s * spread
+
     def _broadcast(self, segments: int) -> Broadcast:
         shape = (segments, len(self.index))
         zeros = np.zeros(shape, np.int64)
         yes = np.ones(shape, bool)
         frequency = np.broadcast_to(self.frequency, shape)
-        return Broadcast(yes, yes, frequency, zeros, zeros, zeros, np.zeros(shape))
+        group_m, band_m = (np.broadcast_to(LIGHT_MPS * delay_s, shape) for delay_s in self.delays_s)
+        return Broadcast(yes, yes, frequency, zeros, zeros, zeros, group_m, band_m)
 
 
 def _advanced(angle_rad: F64, rate_rps: float, age_ns: int) -> F64:
@@ -141,6 +155,7 @@ def nominal_gps(start_ns: int) -> NominalConstellation:
         latitude_rad=_advanced(np.deg2rad(latitude), -2 * node_rps, age_ns),
         node_rps=node_rps,
         latitude_rps=-2 * node_rps,
+        group_delay_s=_GROUP_DELAY_S,
     )
 
 
@@ -164,4 +179,5 @@ def nominal_glonass(start_ns: int) -> NominalConstellation:
         latitude_rad=_advanced(np.deg2rad(latitude), latitude_rps, age_ns),
         node_rps=node_rps,
         latitude_rps=latitude_rps,
+        band_delay_s=_BAND_DELAY_S,
     )

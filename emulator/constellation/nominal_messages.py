@@ -55,11 +55,12 @@ def gps_records(c: NominalConstellation, stretch: Stretch, wgs84: bool) -> Recor
     toe_ns = np.repeat(references_ns, n)
     age_s = (toe_ns - c.epoch_ns) / gpstime.NS_PER_S
     toe_s = toe_ns % gpstime.NS_PER_WEEK / gpstime.NS_PER_S
-    offset_s, rate = (np.tile(v, times) for v in c.clocks)
+    offset_s, rate, group_delay_s = (np.tile(v, times) for v in (*c.clocks, c.delays_s[0]))
     issue = toe_ns % gpstime.NS_PER_WEEK // _GPS_SPACING_NS  # programs distinguish records by it
     known = {
-        "af0": offset_s + rate * age_s,
+        "af0": offset_s + rate * age_s + group_delay_s,
         "af1": rate,
+        "tgd": group_delay_s,
         "iode": issue,
         "iodc": issue,
         "delta_n": c.latitude_rps - np.sqrt(MU_GPS_M3PS2 / c.radius_m**3),

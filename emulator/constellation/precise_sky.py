@@ -48,11 +48,11 @@ class PreciseConstellation:
         positions, clocks, available = self.orbits.sample(middles_ns, nodes_s)
         positions, clocks = positions[:, :, self.column], clocks[:, :, self.column]
         there = available[:, self.column]
-        zeros = np.zeros(there.shape, np.int64)
+        zeros, none_m = np.zeros(there.shape, np.int64), np.zeros(there.shape)
         # Numbers without meaning are finite, as a constellation promises.
         positions = np.where(there[:, None, :, None], positions, 2.6e7)
         clocks = np.where(there[:, None], clocks, 0.0)
-        broadcast = Broadcast(there, np.ones_like(there), zeros, zeros, zeros, zeros, np.zeros(there.shape))
+        broadcast = Broadcast(there, np.ones_like(there), zeros, zeros, zeros, zeros, none_m, none_m)
         return positions, clocks, broadcast
 
 

@@ -27,7 +27,8 @@ from gnss_hil.emulator.error_models.base import AttitudeTerm, Epochs
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.emulator.orbits.motion import Motion
 from gnss_hil.emulator.signal import geometry, visibility
-from gnss_hil.emulator.signal.bands import BY_SYSTEM, wavelength_m
+from gnss_hil.emulator.signal.bands import BY_SIGNAL, wavelength_m
+from gnss_hil.emulator.signal.carriers import Carriers
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.epoch_geometry import EpochGeometry
 from gnss_hil.emulator.signal.structure import poses
@@ -73,6 +74,7 @@ class Environment:
     mark_domain   clock domain that time marks are read from, -1: GPS time, less what the computer's clock
                   is off
     lock_threshold_dbhz   from which a signal is found
+    carriers      signals that the receivers can track
     """
 
     start_ns: int
@@ -91,6 +93,7 @@ class Environment:
     link: Link
     lock_threshold_dbhz: float
     structure: Structure | None
+    carriers: Carriers
 
     def span(self, epoch: int) -> tuple[int, int]:
         """First epoch of the block of an epoch, and of the next."""
@@ -103,14 +106,15 @@ class Environment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """k epochs of a craft; m antennas, n satellites of the sky.
+    """k epochs of a craft; m antennas, n satellites of the sky, c columns of satellites and signals (see
+    `gnss_hil.emulator.signal.carriers`).
 
     geometry    where everything is
-    cn0_dbhz    (k, m, n), -inf of satellites that are not in sight
+    cn0_dbhz    (k, m, c), -inf of what is not in sight or is not sent
     in_sight    (k, n) available and not behind the Earth
-    hidden      (k, m, n) inside the field of view, and the craft's structure in the way
-    signal      (k, m, n) strong enough to be found, inside the antenna's field of view
-    held        (k, m, n) strong enough to be held once it is tracked; None: what is found is held
+    hidden      (k, m, c) inside the field of view, and the craft's structure in the way
+    signal      (k, m, c) strong enough to be found, inside the antenna's field of view
+    held        (k, m, c) strong enough to be held once it is tracked; None: what is found is held
     reported    what the reported attitude is off, None: nothing
     marked      centre of mass at the time marks, (k, 3) position [m] and velocity [m/s]
     """
@@ -130,7 +134,7 @@ class Block:
 
     @property
     def receivable(self) -> Bool:
-        """(k, m, n) signals that a channel may measure."""
+        """(k, m, c) signals that a channel may measure."""
         return self.signal if self.held is None else self.signal | self.held
 
 
@@ -139,15 +143,16 @@ def build_block(env: Environment, first: int) -> Block:
     epochs = Epochs(first, env.span(first)[1] - first, env.start_ns, env.interval_ns)
     at = epoch_geometry(env, epochs)
     in_sight = at.sky.broadcast.available & (at.view.ray_height_m >= env.ray_height_m)
-    epoch, row = np.nonzero(in_sight)
-    level = np.full(at.view.angle_rad.shape, -np.inf)
-    level[epoch, :, row] = cn0_dbhz(env.link, at, epoch, row).T
     in_field = in_sight[:, None] & (at.view.angle_rad <= env.vehicle.mask_rad[:, None])
     terms = joined.visibility(env.models, at)
     hidden = joined.hidden(terms, in_field)
+    level = _levels(env, at, in_sight)
+    if env.carriers.ranks > 1:
+        sent = env.carriers.reaches[:, :, at.sky.index].swapaxes(0, 1).reshape(level.shape[1], -1)
+        in_field, hidden = (np.tile(each, env.carriers.ranks) & sent for each in (in_field, hidden))
     if hidden.any():
-        epoch, antenna, row = np.nonzero(hidden)
-        pairs = channel_geometry(env, at, level, hidden, epoch, antenna, row)
+        epoch, antenna, column = np.nonzero(hidden)
+        pairs = channel_geometry(env, at, level, hidden, epoch, antenna, column)
         level[hidden] += joined.path_models(env.models).reaching(pairs)
     return Block(
         geometry=at,
@@ -159,6 +164,19 @@ def build_block(env: Environment, first: int) -> Block:
         reported=joined.attitude(env.models, epochs),
         marked=_marked(env, at),
     )
+
+
+def _levels(env: Environment, at: EpochGeometry, in_sight: Bool) -> F64:
+    """(k, m, c) C/N0 [dBHz] of what is in sight and sent, nothing in the way; -inf of all else."""
+    carriers, (k, m, n) = env.carriers, at.view.angle_rad.shape
+    level = np.full((k, m, carriers.ranks * n), -np.inf)
+    system = satellites.system_of(at.sky.index)
+    for rank, signal in enumerate(carriers.signal):
+        sent = carriers.reaches[rank][:, at.sky.index]
+        epoch, row = np.nonzero(in_sight if rank == 0 else in_sight & sent.any(axis=0))
+        found = cn0_dbhz(env.link, at, epoch, row, signal[system[row]])
+        level[epoch, :, rank * n + row] = (found if rank == 0 else np.where(sent[:, row], found, -np.inf)).T
+    return level
 
 
 def epoch_geometry(env: Environment, epochs: Epochs) -> EpochGeometry:
@@ -202,11 +220,19 @@ def epoch_geometry(env: Environment, epochs: Epochs) -> EpochGeometry:
 
 
 def channel_geometry(
-    env: Environment, at: EpochGeometry, level_dbhz: F64, hidden: Bool, epoch: I64, antenna: I64, row: I64
+    env: Environment,
+    at: EpochGeometry,
+    level_dbhz: F64,
+    hidden: Bool,
+    epoch: I64,
+    antenna: I64,
+    column: I64,
 ) -> ChannelGeometry:
-    """Signals of satellites `row` at antennas in epochs of a block, (p,) each; level and hidden (k, m, n)."""
+    """Signals in these columns at antennas in epochs of a block, (p,) each; level and hidden (k, m, c)."""
+    rank, row = env.carriers.place(column, len(at.sky.index))
     sat = at.sky.index[row]
     system = satellites.system_of(sat)
+    signal = env.carriers.signal[rank, system]
     return ChannelGeometry(
         epochs=at,
         at=epoch,
@@ -214,13 +240,14 @@ def channel_geometry(
         row=row,
         sat=sat,
         system=system,
-        wave_m=wavelength_m(system, at.sky.broadcast.frequency[epoch, row]),
-        chip_m=BY_SYSTEM.chip_m[system],
-        cn0_dbhz=level_dbhz[epoch, antenna, row],
+        signal=signal,
+        wave_m=wavelength_m(signal, at.sky.broadcast.frequency[epoch, row]),
+        chip_m=BY_SIGNAL.chip_m[signal],
+        cn0_dbhz=level_dbhz[epoch, antenna, column],
         path=geometry.path(
             at.motion[epoch, row], at.antennas.pos_m[epoch, antenna], at.antennas.vel_mps[epoch, antenna]
         ),
-        hidden=hidden[epoch, antenna, row],
+        hidden=hidden[epoch, antenna, column],
         antennas=env.link.antennas,
     )
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.error_models.base import LinkTerm
 from gnss_hil.emulator.signal import antenna_patterns, frontend, jamming, link_budget, simple_link_budget
@@ -59,32 +58,32 @@ def build_link(plain: PlainReceiver, antennas: int, term: LinkTerm | None) -> Li
     return Link(plain, receive, budget, term.jammers)
 
 
-def cn0_dbhz(link: Link, at: EpochGeometry, epoch: I64, row: I64) -> F64:
-    """Carrier to noise density (m, s) [dBHz] of satellites `row` in epochs `epoch` of a block, (s,) each, at
-    every antenna, nothing in the way."""
+def cn0_dbhz(link: Link, at: EpochGeometry, epoch: I64, row: I64, signal: I64) -> F64:
+    """Carrier to noise density (m, s) [dBHz] of signals, by their values on the bus, of satellites `row` in
+    epochs `epoch` of a block, (s,) each, at every antenna, nothing in the way."""
     index, distance_m = at.sky.index[row], at.view.distance_m[epoch, row]
     angle_rad = at.view.angle_rad[epoch, :, row].T
     if link.budget is None:
         plain = link.plain
         return simple_link_budget.cn0_dbhz(
-            satellites.system_of(index), distance_m, angle_rad,
+            signal, distance_m, angle_rad,
             plain.gain_dbi, plain.gain_at_90deg_dbi, plain.noise_temperature_k,
         )  # fmt: skip
     off_nadir = link_budget.off_nadir_rad(at.sky.pos_ecef_m[epoch, row], at.state.pos_ecef_m[epoch])
     return link_budget.cn0_dbhz(
-        link.budget, index, off_nadir, distance_m, angle_rad, _jamming_wphz(link, at, epoch, row)
-    )
+        link.budget, signal, index, off_nadir, distance_m, angle_rad,
+        _jamming_wphz(link, at, epoch, row, signal),
+    )  # fmt: skip
 
 
-def _jamming_wphz(link: Link, at: EpochGeometry, epoch: I64, row: I64) -> F64 | float:
+def _jamming_wphz(link: Link, at: EpochGeometry, epoch: I64, row: I64, signal: I64) -> F64 | float:
     if link.jammers is None or link.budget is None:
         return 0.0
     out = np.empty((at.antennas.boresight.shape[1], len(row)))
     for k in range(len(at)):
         mine = epoch == k
         arrival = jamming.arrivals(link.jammers, at.state.pos_ecef_m[k], at.dcm_body_from_ecef[k])
-        rows = row[mine]
-        system = satellites.system_of(at.sky.index[rows])
-        overlaps = jamming.overlaps_perhz(link.jammers, system, at.sky.broadcast.frequency[k, rows])
+        frequency = at.sky.broadcast.frequency[k, row[mine]]
+        overlaps = jamming.overlaps_perhz(link.jammers, signal[mine], frequency)
         out[:, mine] = jamming.density_wphz(arrival, link.budget.antennas, at.antennas.boresight[k], overlaps)
     return out

@@ -22,6 +22,7 @@ from gnss_hil.emulator.error_models.base import PathTerm
 from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.data_frames import units_begun
 from gnss_hil.emulator.signal.geometry import at_transmission
+from gnss_hil.emulator.signal.group_delays import beyond_first_m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,16 +58,20 @@ class Signals:
     clock_drift_mps: F64
 
 
-def signals(env: Environment, block: Block, epoch: I64, antenna: I64, row: I64) -> Signals:
-    """Signals of satellites `row` at antennas in epochs of a block, (p,) each, that are receivable there."""
+def signals(env: Environment, block: Block, epoch: I64, antenna: I64, column: I64) -> Signals:
+    """Signals in these columns (see `gnss_hil.emulator.signal.carriers`) at antennas in epochs of a block,
+    (p,) each, that are receivable there."""
     epochs, sky = block.geometry, block.geometry.sky
     at, term = _disturbed(
-        env, channel_geometry(env, epochs, block.cn0_dbhz, block.hidden, epoch, antenna, row)
+        env, channel_geometry(env, epochs, block.cn0_dbhz, block.hidden, epoch, antenna, column)
     )
-    flight_s, rate_mps, satellite = at.path.flight_s, at.path.rate_mps, (epoch, row)
+    flight_s, rate_mps, satellite = at.path.flight_s, at.path.rate_mps, (epoch, at.row)
     domain = env.vehicle.clock_domain[antenna]
     sv_drift_mps = sky.clock_truth_mps[satellite]
-    sv_clock_m = sky.clock_truth_m[satellite] - sv_drift_mps * flight_s
+    delays_m = sky.broadcast.group_delay_m[satellite], sky.broadcast.band_delay_m[satellite]
+    # Satellites' delays are as they broadcast them; where codes differ beside, an error model has it.
+    own_m = beyond_first_m(at.signal, *delays_m)
+    sv_clock_m = sky.clock_truth_m[satellite] - sv_drift_mps * flight_s + own_m
     exact_m = at.path.length_m + LIGHT_MPS * epochs.clock[epoch, 0, domain] - sv_clock_m
     # The satellite's clock runs at the transmission instant, which moves at 1 - rate / c.
     exact_mps = (
@@ -85,7 +90,7 @@ def signals(env: Environment, block: Block, epoch: I64, antenna: I64, row: I64) 
         preamble=None if slips is None else _preamble(env, at),
         pos_ecef_m=pos,
         vel_ecef_mps=vel,
-        clock_m=sky.clock_m[satellite] - sky.clock_drift_mps[satellite] * flight_s,
+        clock_m=sky.clock_m[satellite] - sky.clock_drift_mps[satellite] * flight_s + own_m,
         clock_drift_mps=sky.clock_drift_mps[satellite],
     )
 

@@ -198,13 +198,14 @@ class TrackingTerm:
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
     """Signals that channels measure in an epoch, (p,) each: receiver and channel (0-based), satellite index,
-    C/N0 [dBHz]; t_ns latch."""
+    C/N0 [dBHz], value of the contract's table "Signal"; t_ns latch."""
 
     t_ns: int
     receiver: I64
     channel: I64
     sat: I64
     cn0_dbhz: F64
+    signal: I64
 
 
 class BlockModel(Protocol[At, Term]):

@@ -57,7 +57,7 @@ class Model:
     def block(self, at: ChannelGeometry | None) -> TrackingTerm:
         if at is None:
             return TrackingTerm()
-        raw = self.stream.of_signals(at.epoch, at.receiver, at.sat)
+        raw = self.stream.of_signals(at.epoch, at.receiver, at.sat, at.signal)
         return TrackingTerm(slips(self.params, self.loops, raw, at.cn0_dbhz, self.interval_s))
 
 

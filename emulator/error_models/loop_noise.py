@@ -27,7 +27,7 @@ class Model(PathModel):
     stream: Stream
 
     def block(self, at: ChannelGeometry) -> PathTerm:
-        standard = normal(self.stream.of_signals(at.epoch, at.receiver, at.sat))
+        standard = normal(self.stream.of_signals(at.epoch, at.receiver, at.sat, at.signal))
         sigma = self.sigma(at, 10 ** (at.cn0_dbhz / 10), self.loops)
         return PathTerm(**{self.term: standard * sigma})
 

@@ -13,15 +13,17 @@ from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, S
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import link_budget
 
-GpsBlock = Literal["gps-iia", "gps-iir", "gps-iir-improved", "gps-iif", "gps-iii"]
+GpsBlock = Literal["gps-iia", "gps-iir", "gps-iir-improved", "gps-iirm", "gps-iif", "gps-iii"]
 Block = GpsBlock | Literal["glonass-m"]
 
 
 class TransmitPattern(Factor):
     """Satellites' antennas and powers.
 
-    level    "typical": as their makers and users published; "minimum": what the interface documents promise
-    gps      block of all GPS satellites, or the one each number had on the day the run starts
+    level    "typical": as their makers and users published, signals beside L1 above their promise by as much
+             as L1; "minimum": what the interface documents promise
+    gps      block of all GPS satellites, or the one each number had on the day the run starts. It also says
+             which signals they send
     blocks   satellite name ("G05") -> block, where that is not what is wanted
     """
 
@@ -32,7 +34,8 @@ class TransmitPattern(Factor):
 
 def transmitters_of(params: TransmitPattern, day: date) -> link_budget.Transmit:
     """Transmitters of all satellites as they were on that day; ValueError if a block is not the system's."""
-    return link_budget.transmit(block_types.block_rows(day, params.gps, params.blocks), params.level)
+    rows = block_types.block_rows(day, params.gps, params.blocks)
+    return link_budget.transmit(rows, params.level)
 
 
 def build(params: TransmitPattern, context: Context) -> Fixed[LinkTerm]:

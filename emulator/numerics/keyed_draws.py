@@ -15,7 +15,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.dbc.common.arrays import F64, I64, U64
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 
@@ -25,7 +25,10 @@ SKY_KEY = 0
 STRETCH = 64
 """Epochs whose draws are made together: one after another in the stream, for they are asked for so."""
 
-_PARTS = satellites.SATELLITES // satellites.NUMBERS * MAX_RECEIVERS
+_PARTS = signals.COUNT * systems.COUNT * MAX_RECEIVERS
+
+_BEYOND_FIRST = signals.beyond_first()
+"""Draws of a system's first signal are those of the satellite; others have their own."""
 
 
 def key_of(name: str) -> int:
@@ -53,10 +56,11 @@ class Stream:
         """(count,) standard normal numbers of an epoch, of its words."""
         return _normal_epochs(self, epoch // STRETCH, count)[epoch % STRETCH]
 
-    def of_signals(self, epoch: I64, receiver: I64, sat: I64) -> U64:
-        """A word (p,) for each epoch, receiver (0-based) and satellite index (p,)."""
+    def of_signals(self, epoch: I64, receiver: I64, sat: I64, signal: I64) -> U64:
+        """A word (p,) for each epoch, receiver (0-based), satellite index and signal, by its value on the
+        bus (p,)."""
         stretch, within = np.divmod(epoch, STRETCH)
-        part = satellites.system_of(sat) * MAX_RECEIVERS + receiver
+        part = (_BEYOND_FIRST[signal] * systems.COUNT + satellites.system_of(sat)) * MAX_RECEIVERS + receiver
         place = satellites.number_of(sat) * STRETCH + within
         group = stretch * _PARTS + part
         out = np.empty(len(place), np.uint64)

@@ -1,7 +1,7 @@
-"""Ranging signals that emulated satellites transmit, as columns over systems.
+"""Ranging signals that emulated satellites transmit, as columns over their values on the bus.
 
 Carriers, chips and numbers are those of the contract's table (`gnss_hil.dbc.common.signals`), powers those
-of `gnss_hil.emulator.signal.powers`. Emulated receivers track one signal of each system.
+of `gnss_hil.emulator.signal.powers`. Which satellite transmits which: `gnss_hil.emulator.signal.carriers`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.common import systems
+from gnss_hil.dbc.common import signals, systems
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.signals import SIGNALS, Signal
 from gnss_hil.dbc.common.systems import SYSTEMS, System
@@ -60,15 +60,14 @@ def band_of(system: int) -> Band:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BandTable:
-    """The preferred signal of every system as columns (8,) over systems; -1 and nan where there is none.
+    """Transmitted signals as columns (16,) over values of the contract's table "Signal"; nan where there is
+    none.
 
-    signal      value of the contract's table "Signal"
     carrier_hz  of frequency number 0;  spacing_hz  step of one frequency number [Hz]
     chip_m      length of a code chip [m]
     power_dbwm2 received power of an isotropic antenna times distance squared [dB(W m^2)]
     """
 
-    signal: I64
     carrier_hz: F64
     spacing_hz: F64
     chip_m: F64
@@ -76,20 +75,28 @@ class BandTable:
 
 
 def _table(bands: tuple[Band, ...]) -> BandTable:
-    signal = np.full(systems.COUNT, -1)
-    columns = np.full((4, systems.COUNT), np.nan)
-    for band in reversed(bands):
-        value, power = band.system.value, band.received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
-        signal[value] = band.signal.value
-        columns[:, value] = (
+    columns = np.full((4, signals.COUNT), np.nan)
+    for band in bands:
+        power = band.received_dbw + 20 * np.log10(slant_range_m(band.radius_m))
+        columns[:, band.signal.value] = (
             band.signal.carrier_hz, band.signal.spacing_hz, LIGHT_MPS / band.signal.chip_hz, power,
         )  # fmt: skip
-    return BandTable(signal, *columns)
+    return BandTable(*columns)
 
 
-BY_SYSTEM = _table(BANDS)
+def _firsts(bands: tuple[Band, ...]) -> I64:
+    found = np.full(systems.COUNT, -1)
+    for band in reversed(bands):
+        found[band.system.value] = band.signal.value
+    return found
 
 
-def wavelength_m(system: I64, frequency: I64) -> F64:
-    """Carrier wavelengths (p,) [m] of the preferred signals of satellites (p,), frequency numbers (p,)."""
-    return LIGHT_MPS / (BY_SYSTEM.carrier_hz[system] + frequency * BY_SYSTEM.spacing_hz[system])
+BY_SIGNAL = _table(BANDS)
+FIRST_SIGNAL = _firsts(BANDS)
+"""(8,) value of each system's preferred signal; -1 of a system that transmits none."""
+
+
+def wavelength_m(signal: I64, frequency: I64) -> F64:
+    """Carrier wavelengths (p,) [m] of signals (p,), by their values on the bus, with frequency numbers
+    (p,)."""
+    return LIGHT_MPS / (BY_SIGNAL.carrier_hz[signal] + frequency * BY_SIGNAL.spacing_hz[signal])

@@ -16,6 +16,7 @@ class ChannelGeometry:
 
     epochs    of the whole block;  at (p,) which of its epochs
     receiver  (p,) 0-based;  row (p,) of the sky;  sat, system (p,) satellite index and its system
+    signal    (p,) value of the contract's table "Signal"
     wave_m, chip_m   (p,) lengths of carrier wave and code chip [m]
     cn0_dbhz  (p,) carrier to noise density
     path      from transmission to reception
@@ -29,6 +30,7 @@ class ChannelGeometry:
     row: I64
     sat: I64
     system: I64
+    signal: I64
     wave_m: F64
     chip_m: F64
     cn0_dbhz: F64

@@ -20,7 +20,7 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.signal import antenna_patterns
 from gnss_hil.emulator.signal.antenna_patterns import Receive
-from gnss_hil.emulator.signal.bands import BY_SYSTEM
+from gnss_hil.emulator.signal.bands import BY_SIGNAL
 from gnss_hil.emulator.signal.geometry import norm
 from gnss_hil.emulator.signal.visibility import (
     EQUATORIAL_RADIUS_M,
@@ -101,13 +101,13 @@ def overlap_perhz(kind: Kind, offset_hz: F64, bandwidth_hz: float, chip_hz: F64)
     return np.where(small, 2 / 3 - w**2 / 30, 4 * (1 - np.sin(far) / far) / far**2) / chip_hz
 
 
-def overlaps_perhz(jammers: Jammers, system: I64, frequency: I64) -> F64:
-    """Overlaps (j, n) [1/Hz] with satellites (n,) of these systems and GLONASS frequency numbers."""
-    carrier_hz = BY_SYSTEM.carrier_hz[system] + frequency * BY_SYSTEM.spacing_hz[system]
-    chip_hz = LIGHT_MPS / BY_SYSTEM.chip_m[system]
+def overlaps_perhz(jammers: Jammers, signal: I64, frequency: I64) -> F64:
+    """Overlaps (j, n) [1/Hz] with signals (n,) of these values on the bus and GLONASS frequency numbers."""
+    carrier_hz = BY_SIGNAL.carrier_hz[signal] + frequency * BY_SIGNAL.spacing_hz[signal]
+    chip_hz = LIGHT_MPS / BY_SIGNAL.chip_m[signal]
     rows = zip(jammers.kind, jammers.centre_hz, jammers.bandwidth_hz, strict=True)
     found = [overlap_perhz(kind, centre - carrier_hz, width, chip_hz) for kind, centre, width in rows]
-    return np.array(found).reshape(-1, len(system))
+    return np.array(found).reshape(-1, len(signal))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

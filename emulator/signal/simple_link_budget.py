@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
-from gnss_hil.emulator.signal.bands import BY_SYSTEM
+from gnss_hil.emulator.signal.bands import BY_SIGNAL
 
 BOLTZMANN_DBWSPK = 10 * np.log10(1.380649e-23)
 """Boltzmann constant [dB(W s / K)], exact in the SI since 2019."""
@@ -27,7 +27,7 @@ def gain_dbi(cos_angle: F64, boresight_dbi: float, at_90deg_dbi: float) -> F64:
 
 
 def cn0_dbhz(
-    system: I64,
+    signal: I64,
     distance_m: F64,
     angle_rad: F64,
     boresight_dbi: float,
@@ -36,10 +36,10 @@ def cn0_dbhz(
 ) -> F64:
     """Carrier to noise density (m, n) [dBHz].
 
-    system, distance_m   (n,) of the satellites
+    signal, distance_m   (n,) of the satellites: signal by its value on the bus, distance [m]
     angle_rad            (m, n) off boresight
     noise_k              system noise temperature [K]
     """
-    arriving_dbw = BY_SYSTEM.power_dbwm2[system] - 20 * np.log10(distance_m)
+    arriving_dbw = BY_SIGNAL.power_dbwm2[signal] - 20 * np.log10(distance_m)
     noise_dbwphz = BOLTZMANN_DBWSPK + 10 * np.log10(noise_k)
     return arriving_dbw - noise_dbwphz + gain_dbi(np.cos(angle_rad), boresight_dbi, at_90deg_dbi)

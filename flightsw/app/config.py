@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, cast
 
+import numpy as np
 from pydantic import ValidationError, create_model
 
+from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.shipped_files import faults
 from gnss_hil.dbc.common.vehicle import Strict, Vehicle
 from gnss_hil.dbc.contract.codec import Codec, codec
@@ -21,6 +23,7 @@ from gnss_hil.flightsw.estimation.base import Navigator
 from gnss_hil.flightsw.estimation.registry import navigator
 from gnss_hil.flightsw.integrity.options import IntegrityOptions
 from gnss_hil.flightsw.measurement.options import MeasurementOptions
+from gnss_hil.flightsw.measurement.signals import seconds
 from gnss_hil.flightsw.receivers.options import ChannelOptions
 
 
@@ -33,7 +36,9 @@ class Options(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightConfig:
-    """navigator   built from the options; its row of `estimation.registry` is navigator_name"""
+    """navigator   built from the options; its row of `estimation.registry` is navigator_name
+    second      (m, 8) by receiver and system: signal that satellites are tracked by beside the first, 0 none
+    """
 
     vehicle: Vehicle
     codec: Codec
@@ -42,6 +47,7 @@ class FlightConfig:
     navigator: Navigator[Any]
     options: Options
     boot_count: int
+    second: I64
 
 
 def options_of(policy_name: str, navigator_name: str | None = None) -> type[Options]:
@@ -80,9 +86,11 @@ def configure(
     estimator = navigator(row.navigator if navigator_name is None else navigator_name)
     values = _checked(dict(options or {}), row.name, estimator.name)
     built = estimator.build(values)
+    second = seconds(vehicle.other_signals)
     return FlightConfig(
-        vehicle, codec(vehicle.antennas), row, estimator.name, built, values, boot_count % 256
-    )
+        vehicle, codec(vehicle.antennas), row, estimator.name, built, values, boot_count % 256,
+        second if values.ionosphere_free else np.zeros_like(second),
+    )  # fmt: skip
 
 
 def _checked(options: Mapping[str, object], policy_name: str, navigator_name: str) -> Options:

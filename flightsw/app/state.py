@@ -34,6 +34,7 @@ class FlightState:
     predictions    where satellites are
     channels       what the receivers were commanded and acknowledged
     without_fix    epochs since the last fix, or since the first time mark; those without a mark count
+    single_fixes   fixes by one signal of each satellite where pairs were wanted and too few
     """
 
     mode: Mode
@@ -48,6 +49,7 @@ class FlightState:
     predictions: almanac.Predictions
     channels: ChannelManager
     without_fix: int
+    single_fixes: int
 
 
 def heartbeat(config: FlightConfig) -> FrameBatch:
@@ -70,6 +72,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         predictions=almanac.no_predictions(),
         channels=channel_manager.autonomous(config.vehicle.channels, MAX_RECEIVERS),
         without_fix=0,
+        single_fixes=0,
     )
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I8, I64
-from gnss_hil.dbc.common.satellites import SATELLITES
+from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import raw_of
@@ -33,6 +33,7 @@ from gnss_hil.flightsw.assignment.boresight_angles import (
     clear_of_earth,
     directions,
 )
+from gnss_hil.flightsw.assignment.pairs import in_pairs
 from gnss_hil.flightsw.attitude.attitude import Attitude, attitude_now
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.dilution import with_dilution
@@ -86,9 +87,15 @@ def flight_step(
     rows, in_orbit = almanac.orbits(decoded.almanac, m)
     sound = in_orbit & (m.lock == FULL_LOCK) & (m.ura < NO_URA)
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
-    z = _form(m.where(sound & (m.health == 0) & channel_manager.usable(channels, m)), options)
+    offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
+    z = _form(offered, options)
+    inputs = _fix_inputs(config, decoded, mark, attitude)
 
-    nav, solution = _navigated(config, state.nav, t_ns, z, _fix_inputs(config, decoded, mark, attitude))
+    nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
+    single = False
+    if options.ionosphere_free and solution.fix is None and options.without_pairs == "one-signal":
+        z, single = of_one_signal(offered, options.noise), True
+        nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
     if solution.fix is not None and channels.commanded:
         channels = channel_manager.used(channels, z.sat[solution.fix.used], mark.epoch)
 
@@ -110,6 +117,7 @@ def flight_step(
         predictions=predictions,
         channels=channels,
         without_fix=without_fix,
+        single_fixes=state.single_fixes + (single and solution.fix is not None),
     ), frames
 
 
@@ -124,7 +132,7 @@ def _received(
         inbox, rejected, restarted = decode.admitted(config.codec, inbox, session, rejected)
         if restarted:
             # What was counted stays counted; all else belongs to the session.
-            state = replace(initial_state(config), lost=state.lost)
+            state = replace(initial_state(config), lost=state.lost, single_fixes=state.single_fixes)
     decoded, received, rejected = decode.decode(config.codec, inbox, state.received, rejected)
     return state, received, rejected, decoded
 
@@ -168,7 +176,7 @@ def _commanded(
     config: FlightConfig,
     mode: Mode,
     channels: ChannelManager,
-    permitted: I64 | None,
+    permitted: tuple[I64, I64] | None,
     m: Measurements,
     epoch: int,
 ) -> tuple[ChannelManager, Commands | None]:
@@ -179,7 +187,7 @@ def _commanded(
     if GUIDANCE[mode] is Guidance.RELEASE and channels.commanded:
         channels = channel_manager.surrendered(channels)
     elif permitted is not None:
-        channels = channel_manager.planned(channels, permitted, m)
+        channels = channel_manager.planned(channels, permitted[0], m, permitted[1])
     return channel_manager.due(channels, epoch, config.options)
 
 
@@ -191,8 +199,9 @@ def _permissions(
     orbit: OrbitState | None,
     attitude: Attitude | None,
     mark: Mark,
-) -> I64 | None:
-    """Steps 6 to 9: (SATELLITES,) antenna each satellite is permitted on, -1 none.
+) -> tuple[I64, I64] | None:
+    """Steps 6 to 9: (SATELLITES,) antenna each satellite is permitted on, -1 none, and signal that it is
+    tracked by there beside its first, 0 none.
 
     None where the permissions stand as they are: the receivers choose, the mode assigns nothing, or there is
     no orbit or attitude.
@@ -207,9 +216,16 @@ def _permissions(
     visible &= predictions.healthy[sat] & (satellites.blocked_until[sat] <= mark.epoch)
     sat, los = sat[visible], los.compress(visible, axis=1)
     theta = angles_rad(los, boresights_ecef(attitude, vehicle.boresight_body))
-    permitted = _NOWHERE.copy()
-    permitted[sat] = assign(theta, vehicle.mask_rad, vehicle.channels, satellites.permitted[sat], options)
-    return permitted
+    permitted, before = _NOWHERE.copy(), satellites.permitted[sat]
+    if not options.ionosphere_free:
+        permitted[sat] = assign(theta, vehicle.mask_rad, vehicle.channels, before, options)
+        return permitted, channel_manager.NO_SECOND
+    second = channel_manager.NO_SECOND.copy()
+    signal, single = config.second[:, sat // NUMBERS], satellites.single_until[sat] > mark.epoch
+    permitted[sat], second[sat] = in_pairs(
+        assign, theta, vehicle.mask_rad, vehicle.channels, before, options, signal, single
+    )
+    return permitted, second
 
 
 def _encoded(

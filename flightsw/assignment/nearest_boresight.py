@@ -24,9 +24,6 @@ from gnss_hil.flightsw.assignment.options import AssignmentOptions
 
 
 class NearestBoresightOptions(AssignmentOptions):
-    ionosphere_free: Annotated[
-        Literal[False], Field(description="not here: a satellite is commanded on one signal and one channel")
-    ] = False
     mask_reading: Annotated[Literal["antenna", "all"], Field(description="whose mask ends tracking")] = (
         "antenna"
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -29,8 +29,14 @@ class MeasurementOptions(Strict):
     )
     ionosphere_free: Annotated[
         bool,
-        Field(description="only ranges made of two signals of a satellite, without ionosphere"),
+        Field(description="ranges made of two signals of a satellite, without ionosphere"),
     ] = False
+    without_pairs: Annotated[
+        Literal["one-signal", "no-fix"],
+        Field(
+            description="what is done where such ranges make no fix: one signal of each satellite, or none"
+        ),
+    ] = "one-signal"
 
     @property
     def noise(self) -> Noise:

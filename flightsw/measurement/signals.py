@@ -1,15 +1,22 @@
-"""Ranging signals by their number in the contract: carriers, preference, pairs, from the contract's table."""
+"""Ranging signals by their number in the contract: carriers, preference, pairs, from the contract's table.
+
+What a channel tracks, a satellite by one of its signals, is one number, its *track*: the satellite's index
+where it is the system's first signal, else that and SATELLITES times the signal's number.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
 from gnss_hil.dbc.common import signals
 from gnss_hil.dbc.common.arrays import F64, I64
-from gnss_hil.dbc.common.satellites import NUMBERS
+from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
 from gnss_hil.dbc.common.signals import SIGNALS, Signal
+from gnss_hil.dbc.common.systems import COUNT as SYSTEMS_COUNT
+from gnss_hil.dbc.common.systems import SYSTEMS
 
 _CHOSEN_PAIRS = (
     ("L1P", "L2P"),
@@ -44,14 +51,42 @@ RANK = np.array([_RANK_OF.get(value, signals.COUNT) for value in range(signals.C
 
 _BASE_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, np.nan)
 _STEP_HZ: F64 = signals.column(lambda signal: signal.spacing_hz, 0.0)
-_COMMANDED: I64 = signals.first_column(lambda signal: signal.value, 0)
-for _table in (_BASE_HZ, _STEP_HZ, RANK, _COMMANDED):
+_FIRST: I64 = signals.first_column(lambda signal: signal.value, 0)
+_BEYOND: I64 = signals.beyond_first() * SATELLITES
+for _table in (_BASE_HZ, _STEP_HZ, RANK, _FIRST, _BEYOND):
     _table.setflags(write=False)
 
 
-def commanded_signal(sat: I64) -> I64:
-    """(n,) the signal that satellites (n,) are commanded on: their system's first."""
-    return _COMMANDED[sat // NUMBERS]
+def track_of(sat: I64, signal: I64) -> I64:
+    """(n,) tracks of satellites by signals (n,)."""
+    return sat + _BEYOND[signal]
+
+
+def satellite_of(track: I64) -> I64:
+    """(n,) satellites of tracks (n,)."""
+    return track % SATELLITES
+
+
+def signal_of(track: I64) -> I64:
+    """(n,) signals of tracks (n,)."""
+    number = track // SATELLITES
+    return np.where(number > 0, number, _FIRST[track % SATELLITES // NUMBERS])
+
+
+def seconds(other_signals: Sequence[Sequence[str]]) -> I64:
+    """(m, 8) by receiver and system: the signal that makes a pair with the system's first, the most wanted of
+    those that the receiver tracks; 0 where there is none.
+
+    other_signals   (m,) names of what receivers track beside the systems' first signals
+    """
+    found = np.zeros((len(other_signals), SYSTEMS_COUNT), np.int64)
+    for first, second in reversed(PAIRS):
+        signal = signals.by_value(second)
+        assert signal is not None, "pairs are of the table"
+        system = SYSTEMS[signal.system].value
+        if first == _FIRST[system]:
+            found[[signal.name in names for names in other_signals], system] = second
+    return found
 
 
 def carrier_hz(signal: I64, frequency: F64) -> F64:

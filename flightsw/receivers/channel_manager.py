@@ -1,10 +1,13 @@
 """Arrow 9->1 of RU 2706636 C1: tracking permissions as channel commands, repeated until acknowledged.
 
 A channel has a *target* (what it shall do) and is *held* at what was last acknowledged; a command is due
-while the two differ. Both are a satellite index, IDLE or AUTO (searching by itself); what is held may also
-be UNKNOWN. The rules:
+while the two differ. Both are a track (a satellite by one of its signals), IDLE or AUTO (searching by
+itself); what is held may also be UNKNOWN. The rules:
 
-- A satellite stays on the channel it is on. A channel not needed is released: its receiver stops searching.
+- A satellite that is to be tracked by two signals has two channels of its antenna: one permission, one
+  handover, two commands. Where the second signal is refused (NO_SUCH_SIGNAL) it goes on by its first alone,
+  and is tried again after `second_signal_backoff_epochs`.
+- A satellite stays on the channels it is on. A channel not needed is released: its receiver stops searching.
 - Handover: the old antenna's channel is released (or given another satellite) and the new antenna's channel
   is commanded in the same block. The new one has to acquire: the gap is counted in epochs.
 - A command unanswered for `resend_epochs` is repeated under its transaction number. Retries count epochs.
@@ -30,8 +33,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.messages import raw_of, values_of
-from gnss_hil.flightsw.measurement.signals import commanded_signal
+from gnss_hil.flightsw.measurement.signals import satellite_of, signal_of, track_of
 from gnss_hil.flightsw.receivers import channel_table, satellite_table
 from gnss_hil.flightsw.receivers.channel_table import AUTO, IDLE, ChannelTable
 from gnss_hil.flightsw.receivers.options import ChannelOptions
@@ -43,9 +47,12 @@ _ACTION, _RESULT = raw_of("Action"), raw_of("AckResult")
 RELEASE, TRACK, AUTONOMOUS = _ACTION["RELEASE"], _ACTION["TRACK"], _ACTION["AUTONOMOUS"]
 ACCEPTED = _RESULT["ACCEPTED"]
 CHANNEL_REFUSALS = (_RESULT["NO_SUCH_CHANNEL"], _RESULT["NO_SUCH_SIGNAL"], _RESULT["BAD_ACTION"])
-"""The channel's fault; all others are the satellite's."""
+"""The channel's fault; all others are the satellite's. Of a second signal NO_SUCH_SIGNAL is the satellite's
+too: many do not send it."""
 TRANSACTIONS, RESULTS = values_of("COMMAND", "transaction"), values_of("ACK", "result")
 _NONE = np.zeros(0, np.int64)
+NO_SECOND = np.zeros(SATELLITES, np.int64)
+"""Every satellite by its first signal alone."""
 NO_COMMANDS = Commands(_NONE, _NONE, _NONE, _NONE, _NONE, _NONE)
 
 
@@ -105,12 +112,17 @@ def acknowledged(manager: ChannelManager, acks: Acks, epoch: int, options: Chann
     current = inside & (channels.transaction[rows] == acks.transaction)
     rows, acks = rows[current], acks[current]
     accepted = acks.result == ACCEPTED
+    of_second = channels.asked[rows] >= SATELLITES
     channels = channels.answered(rows, accepted)
     if not accepted.all():
-        by_channel = np.isin(acks.result, CHANNEL_REFUSALS)
+        single = of_second & (acks.result == _RESULT["NO_SUCH_SIGNAL"])
+        by_channel = np.isin(acks.result, CHANNEL_REFUSALS) & ~single
         until = epoch + options.backoff_epochs
         channels = channels.waiting_until(rows[by_channel], until)
-        satellites = satellites.refused(acks.sat[~accepted & ~by_channel], until)
+        satellites = satellites.refused(acks.sat[~accepted & ~by_channel & ~single], until)
+        if single.any():
+            until = epoch + options.second_signal_backoff_epochs
+            satellites = satellites.without_second(acks.sat[single], until)
     statistics = replace(
         manager.statistics,
         accepted=manager.statistics.accepted + int(accepted.sum()),
@@ -124,7 +136,7 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
     """After comparing acknowledgements with what is measured, and boot counts with those before."""
     channels = manager.channels
     rows, inside = channels.rows(m.receiver, m.channel)
-    wrong = inside & channels.contradicts(rows, m.sat)
+    wrong = inside & channels.contradicts(rows, track_of(m.sat, m.signal))
     same_boots = _same(boots, manager.boots)
     if same_boots and not wrong.any():
         return manager
@@ -143,23 +155,29 @@ def _same(a: I64, b: I64) -> bool:
 
 
 def usable(manager: ChannelManager, m: Measurements) -> Bool:
-    """(n,) measurements that may enter the fix: of satellites that channels shall track and acknowledged, and
-    of channels that were commanded for the first time and have not answered yet. After a restart the
-    receivers refuse the first commands of streams whose counters happen to repeat."""
+    """(n,) measurements that may enter the fix: of what channels shall track and acknowledged, and of
+    channels that were commanded for the first time and have not answered yet. After a restart the receivers
+    refuse the first commands of streams whose counters happen to repeat."""
     rows, inside = manager.channels.rows(m.receiver, m.channel)
-    return inside & manager.channels.usable(rows, m.sat) if manager.commanded else inside
+    if not manager.commanded:
+        return inside
+    return inside & manager.channels.usable(rows, track_of(m.sat, m.signal))
 
 
-def planned(manager: ChannelManager, permitted: I64, m: Measurements) -> ChannelManager:
-    """With targets that realise the permissions (SATELLITES,): antenna of each satellite, -1 none."""
-    if not manager.stale and _same(permitted, manager.satellites.permitted):
+def planned(
+    manager: ChannelManager, permitted: I64, m: Measurements, second: I64 = NO_SECOND
+) -> ChannelManager:
+    """With targets that realise the permissions (SATELLITES,): antenna of each satellite, -1 none, and the
+    signal it is tracked by there beside its first, 0 none."""
+    before = manager.satellites
+    if not manager.stale and _same(permitted, before.permitted) and _same(second, before.second):
         return manager
     channels = manager.channels
     measured = np.full(len(channels.exists), -1, np.int64)
     rows, inside = channels.rows(m.receiver, m.channel)
-    measured[rows[inside]] = m.sat[inside]
-    target = channel_table.assigned(channels, permitted, measured)
-    satellites = manager.satellites.permitted_on(permitted)
+    measured[rows[inside]] = track_of(m.sat[inside], m.signal[inside])
+    target = channel_table.assigned(channels, permitted, second, measured)
+    satellites = before.permitted_on(permitted, second)
     return replace(manager, channels=channels.retargeted(target), satellites=satellites, stale=False)
 
 
@@ -176,18 +194,18 @@ def due(manager: ChannelManager, epoch: int, options: ChannelOptions) -> tuple[C
     rows, anew = channels.due(epoch, options.resend_epochs)
     if not len(rows):
         return manager, NO_COMMANDS
-    sat = channels.target[rows]
-    order = np.argsort(sat >= 0, kind="stable")
-    rows, sat, first = rows[order], sat[order], anew[order]
+    track = channels.target[rows]
+    order = np.argsort(track >= 0, kind="stable")
+    rows, track, first = rows[order], track[order], anew[order]
     count = int(first.sum())
     transaction = channels.transaction[rows]
     transaction[first] = (manager.next_transaction + np.arange(count)) % TRANSACTIONS
     commands = Commands(
         antenna=rows // channels.width,
         channel=rows % channels.width,
-        action=np.where(sat >= 0, TRACK, np.where(sat == IDLE, RELEASE, AUTONOMOUS)),
-        sat=np.maximum(sat, 0),
-        signal=commanded_signal(np.maximum(sat, 0)),
+        action=np.where(track >= 0, TRACK, np.where(track == IDLE, RELEASE, AUTONOMOUS)),
+        sat=satellite_of(np.maximum(track, 0)),
+        signal=signal_of(np.maximum(track, 0)),
         transaction=transaction,
     )
     statistics = replace(

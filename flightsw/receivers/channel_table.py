@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, Bool, Index
+from gnss_hil.flightsw.measurement.signals import track_of
 
 IDLE, AUTO, UNKNOWN = -1, -2, -3
-"""What a channel does beside tracking a satellite: nothing, searching by itself, not known."""
+"""What a channel does beside tracking: nothing, searching by itself, not known."""
 
 NEVER = -(10**9)
 """An epoch before all others."""
@@ -20,10 +21,11 @@ NO_TRANSACTION = -1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChannelTable:
-    """(k,) arrays: channel c of antenna a is row a * width + c, `width` channels of the largest antenna.
+    """(k,) arrays: channel c of antenna a is row a * width + c, `width` channels of the largest antenna. What
+    is tracked is a track: satellite and signal as one number (`gnss_hil.flightsw.measurement.signals`).
 
     exists       whether the antenna has that channel
-    target       what it shall do: satellite index, IDLE or AUTO
+    target       what it shall do: a track, IDLE or AUTO
     held         what it last acknowledged; also UNKNOWN
     asked        what the last command asked for
     transaction  of the command under way; NO_TRANSACTION if there is none
@@ -78,16 +80,16 @@ class ChannelTable:
         """With other channels held."""
         return replace(self, held=held, commanded=bool(held.max() >= IDLE))
 
-    def contradicts(self, rows: I64, sat: I64) -> Bool:
-        """(n,) whether a channel measures another satellite than the one it acknowledged and shall track."""
+    def contradicts(self, rows: I64, track: I64) -> Bool:
+        """(n,) whether a channel measures something else than it acknowledged and shall track."""
         held = self.held[rows]
-        return (held == self.target[rows]) & (held != AUTO) & (held != sat)
+        return (held == self.target[rows]) & (held != AUTO) & (held != track)
 
-    def usable(self, rows: I64, sat: I64) -> Bool:
-        """(n,) whether a channel shall track that satellite and acknowledged it, or was commanded for the
-        first time and has not answered yet."""
+    def usable(self, rows: I64, track: I64) -> Bool:
+        """(n,) whether a channel shall track that and acknowledged it, or was commanded for the first time
+        and has not answered yet."""
         held = self.held[rows]
-        tracking = (held == sat) & (self.target[rows] == sat)
+        tracking = (held == track) & (self.target[rows] == track)
         waiting = (held == AUTO) & (self.transaction[rows] != NO_TRANSACTION)
         return tracking | waiting
 
@@ -139,26 +141,30 @@ def searching(channels: I64) -> ChannelTable:
     return ChannelTable(width, exists, auto, auto, auto, none, never, never, commanded=False)
 
 
-def assigned(table: ChannelTable, permitted: I64, measured: I64) -> I64:
-    """Targets (k,) that realise permissions: a satellite stays on the channel it is on, others take the
+def assigned(table: ChannelTable, permitted: I64, second: I64, measured: I64) -> I64:
+    """Targets (k,) that realise permissions: a satellite stays on the channels it is on, others take the
     channels left, lowest first; a channel not needed is IDLE.
 
     permitted   (SATELLITES,) antenna each satellite is permitted on, -1 none
-    measured    (k,) satellite that each channel measures, -1 none
+    second      (SATELLITES,) signal it is tracked by on a channel beside that of its first, 0 none
+    measured    (k,) track that each channel measures, -1 none
     """
+    paired = np.flatnonzero(second)
     occupant = np.where(table.target == AUTO, measured, table.target)
     target = np.where(table.exists, IDLE, AUTO)
     antenna_of = table.antenna
     for antenna in range(len(target) // table.width):
         wanted = set(np.flatnonzero(permitted == antenna).tolist())
+        mine = paired[permitted[paired] == antenna]
+        wanted.update(track_of(mine, second[mine]).tolist())
         free = []
         for row in np.flatnonzero(table.exists & (antenna_of == antenna)).tolist():
-            sat = int(occupant[row])
-            if sat in wanted:
-                target[row] = sat
-                wanted.remove(sat)
+            track = int(occupant[row])
+            if track in wanted:
+                target[row] = track
+                wanted.remove(track)
             else:
                 free.append(row)
-        for row, sat in zip(free, sorted(wanted), strict=False):
-            target[row] = sat
+        for row, track in zip(free, sorted(wanted), strict=False):
+            target[row] = track
     return target

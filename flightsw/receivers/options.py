@@ -16,3 +16,9 @@ class ChannelOptions(Strict):
     backoff_epochs: Annotated[
         int, Field(ge=1, le=3600, description="a satellite a receiver refused is left alone for so long")
     ] = 30
+    second_signal_backoff_epochs: Annotated[
+        int,
+        Field(
+            ge=1, le=86400, description="a second signal a receiver does not have is left alone for so long"
+        ),
+    ] = 3600

@@ -16,13 +16,17 @@ class SatelliteTable:
     """(SATELLITES,) arrays.
 
     permitted      antenna each satellite is permitted on, -1 none
+    second         signal it is tracked by there beside its first, on a channel more; 0 none
     blocked_until  epoch until which a refused satellite is left alone
+    single_until   epoch until which it is tracked by its first signal only: its second was refused
     moving         in handover: permitted on another antenna, not yet in a fix from it
     used_epoch     when it was last in a fix
     """
 
     permitted: I64
+    second: I64
     blocked_until: I64
+    single_until: I64
     moving: Bool
     used_epoch: I64
 
@@ -32,16 +36,25 @@ class SatelliteTable:
         blocked[sat] = until_epoch
         return replace(self, blocked_until=blocked)
 
-    def permitted_on(self, permitted: I64) -> SatelliteTable:
-        """With other permissions: what the last fixes used and another antenna gets is in handover."""
+    def without_second(self, sat: I64, until_epoch: int) -> SatelliteTable:
+        """With satellites (n,) that are tracked by their first signal only until an epoch."""
+        single = self.single_until.copy()
+        single[sat] = until_epoch
+        return replace(self, single_until=single)
+
+    def permitted_on(self, permitted: I64, second: I64) -> SatelliteTable:
+        """With other permissions: what the last fixes used and another antenna gets is in handover. A pair of
+        signals is handed over as one."""
         in_use = self.used_epoch >= max(self.used_epoch.max() - 1, 0)
         moved = in_use & (self.permitted >= 0) & (self.permitted != permitted)
-        return replace(self, permitted=permitted, moving=(self.moving | moved) & (permitted >= 0))
+        moving = (self.moving | moved) & (permitted >= 0)
+        return replace(self, permitted=permitted, second=second, moving=moving)
 
     def released(self) -> SatelliteTable:
         """Permitted nowhere, hence in no handover."""
         nowhere = np.full(SATELLITES, -1, np.int64)
-        return replace(self, permitted=nowhere, moving=np.zeros(SATELLITES, bool))
+        none = np.zeros(SATELLITES, np.int64)
+        return replace(self, permitted=nowhere, second=none, moving=np.zeros(SATELLITES, bool))
 
     def in_fix(self, sat: I64, epoch: int) -> tuple[SatelliteTable, I64]:
         """After a fix with satellites (n,): handovers completed, and their gaps (h,) in epochs."""
@@ -58,4 +71,5 @@ class SatelliteTable:
 def untouched() -> SatelliteTable:
     """Nothing permitted, nothing used yet."""
     never = np.full(SATELLITES, NEVER, np.int64)
-    return SatelliteTable(np.full(SATELLITES, -1, np.int64), never, np.zeros(SATELLITES, bool), never)
+    none, nowhere = np.zeros(SATELLITES, np.int64), np.full(SATELLITES, -1, np.int64)
+    return SatelliteTable(nowhere, none, never, never, np.zeros(SATELLITES, bool), never)

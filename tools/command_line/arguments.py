@@ -83,7 +83,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add(
         "--ionosphere-free", action="store_true",
-        help="play both frequencies; the flight software combines them",
+        help="fixes from both frequencies of each satellite; emulated receivers need a vehicle that has them",
     )  # fmt: skip
     add("--vehicle", metavar="FILE", help="vehicle file, or name of a shipped one, instead of the scenario's")
     add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")

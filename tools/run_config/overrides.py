@@ -48,6 +48,8 @@ def _override_craft(craft: dict[str, Any], number: int, overrides: Overrides) ->
             craft["flight"].pop(own, None)
     if overrides.navigator is not None:
         _replace_navigator(craft.setdefault("flight", {}), overrides.navigator)
+    if overrides.ionosphere_free:
+        craft.setdefault("flight", {}).setdefault("options", {})["ionosphere_free"] = True
     if overrides.options:
         options = craft.setdefault("flight", {}).setdefault("options", {})
         options.update(_once(overrides.options))

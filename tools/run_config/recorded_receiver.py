@@ -49,11 +49,10 @@ def override(document: dict[str, Any], overrides: Overrides) -> None:
 
 
 def _refuse(overrides: Overrides) -> None:
-    for name in ("obs", "reference", "ionosphere_free"):
+    for name in ("obs", "reference"):
         if getattr(overrides, name):
-            option = name.replace("_", "-")
             raise Mistake(
-                f"--{option}: no receiver is played in this scenario; use: gnss-hil run replay --obs FILE"
+                f"--{name}: no receiver is played in this scenario; use: gnss-hil run replay --obs FILE"
             )
 
 
@@ -86,8 +85,6 @@ def _craft(craft: dict[str, Any], sky: dict[str, Any], overrides: Overrides) -> 
     heard = [system.name for system in systems.tracked() if sky.get(system.name, "nominal") != "none"]
     if not heard:
         raise Mistake("replay: where are the satellites? Give --sp3 FILE or --nav FILE")
-    if overrides.ionosphere_free:
-        craft.setdefault("flight", {}).setdefault("options", {})["ionosphere_free"] = True
     if "signals" not in observations:
         table = SINGLE | PAIRS if overrides.ionosphere_free else SINGLE
         observations["signals"] = [signal for name in heard for signal in table[name]]

@@ -111,6 +111,8 @@ class GlonassConstellation:
                 ura=np.full(rows.shape, URA),
                 ephemeris=rows,
                 group_delay_m=np.zeros(rows.shape),
+                # Files before RINEX 3.05 have no Delta tau, and those of 3.05 are read without it.
+                band_delay_m=np.zeros(rows.shape),
             ),
         )
 

@@ -71,6 +71,7 @@ class GpsConstellation:
                 ura=np.searchsorted(_URA_LIMITS_M, message["ura_m"]),
                 ephemeris=rows,
                 group_delay_m=LIGHT_MPS * message["tgd"],
+                band_delay_m=np.zeros(rows.shape),
             ),
         )
 

@@ -5,7 +5,8 @@ A channel is idle, or it is set on a satellite. Set on one, it searches while th
 Without a signal it goes back to search and waits there for as long as it is set.
 
 The receivers of a craft are one unit: they share time and almanac, and every ephemeris one of them collects
-unless each keeps its own. Modelled: times of acquisition are those of the scenario (an ephemeris may take as
+unless each keeps its own. An ephemeris is the satellite's, whatever signal it was collected from. Modelled:
+times of acquisition are those of the scenario, the same for all signals of a system (an ephemeris may take as
 long as the frames of its message do, `gnss_hil.emulator.signal.data_frames`), a signal strong enough is found
 and never lost while it stays so, a phase begins without half-cycle doubt, and a receiver runs from before the
 run to its end.
@@ -40,7 +41,8 @@ class Channels:
     columns idle and commanded.
 
     commanded  set by command (or released by one); otherwise the channel searches by itself
-    target     row of the sky's satellites the channel is set on, -1 none
+    target     column of satellites and signals the channel is set on (`gnss_hil.emulator.signal.carriers`),
+               -1 none
     lock       value of the contract's table "Lock"
     since_ns   GPS time since when the channel searches with a signal, or holds it
     slips      times the carrier phase was started, modulo 16
@@ -119,14 +121,14 @@ def retarget(channels: Channels, commanded: Bool, target: I64, t_ns: int) -> Cha
 
 
 def receivable(channels: Channels, signal: Bool, held: Bool | None) -> Bool:
-    """(m, n) signals at antennas: strong enough to be found, or, where a channel has it, to be held
+    """(m, c) signals at antennas: strong enough to be found, or, where a channel has it, to be held
     (None: what is found is held)."""
     if held is None:
         return signal
     receiver, channel = np.nonzero(channels.lock >= BIT_SYNC)
-    row = channels.target[receiver, channel]
+    column = channels.target[receiver, channel]
     out = signal.copy()
-    out[receiver, row] = held[receiver, row]
+    out[receiver, column] = held[receiver, column]
     return out
 
 
@@ -140,7 +142,7 @@ def advance(
 ) -> tuple[Channels, Knowledge, Bool]:
     """Search, hold and measure for one epoch: step 2 of RU 2706636 C1, block 1 at work.
 
-    signal   (m, n) whether a satellite's signal is strong enough at an antenna
+    signal   (m, c) whether a satellite's signal is strong enough at an antenna
     collection_ns   how long an ephemeris takes to be collected, None: as `pace` has it
     returns  channels and knowledge at t_ns, and (m, k) where measuring begins in this epoch
     """
@@ -148,9 +150,11 @@ def advance(
     tuned = target >= 0
     receives = signal[np.arange(len(signal))[:, None], target] & tuned
     lost = tuned & ~receives
+    n = knowledge.collected_ns.shape[1]
+    row = target if signal.shape[1] == n else target % n
     if not lost.any() and ((lock == FULL) == tuned).all():
-        return channels, _collect(knowledge, target, tuned, t_ns), np.zeros_like(lost)
-    known = _fresh(knowledge, pace, target, t_ns)
+        return channels, _collect(knowledge, row, tuned, t_ns), np.zeros_like(lost)
+    known = _fresh(knowledge, pace, row, t_ns)
     since_ns = np.where(lost, t_ns, since_ns)
     lock = np.where(lost, SEARCH, lock)
     to_find_ns = np.where(known, pace.hot_ns, pace.warm_ns) if knowledge.warm else pace.cold_ns
@@ -162,13 +166,13 @@ def advance(
     collects = receives & (lock == BIT_SYNC)
     begins = collects & known
     if (collects & ~known).any():
-        to_collect_ns = pace.ephemeris_ns if collection_ns is None else collection_ns(target, since_ns)
+        to_collect_ns = pace.ephemeris_ns if collection_ns is None else collection_ns(row, since_ns)
         begins |= collects & (held_ns >= to_collect_ns)
     lock = np.where(begins, FULL, lock).astype(np.int8)
     slips = (channels.slips + begins) % SLIPS
     return (
         replace(channels, lock=lock, since_ns=since_ns, slips=slips),
-        _collect(knowledge, target, lock == FULL, t_ns),
+        _collect(knowledge, row, lock == FULL, t_ns),
         begins,
     )
 
@@ -178,15 +182,15 @@ def _holder(knowledge: Knowledge, receivers: int) -> I64:
     return np.minimum(np.arange(receivers), len(knowledge.collected_ns) - 1)[:, None]
 
 
-def _fresh(knowledge: Knowledge, pace: Pace, target: I64, t_ns: int) -> Bool:
-    """(m, k) whether a receiver has an ephemeris of a channel's satellite that still serves."""
+def _fresh(knowledge: Knowledge, pace: Pace, row: I64, t_ns: int) -> Bool:
+    """(m, k) whether receivers have ephemerides that still serve of channels' satellites, rows of the sky."""
     serves = t_ns - knowledge.collected_ns <= pace.ephemeris_age_ns
-    return serves[_holder(knowledge, len(target)), target]
+    return serves[_holder(knowledge, len(row)), row]
 
 
-def _collect(knowledge: Knowledge, target: I64, measures: Bool, t_ns: int) -> Knowledge:
+def _collect(knowledge: Knowledge, row: I64, measures: Bool, t_ns: int) -> Knowledge:
     """A satellite that is measured sends its ephemeris over and over: knowledge of it stays new."""
     collected_ns = knowledge.collected_ns.copy()
-    holder = np.broadcast_to(_holder(knowledge, len(target)), target.shape)
-    collected_ns[holder[measures], target[measures]] = t_ns
+    holder = np.broadcast_to(_holder(knowledge, len(row)), row.shape)
+    collected_ns[holder[measures], row[measures]] = t_ns
     return Knowledge(knowledge.warm or bool(measures.any()), collected_ns)

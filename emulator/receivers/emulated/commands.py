@@ -20,7 +20,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, retarget
-from gnss_hil.emulator.signal.bands import BY_SYSTEM
+from gnss_hil.emulator.signal.carriers import Carriers
 
 ACTION = {label: raw for raw, label in VALUES["Action"].items()}
 RESULT = {label: raw for raw, label in VALUES["AckResult"].items()}
@@ -56,12 +56,18 @@ class Prospects:
 
     row_of      (SATELLITES,) row of the sky by satellite index, -1 none
     available, healthy, in_sight   (n,) by row; in_sight is True where the receiver cannot judge
+    carriers    signals that the receivers can track
     """
 
     row_of: I64
     available: Bool
     healthy: Bool
     in_sight: Bool
+    carriers: Carriers
+
+    def column(self, commands: Commands) -> I64:
+        """(c,) column of the satellite and signal that each command names, of those that there are."""
+        return self.carriers.rank_of[commands.signal] * len(self.available) + self.row_of[commands.sat]
 
 
 def timely(frames: FrameBatch, epoch: int) -> Bool:
@@ -97,7 +103,7 @@ def _refusals(commands: Commands, counts: I64, prospects: Prospects) -> I64:
         ("BAD_ACTION", ~np.isin(commands.action, list(ACTION.values()))),
         ("ACCEPTED", ~track),
         ("NO_SUCH_SATELLITE", ((number == 0) | (number > _HIGHEST_NUMBER[system])) & (row < 0)),
-        ("NO_SUCH_SIGNAL", commands.signal != BY_SYSTEM.signal[system]),
+        ("NO_SUCH_SIGNAL", ~prospects.carriers.tracks(commands.signal, commands.receiver - 1, commands.sat)),
         ("NOT_IN_ALMANAC", (row < 0) | ~prospects.available[row]),
         ("UNHEALTHY", ~prospects.healthy[row]),
         ("BEHIND_EARTH", ~prospects.in_sight[row]),
@@ -114,34 +120,34 @@ def obey(
     """
     result = _refusals(commands, counts, prospects)
     commanded, target = channels.commanded.copy(), channels.target.copy()
-    row = prospects.row_of[commands.sat]
+    column = prospects.column(commands)
     release_first = np.argsort(commands.action != ACTION["RELEASE"], kind="stable")
     for i in release_first[result[release_first] == ACCEPTED].tolist():
         mine = commanded[commands.receiver[i] - 1], target[commands.receiver[i] - 1]
-        result[i] = _ACT[int(commands.action[i])](*mine, int(commands.channel[i]), int(row[i]))
+        result[i] = _ACT[int(commands.action[i])](*mine, int(commands.channel[i]), int(column[i]))
     return retarget(channels, commanded, target, t_ns), result
 
 
 # What an action does to one receiver's `commanded` and `target` (k,), in place, and its result.
 
 
-def _release(commanded: Bool, target: I64, channel: int, row: int) -> int:
+def _release(commanded: Bool, target: I64, channel: int, column: int) -> int:
     commanded[channel], target[channel] = True, NOTHING
     return ACCEPTED
 
 
-def _autonomous(commanded: Bool, target: I64, channel: int, row: int) -> int:
+def _autonomous(commanded: Bool, target: I64, channel: int, column: int) -> int:
     commanded[channel] = False
     return ACCEPTED
 
 
-def _track(commanded: Bool, target: I64, channel: int, row: int) -> int:
-    elsewhere = target == row
+def _track(commanded: Bool, target: I64, channel: int, column: int) -> int:
+    elsewhere = target == column
     elsewhere[channel] = False
     if (elsewhere & commanded).any():
         return RESULT["ALREADY_TRACKED_HERE"]
     target[elsewhere] = NOTHING
-    commanded[channel], target[channel] = True, row
+    commanded[channel], target[channel] = True, column
     return ACCEPTED
 
 

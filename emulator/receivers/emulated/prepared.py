@@ -24,7 +24,6 @@ from gnss_hil.emulator.receivers.emulated.channels import FULL, Channels
 from gnss_hil.emulator.receivers.emulated.craft import Receivers
 from gnss_hil.emulator.receivers.emulated.phase import Phases
 from gnss_hil.emulator.receivers.observations import Observations
-from gnss_hil.emulator.signal.bands import BY_SYSTEM
 from gnss_hil.emulator.truth import TRUTH
 
 LAYOUTS = 64
@@ -55,7 +54,8 @@ class Columns:
 class Layout:
     """What stays on the bus while the same channels measure.
 
-    receiver, channel, row   (p,) of the channels that measure;  base (p,) their first rows in Columns
+    receiver, channel, row, signal   (p,) of the channels that measure: row of the sky, signal by its value
+                             on the bus;  base (p,) their first rows in Columns
     can_id, stream, order    (f,) of channels and closing frames: identifiers, protected streams, and
                              which of these frames, one after another, come first
     channel_bits   (p, 10);  closing (m, 2) words of the closing frames that depend on channels
@@ -64,6 +64,7 @@ class Layout:
     receiver: I64
     channel: I64
     row: I64
+    signal: I64
     base: I64
     can_id: U32
     stream: I64
@@ -83,8 +84,7 @@ class Prepared:
         self.block, self._env, self._receivers = block, env, receivers
         self._keep_values = keep_values
         self._epochs = len(block.geometry)
-        m, n = block.signal.shape[1:]
-        self._place = np.full((m, n), -1)
+        self._place = np.full(block.signal.shape[1:], -1)
         self._columns: Columns | None = None
         self._layouts: dict[bytes, Layout] = {}
         codec = receivers.codec
@@ -141,8 +141,10 @@ class Prepared:
         receiver, channel = np.nonzero(channels.lock == FULL)
         if left_out is not None:
             receiver, channel = receiver[~left_out], channel[~left_out]
-        row = channels.target[receiver, channel]
-        base = self.rows(receiver, row)
+        column = channels.target[receiver, channel]
+        base = self.rows(receiver, column)
+        index = self.block.geometry.sky.index
+        rank, row = self._env.carriers.place(column, len(index))
         m, kinds = templates.channel_id.shape
         closings = templates.closing_id.shape[1]
         place = np.concatenate((np.repeat(2 * receiver, kinds), np.repeat(2 * np.arange(m) + 1, closings)))
@@ -165,6 +167,7 @@ class Prepared:
             receiver,
             channel,
             row,
+            self._env.carriers.signal[rank, satellites.system_of(index[row])],
             base,
             can_id,
             self._receivers.codec.first_stream_of[can_id] + key[order],
@@ -175,22 +178,23 @@ class Prepared:
 
     # Signals of pairs, made when they are first asked for.
 
-    def rows(self, receiver: I64, row: I64) -> I64:
-        """First rows in `columns` of satellites `row` at receivers, (p,) each."""
-        place = self._place[receiver, row]
+    def rows(self, receiver: I64, column: I64) -> I64:
+        """First rows in `columns` of satellites and signals in these columns of the block at receivers, (p,)
+        each."""
+        place = self._place[receiver, column]
         if (place < 0).any() or self._columns is None:
-            new = np.unique(np.stack((receiver, row))[:, place < 0], axis=1)
+            new = np.unique(np.stack((receiver, column))[:, place < 0], axis=1)
             self._add(*new)
-            place = self._place[receiver, row]
+            place = self._place[receiver, column]
         return place * self._epochs
 
-    def _add(self, antenna: I64, row: I64) -> None:
+    def _add(self, antenna: I64, column: I64) -> None:
         made = 0 if self._columns is None else len(self._columns.whole) // self._epochs
-        self._place[antenna, row] = made + np.arange(len(row))
-        pair, epoch = np.nonzero(self.block.receivable[:, antenna, row].T)
-        found = signals(self._env, self.block, epoch, antenna[pair], row[pair])
+        self._place[antenna, column] = made + np.arange(len(column))
+        pair, epoch = np.nonzero(self.block.receivable[:, antenna, column].T)
+        found = signals(self._env, self.block, epoch, antenna[pair], column[pair])
         self._turns, self._slips = found.turns_cyc is not None, found.half_cycles is not None
-        new = self._filled(found, pair * self._epochs + epoch, len(row) * self._epochs)
+        new = self._filled(found, pair * self._epochs + epoch, len(column) * self._epochs)
         if self._columns is None:
             self._columns = new
             return
@@ -248,7 +252,7 @@ def _observations(found: Signals) -> Observations:
         channel=none,
         row=at.row,
         sat=at.sat,
-        signal=BY_SYSTEM.signal[at.system],
+        signal=at.signal,
         pseudorange_m=found.pseudorange_m,
         range_rate_mps=found.range_rate_mps,
         phase_cyc=np.zeros(len(at)),
@@ -322,7 +326,8 @@ def _closing(receivers: Receivers, block: Block) -> U64:
 def _truth(env: Environment, block: Block):
     """(k,) rows of truth: place and motion at the time of the mark, all else of the latch."""
     at = block.geometry
-    usable = (block.signal & at.sky.broadcast.healthy[:, None]).any(axis=1)
+    of_first = block.signal[..., : len(at.sky.index)]
+    usable = (of_first & at.sky.broadcast.healthy[:, None]).any(axis=1)
     seen = np.zeros((len(at), satellites.SATELLITES), np.uint8)
     seen[:, at.sky.index] = usable
     rows = np.zeros(len(at), TRUTH)

@@ -121,8 +121,9 @@ class EmulatedCraft:
         block, at = prepared.block, prepared.block.geometry
         view = View(*(getattr(at.view, name)[k] for name in View.__slots__))
         mark_ns = int(at.mark_ns[k])
+        healthy = np.tile(at.sky.broadcast.healthy[k], self.environment.carriers.ranks)
         target = search.choose(
-            self.receivers.rule, channels, block.signal[k] & at.sky.broadcast.healthy[k], view, at.sky.index,
+            self.receivers.rule, channels, block.signal[k] & healthy, view, at.sky.index,
             search.renews(mark_ns, self.environment.interval_ns),
         )  # fmt: skip
         return retarget(channels, channels.commanded, target, int(at.t_ns[k]))
@@ -171,6 +172,7 @@ class EmulatedCraft:
                 layout.channel,
                 at.sky.index[layout.row],
                 columns.cn0_dbhz[rows],
+                layout.signal,
             )
             for number, model in enumerate(models):
                 states[number], term = model.step(states[number], seen, epoch)
@@ -187,9 +189,8 @@ class EmulatedCraft:
         return words, fits, tuple(states)
 
     def _wave_m(self, prepared: Prepared, k: int, layout: Layout) -> F64:
-        sky = prepared.block.geometry.sky
-        system = satellites.system_of(sky.index[layout.row])
-        return wavelength_m(system, sky.broadcast.frequency[k, layout.row])
+        broadcast = prepared.block.geometry.sky.broadcast
+        return wavelength_m(layout.signal, broadcast.frequency[k, layout.row])
 
     def _sent(
         self,
@@ -269,8 +270,9 @@ class EmulatedCraft:
         in_sight = prepared.block.in_sight[k] | (not unit.knowledge.warm)
         at = prepared.block.geometry
         prospects = commands.Prospects(
-            receivers.row_of, at.sky.broadcast.available[k], at.sky.broadcast.healthy[k], in_sight
-        )
+            receivers.row_of, at.sky.broadcast.available[k], at.sky.broadcast.healthy[k], in_sight,
+            self.environment.carriers,
+        )  # fmt: skip
         channels, result = commands.obey(
             unit.channels, orders, receivers.vehicle.channels, prospects, int(at.t_ns[k])
         )

@@ -11,6 +11,9 @@ The rule `gdop` chooses a set, not one satellite after another
 is free and a satellite is to be had; in between a receiver keeps what it has, and at the minute too unless
 another set is distinctly better (modelled).
 
+A receiver of several signals of a satellite sets a channel on each of them, as far as they arrive, and goes
+on to the next satellite with the channels left.
+
 Receivers are oracles here: they know which signals reach their antenna and never search where there is
 none, cold ones too. A real receiver searches by almanac and hope, longer and in another order; how long
 finding takes is modelled by the times of acquisition alone (`channels.Pace`).
@@ -42,10 +45,11 @@ class Outlook:
     """What the receivers of a craft choose from.
 
     index     (n,) satellite index
-    eligible  (m, n) healthy satellites whose signal reaches the antenna, on no commanded channel of it
+    eligible  (m, n) healthy satellites whose first signal reaches the antenna, on no commanded channel of it
     alone     (m, k) channels that choose for themselves
-    target    (m, k) what all channels are set on now
+    target    (m, k) rows of the sky that all channels are set on now by their first signals
     renews    whether it is time to weigh whole sets
+    signals   of a satellite that receivers track at most
     """
 
     view: View
@@ -54,6 +58,7 @@ class Outlook:
     alone: Bool
     target: I64
     renews: bool
+    signals: int
 
     @property
     def wanted(self) -> I64:
@@ -94,7 +99,7 @@ def _cheapest(cost: Callable[[View, I64], NDArray[Any]]) -> Callable[[Outlook], 
 
 
 def _least_dilution(outlook: Outlook) -> Best:
-    chosen, wanted = outlook.present(), outlook.wanted
+    chosen, wanted = outlook.present(), outlook.wanted // outlook.signals
     lacking = chosen.sum(axis=1) < np.minimum(wanted, outlook.eligible.sum(axis=1))
     weighs = lacking | (outlook.renews & (wanted > 0))
     if weighs.any():
@@ -119,24 +124,31 @@ def renews(t_ns: int, interval_ns: int) -> bool:
 
 
 def choose(rule: Rule, channels: Channels, eligible: Bool, view: View, index: I64, renews: bool) -> I64:
-    """Targets (m, k) after the channels without a command have chosen.
+    """Targets (m, k), columns, after the channels without a command have chosen.
 
-    eligible  (m, n) healthy satellites whose signal reaches the antenna
+    eligible  (m, c) signals of healthy satellites that reach the antenna
     index     (n,) satellite index
     renews    whether it is time to weigh whole sets
     """
     alone = ~channels.commanded
     if not alone.any():
         return channels.target
-    best = rule.best(Outlook(view, index, _unclaimed(channels, eligible), alone, channels.target, renews))
+    unclaimed, n = _unclaimed(channels, eligible), len(index)
+    signals = eligible.shape[1] // n
+    firsts = channels.target if signals == 1 else np.where(channels.target < n, channels.target, NOTHING)
+    best = rule.best(Outlook(view, index, unclaimed[:, :n], alone, firsts, renews, signals))
     target = channels.target.copy()
     for receiver in np.flatnonzero(alone.any(axis=1)).tolist():
-        _settle(target[receiver], alone[receiver], best[receiver])
+        mine = best[receiver]
+        if signals > 1:
+            mine = [c for row in mine for c in range(row, eligible.shape[1], n) if unclaimed[receiver, c]]
+            del mine[int(alone[receiver].sum()) :]
+        _settle(target[receiver], alone[receiver], mine)
     return target
 
 
 def _unclaimed(channels: Channels, eligible: Bool) -> Bool:
-    """Eligible satellites that no command has set on a channel of the same receiver."""
+    """Eligible signals that no command has set on a channel of the same receiver."""
     receiver, channel = np.nonzero(channels.commanded & (channels.target >= 0))
     eligible = eligible.copy()
     eligible[receiver, channels.target[receiver, channel]] = False

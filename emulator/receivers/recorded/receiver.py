@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import gpstime, satellites, signals
+from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import I8, I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
@@ -34,6 +34,7 @@ from gnss_hil.emulator.receivers.recorded.tracks import Tracks
 from gnss_hil.emulator.sensors import attitude
 from gnss_hil.emulator.sensors.base import Reading
 from gnss_hil.emulator.sensors.frames import node
+from gnss_hil.emulator.signal.group_delays import beyond_first_m
 from gnss_hil.emulator.truth import TRUTH, in_view_bits
 
 AS_ECEF = np.array((1.0, 0.0, 0.0, 0.0))
@@ -43,9 +44,6 @@ EARTH_RATE_RPS = np.array((0.0, 0.0, ROTATION_RPS))
 
 MARK_OF_DOMAIN_0 = 1
 """Value of the contract's table "MarkClock": the mark is what the clock of domain 0 showed."""
-
-_CLOCK_CARRIER_HZ = signals.first_column(lambda signal: signal.carrier_hz, 0.0)
-"""(8,) by system: carrier whose group delay is inside the clock. IS-GPS-200, 20.3.3.3.3.2."""
 
 MISSING_CN0_DBHZ = 45.0
 """C/N0 of signals whose strength is not in the file (modelled)."""
@@ -115,9 +113,8 @@ def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Ob
     row = row_of[seen.sat]
     known = (row >= 0) & sky.broadcast.available[row]
     seen, row = seen[known], row[known]
-    # Clocks contain the group delay of the preferred signal; each carrier has its own multiple of it.
-    share = 1 - (_CLOCK_CARRIER_HZ[satellites.system_of(seen.sat)] / seen.carrier_hz) ** 2
-    clock_m = sky.clock_m[row] + share * sky.broadcast.group_delay_m[row]
+    delays_m = sky.broadcast.group_delay_m[row], sky.broadcast.band_delay_m[row]
+    clock_m = sky.clock_m[row] + beyond_first_m(seen.signal, *delays_m)
     # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
     back_s = (seen.range_m + clock_m) / LIGHT_MPS
     pos, vel = reported_at_transmission(sky, row, back_s)

@@ -27,8 +27,8 @@ from gnss_hil.emulator.signal.structure.reflections import Gain, Pairs
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-_NOMINAL_WAVE_M = 0.19
-"""For roughness, which a per cent of wavelength does not change."""
+_L1_WAVE_M, _NEAR = 0.19, 0.05
+"""Wave length for roughness of carriers so near to it, in parts: a per cent does not change what is rough."""
 
 
 class Settings(Protocol):
@@ -119,7 +119,7 @@ def receive(
     count = len(signals)
     if not count:
         return Reception(*np.zeros((4, 0)))
-    now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, signals.pairs, gain_dbi)
+    now_m, later_m, strength = _rays(craft, settings, at, antenna_body_m, signals, gain_dbi)
     code_chips, lag_rad, level = _locks(
         settings, spacing_chips, np.concatenate((now_m, later_m)), _twice(signals.direct), _twice(strength),
         _twice(signals.wave_m), _twice(signals.chip_m),
@@ -134,13 +134,14 @@ def receive(
 
 
 def _rays(
-    craft: Structure, settings: Settings, at: Pose, antenna_body_m: F64, pairs: Pairs, gain_dbi: Gain
+    craft: Structure, settings: Settings, at: Pose, antenna_body_m: F64, signals: Signals, gain_dbi: Gain
 ) -> tuple[F64, F64, C128]:
-    """Delays now and later (p, k) [m] and coefficients (p, k) of each pair's strongest reflections."""
+    """Delays now and later (p, k) [m] and coefficients (p, k) of each signal's strongest reflections."""
+    pairs, wave_m = signals.pairs, signals.wave_m
     faces = faces_at(craft.surfaces, at.bodies)
     seen = reflections.find(at.bodies, faces, antenna_body_m, at.los_body, pairs, settings.nearest_m)
     a, s = pairs.antenna[seen.pair], pairs.satellite[seen.pair]
-    wave_m = np.full(len(seen), _NOMINAL_WAVE_M)
+    wave_m = np.where(np.abs(wave_m / _L1_WAVE_M - 1) < _NEAR, _L1_WAVE_M, wave_m)[seen.pair]
     strength = reflections.coefficients(
         faces, seen, a, at.los_body[s], wave_m, gain_dbi, settings.cross_polar_db
     )

@@ -83,7 +83,8 @@ def test_systems_without_offsets_have_none():
 def test_blocks_are_those_of_the_link_budget(day, unlike):
     """Another table, from launch dates, by another hand: a block's x tells which it is. It lacks space
     vehicle 49, a week old on the first day."""
-    x_m = {"gps-iia": 0.279, "gps-iif": 0.394, "gps-iir": 0.0, "gps-iir-improved": 0.0, "gps-iii": 0.0}
+    of_lockheed = ("gps-iir", "gps-iir-improved", "gps-iirm", "gps-iii")
+    x_m = {"gps-iia": 0.279, "gps-iif": 0.394, **dict.fromkeys(of_lockheed, 0.0)}
     offsets, blocks = phase_centre.offsets_m(day), gps_blocks(day)
     for number in set(range(1, 33)) - unlike:
         assert offsets[satellites.index(satellites.GPS, number), 0] == x_m[blocks[number]], number

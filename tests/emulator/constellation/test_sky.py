@@ -254,7 +254,8 @@ class Delayed:
         yes, zeros = np.ones((s, n), bool), np.zeros((s, n), np.int64)
         # IS-GPS-200, 20.3.3.3.3.2: the clock of a user of L1 alone is that of two frequencies less T_GD.
         clocks = np.broadcast_to(-self.delay_m, (s, k, n))
-        broadcast = Broadcast(yes, yes, zeros, zeros, zeros, zeros, np.broadcast_to(self.delay_m, (s, n)))
+        delay_m = np.broadcast_to(self.delay_m, (s, n))
+        broadcast = Broadcast(yes, yes, zeros, zeros, zeros, zeros, delay_m, np.zeros((s, n)))
         return positions, clocks, broadcast
 
 

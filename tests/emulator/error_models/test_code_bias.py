@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.emulator.error_models.code_bias import CodeBias, satellite_code_m
+from gnss_hil.emulator.error_models.code_bias import CodeBias, signal_code_m
 from gnss_hil.emulator.error_models.interchannel_bias import FREQUENCIES, InterchannelBias, receiver_code_m
 
 pytestmark = pytest.mark.verifies(
@@ -40,6 +40,15 @@ JIANG_NS = (
 satellite. Jiang & Lewandowski, Int. J. Navigation Observ. (2012) 353961, table 7."""
 
 
+L1CA, L2C, L5 = 0, 4, 5
+"""Values of the contract's table "Signal"."""
+
+
+def satellite_code_m(parameters, seed, index):
+    """Of C/A, and of the first signal of GLONASS."""
+    return signal_code_m(parameters, seed, index)[L1CA]
+
+
 def test_satellites_differ_by_as_much_as_the_table_that_the_default_is_fitted_to():
     drawn = np.concatenate([satellite_code_m(CodeBias(), seed, GPS) for seed in range(200)])
     assert drawn.std() == pytest.approx(np.std(CC2NONCC_M), rel=0.05)
@@ -71,6 +80,21 @@ def test_satellites_keep_their_bias_and_glonass_has_none():
     both = satellite_code_m(CodeBias(), 1, np.concatenate((GLONASS, GPS)))
     assert not both[:24].any()
     assert (both[24:] == satellite_code_m(CodeBias(), 1, GPS)).all()
+
+
+def test_codes_on_other_carriers_have_draws_of_their_own_and_the_sigma_they_were_told():
+    told = CodeBias(sigma_ns=1.0, l2c_sigma_ns=2.0, l5_sigma_ns=4.0)
+    drawn = (
+        1e9 / 299_792_458 * np.concatenate([signal_code_m(told, seed, GPS) for seed in range(200)], axis=1)
+    )
+    assert drawn[[L1CA, L2C, L5]].std(axis=1) == pytest.approx([1, 2, 4], rel=0.05)
+    apart = np.corrcoef(drawn[[L1CA, L2C, L5]])[np.triu_indices(3, 1)]
+    assert np.abs(apart).max() < 0.06
+    assert not np.delete(drawn, [L1CA, L2C, L5], axis=0).any(), (
+        "clocks belong to P codes, and to L1 of GLONASS"
+    )
+    given = CodeBias(p1_c1_ns={"G05": 1.0})
+    assert (signal_code_m(given, 1, GPS)[L2C] == signal_code_m(CodeBias(), 1, GPS)[L2C]).all()
 
 
 TOLD = InterchannelBias(slope_m_per_channel=0.05, scatter_m=0.23, hardware_m=3.0)

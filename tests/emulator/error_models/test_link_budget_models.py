@@ -49,7 +49,8 @@ def test_defaults_give_what_receivers_in_low_orbit_report():
     """A satellite of 2012 in the zenith of the ISS: GPS receivers in low orbits report some 45 to 55 dBHz."""
     table = budget_of(TransmitPattern(), ReceivePattern(), LinkBudget(), ("zenith", "fore"))
     angle = np.radians([[0.0, 0.0], [60.0, 60.0]])
-    found = link_budget.cn0_dbhz(table, np.array([5, 65]), np.zeros(2), np.full(2, 2e7), angle)
+    signal = np.array([0, 1])
+    found = link_budget.cn0_dbhz(table, signal, np.array([5, 65]), np.zeros(2), np.full(2, 2e7), angle)
     assert (found[0] > 45).all() and (found[0] < 55).all()
     assert found[0] - found[1] == pytest.approx([5, 5])  # the law: 4 dBi to -1 dBi at 60 deg
 

@@ -84,7 +84,7 @@ def disturbed(name):
     n = len(sat)
     signals = SimpleNamespace(
         epoch=epoch, receiver=receiver, sat=sat, cn0_dbhz=np.full(n, 40.0), chip_m=np.full(n, 293.05),
-        wave_m=np.full(n, 0.1903),
+        wave_m=np.full(n, 0.1903), signal=0 * sat,
     )  # fmt: skip
     row = ROWS[name].ROW
     return row.build(row.params(), CONTEXT).block(signals)

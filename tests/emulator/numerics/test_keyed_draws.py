@@ -27,22 +27,32 @@ def test_generator_is_philox_4x64_10():
 
 
 def signals(epochs=range(3), receivers=range(2), systems=range(1)):
-    """Epoch, receiver and satellite index (p,) of all there are."""
+    """Epoch, receiver, satellite index and first signal (p,) of all there are."""
     sats = np.concatenate([satellites.index(system, np.arange(satellites.NUMBERS)) for system in systems])
     found = np.meshgrid(np.array(epochs), np.array(receivers), sats, indexing="ij")
-    return tuple(column.reshape(-1) for column in found)
+    epoch, receiver, sat = (column.reshape(-1) for column in found)
+    return epoch, receiver, sat, satellites.system_of(sat)
 
 
 def test_a_draw_stays_whatever_else_is_asked_for():
     """One signal alone, with others, in another order, of more systems, at another place of the stretch."""
     stream = Stream(5, 99, "noise")
-    epoch, receiver, sat = signals(range(60, 70), range(MAX_RECEIVERS), range(2))
-    every = stream.of_signals(epoch, receiver, sat)
+    at = signals(range(60, 70), range(MAX_RECEIVERS), range(2))
+    every = stream.of_signals(*at)
     some = np.random.default_rng(1).permutation(len(every))[:50]
-    assert (stream.of_signals(epoch[some], receiver[some], sat[some]) == every[some]).all()
+    assert (stream.of_signals(*(column[some] for column in at)) == every[some]).all()
     for one in some[:5]:
-        assert stream.of_signals(epoch[[one]], receiver[[one]], sat[[one]]) == every[one]
+        assert stream.of_signals(*(column[[one]] for column in at)) == every[one]
     assert len(np.unique(every)) == len(every)
+
+
+def test_a_satellites_signals_have_draws_of_their_own():
+    """L1 C/A and L2C of GPS, L1OF and L2OF of GLONASS, by their values on the bus."""
+    stream = Stream(5, 99, "noise")
+    *at, first = signals(range(60, 70), range(MAX_RECEIVERS), range(2))
+    one, two = stream.of_signals(*at, first), stream.of_signals(*at, np.array([4, 6])[first])
+    assert len(np.unique(np.concatenate((one, two)))) == 2 * len(one)
+    assert abs(np.corrcoef(keyed_draws.normal(one), keyed_draws.normal(two))[0, 1]) < 4 / np.sqrt(len(one))
 
 
 @pytest.mark.parametrize("other", [(6, 99, "noise"), (5, 2**64 - 1, "noise"), (5, 99, "slips")])

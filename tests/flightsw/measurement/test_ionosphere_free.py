@@ -133,8 +133,25 @@ def test_a_satellite_without_a_pair_is_not_used():
     _, answers = fixes(bus, 1, ionosphere_free=True)
     assert status(answers[0], "satellites") == 10 and error_m(bus, answers[0], 0) < 0.01
     bus.alone = tuple(SKY)
-    _, answers = fixes(bus, 1, ionosphere_free=True)
-    assert status(answers[0], "no_fix") == NoFix.TOO_FEW_SATELLITES
+    states, answers = fixes(bus, 1, ionosphere_free=True, without_pairs="no-fix")
+    assert status(answers[0], "no_fix") == NoFix.TOO_FEW_SATELLITES and states[-1].single_fixes == 0
+
+
+def test_without_enough_pairs_one_signal_of_each_satellite_serves_and_is_counted():
+    bus = TwoBands(soyuz(), SKY, channels=12)
+    tracked = [sat for _, _, sat in bus.tracking(0.0, 0)]
+    bus.alone = tuple(sorted(set(tracked))[2:])
+    options = {"inconsistent": "fix", "exclude_satellites": 0}
+    states, answers = fixes(bus, 2, ionosphere_free=True, **options)
+    assert status(answers[0], "no_fix") == NoFix.FIX and states[-1].single_fixes == 2
+    assert used(answers[0]) == {(r, c) for r in range(1, 5) for c in range(12)}
+    one, _ = fixes(bus, 2, **options)
+    fix = states[-1].solution.fix
+    assert fix.position_m.tolist() == one[-1].solution.fix.position_m.tolist()
+    assert one[-1].single_fixes == 0, "pairs were not asked for"
+    bus.alone = ()
+    states, _ = fixes(bus, 2, ionosphere_free=True, **options)
+    assert states[-1].single_fixes == 0
 
 
 @pytest.mark.parametrize("policy", ["prototype", "analogue", "single"])
@@ -146,12 +163,6 @@ def test_a_second_signal_changes_nothing_where_one_counts(policy):
     two, one = (fixes(bus, 2, policy, **options)[0][-1].solution.fix for bus in (both, first))
     assert two.position_m.tolist() == one.position_m.tolist()
     assert two.covariance_m2.tolist() == one.covariance_m2.tolist() and two.satellites == one.satellites
-
-
-def test_policy_that_commands_channels_does_not_offer_it():
-    with pytest.raises(ValueError, match="ionosphere_free"):
-        configure(SOYUZ, "patent", {"ionosphere_free": True})
-    assert not configure(SOYUZ, "patent", {"ionosphere_free": False}).options.ionosphere_free
 
 
 def offered(*rows):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gnss_hil.dbc.common.satellites import SATELLITES
-from gnss_hil.flightsw.measurement.signals import commanded_signal
+from gnss_hil.flightsw.measurement.signals import satellite_of, seconds, signal_of, track_of
 from gnss_hil.flightsw.receivers import channel_manager as k
 from gnss_hil.flightsw.receivers.channel_table import IDLE, UNKNOWN
 from gnss_hil.flightsw.receivers.options import ChannelOptions
@@ -26,6 +28,17 @@ OPTIONS = ChannelOptions(resend_epochs=2, backoff_epochs=5)
 G1, G2, G3, R1 = 1, 2, 3, 65
 NONE = NO_MEASUREMENTS
 UNHEARD = np.full(8, -1, np.int64)
+
+
+L2C, L2OF, NO_SUCH_SIGNAL = 4, 6, 7
+
+
+def with_second(**signal_of):
+    """Signals beside the first ones, by satellite."""
+    second = k.NO_SECOND.copy()
+    for name, signal in signal_of.items():
+        second[globals()[name]] = signal
+    return second
 
 
 def permit(**antenna_of):
@@ -237,7 +250,7 @@ def test_satellite_given_up_in_between_is_not_handed_over():
 
 
 def test_glonass_is_commanded_on_its_own_signal():
-    assert commanded_signal(np.array([G1, R1])).tolist() == [0, 1]
+    assert signal_of(np.array([G1, R1])).tolist() == [0, 1]
 
 
 def test_strange_answers_and_measurements_are_ignored():
@@ -247,3 +260,100 @@ def test_strange_answers_and_measurements_are_ignored():
     beyond = measured((6, 20, G1))
     assert k.usable(c, beyond).tolist() == [False]
     assert k.contradicted(c, beyond, UNHEARD) is c
+
+
+def pair_commanded(**second):
+    """G1 on antenna 0 by a pair of signals, G2 on antenna 1 as `second` has it: the manager, its commands."""
+    c = k.autonomous(np.array([4, 4]), 8)
+    return k.due(k.planned(c, permit(G1=0, G2=1), NONE, with_second(G1=L2C, **second)), 0, OPTIONS)
+
+
+def test_a_pair_is_two_commands_to_one_antenna():
+    c, commands = pair_commanded()
+    tracks = {(a, int(s), int(n)) for a, action, s, n in zip(
+        commands.antenna, commands.action, commands.sat, commands.signal, strict=True
+    ) if action == k.TRACK}  # fmt: skip
+    assert tracks == {(0, G1, 0), (0, G1, L2C), (1, G2, 0)}
+    c = k.acknowledged(c, answers(commands), 1, OPTIONS)
+    assert (c.channels.held == c.channels.target).all()
+    again = k.planned(c, permit(G1=0, G2=1), NONE, with_second(G1=L2C))
+    assert again is c, "nothing has changed"
+
+
+def by_signals(*rows):
+    """Measurements that say receiver, channel, satellite and signal."""
+    m = measured(*(row[:3] for row in rows))
+    return replace(m, signal=np.array([row[3] for row in rows]))
+
+
+def test_each_channel_of_a_pair_has_to_measure_its_own_signal():
+    c, commands = pair_commanded()
+    c = k.acknowledged(c, answers(commands), 1, OPTIONS)
+    channel = dict(
+        zip(zip(commands.sat.tolist(), commands.signal.tolist(), strict=True), commands.channel, strict=True)
+    )
+    first, second = channel[G1, 0], channel[G1, L2C]
+    right = by_signals((0, first, G1, 0), (0, second, G1, L2C))
+    assert k.usable(c, right).all()
+    assert k.contradicted(c, right, UNHEARD) is c
+    crossed = by_signals((0, first, G1, L2C), (0, second, G1, 0))
+    assert not k.usable(c, crossed).any()
+    off = k.contradicted(c, crossed, UNHEARD)
+    assert (off.channels.held == UNKNOWN).sum() == 2 and off.stale
+
+
+def test_a_second_signal_that_is_refused_leaves_the_satellite_and_the_channel():
+    c, commands = pair_commanded()
+    result = np.where(commands.signal == L2C, NO_SUCH_SIGNAL, 0)
+    c = k.acknowledged(c, replace(answers(commands), result=result), 1, OPTIONS)
+    assert c.stale
+    assert c.satellites.single_until[G1] == 1 + OPTIONS.second_signal_backoff_epochs
+    assert (c.satellites.blocked_until < 0).all(), "the satellite is not refused"
+    assert (c.channels.not_before < 0).all(), "the channel is not refused"
+    c, again = k.due(k.planned(c, permit(G1=0, G2=1), NONE), 1, OPTIONS)
+    assert not (again.signal == L2C).any() and not ((again.sat == G1) & (again.action == k.TRACK)).any()
+
+
+def test_a_first_signal_that_is_refused_is_the_channels_fault():
+    c, commands = pair_commanded()
+    result = np.where(commands.signal == L2C, 0, NO_SUCH_SIGNAL)
+    c = k.acknowledged(c, replace(answers(commands), result=result), 1, OPTIONS)
+    assert (c.channels.not_before == 1 + OPTIONS.backoff_epochs).sum() == len(commands) - 1
+    assert (c.satellites.single_until < 0).all()
+
+
+def test_a_pair_is_handed_over_as_one():
+    c, commands = pair_commanded()
+    c = k.used(k.acknowledged(c, answers(commands), 1, OPTIONS), np.array([G1, G2]), 4)
+    c = k.planned(c, permit(G1=1, G2=1), NONE, with_second(G1=L2C))
+    c, commands = k.due(c, 5, OPTIONS)
+    moved = commands.sat == G1
+    assert commands.antenna[moved & (commands.action == k.TRACK)].tolist() == [1, 1]
+    released = commands.antenna[commands.action == k.RELEASE]
+    assert released.tolist() == [0, 0]
+    c = k.used(k.acknowledged(c, answers(commands), 6, OPTIONS), np.array([G1, G2]), 9)
+    assert (c.statistics.handovers, c.statistics.gap_epochs) == (1, 4)
+
+
+def test_another_second_signal_is_another_plan_for_the_same_antennas():
+    c, commands = pair_commanded()
+    c = k.acknowledged(c, answers(commands), 1, OPTIONS)
+    c, more = k.due(k.planned(c, permit(G1=0, G2=1), NONE, with_second(G1=L2C, G2=L2C)), 2, OPTIONS)
+    assert listed(more) == [(1, 1, k.TRACK, G2)] and more.signal.tolist() == [L2C]
+    freed = k.surrendered(c).satellites
+    assert not freed.second.any()
+
+
+@pytest.mark.parametrize(("sat", "signal", "track"), [
+    (G1, 0, G1), (R1, 1, R1), (G1, L2C, G1 + 512 * L2C), (R1, L2OF, R1 + 512 * L2OF),
+])  # fmt: skip
+def test_tracks_are_satellites_and_signals(sat, signal, track):
+    found = track_of(np.array([sat]), np.array([signal]))
+    assert found.tolist() == [track]
+    assert satellite_of(found).tolist() == [sat] and signal_of(found).tolist() == [signal]
+
+
+def test_the_second_signal_of_a_receiver_is_that_of_its_most_wanted_pair():
+    """L2 before L5, as pairs stand in `gnss_hil.flightsw.measurement.signals`; none without one."""
+    found = seconds((("L5", "L2C", "L2OF"), ("L5",), ()))
+    assert found[:, 0].tolist() == [4, 5, 0] and found[:, 1].tolist() == [6, 0, 0]
