@@ -118,6 +118,8 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
             link.close()
         if not arguments.quiet:
             _report_rejections(config.codec, state.rejected)
+            if state.single_fixes:
+                say(f"{state.single_fixes} fixes by one signal of each satellite: too few pairs")
 
 
 def _join(arguments: argparse.Namespace, codec, stop, say):

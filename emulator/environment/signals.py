@@ -68,10 +68,13 @@ def signals(env: Environment, block: Block, epoch: I64, antenna: I64, column: I6
     flight_s, rate_mps, satellite = at.path.flight_s, at.path.rate_mps, (epoch, at.row)
     domain = env.vehicle.clock_domain[antenna]
     sv_drift_mps = sky.clock_truth_mps[satellite]
-    delays_m = sky.broadcast.group_delay_m[satellite], sky.broadcast.band_delay_m[satellite]
-    # Satellites' delays are as they broadcast them; where codes differ beside, an error model has it.
-    own_m = beyond_first_m(at.signal, *delays_m)
-    sv_clock_m = sky.clock_truth_m[satellite] - sv_drift_mps * flight_s + own_m
+    sv_clock_m = sky.clock_truth_m[satellite] - sv_drift_mps * flight_s
+    clock_m = sky.clock_m[satellite] - sky.clock_drift_mps[satellite] * flight_s
+    if env.carriers.ranks > 1:
+        # Satellites' delays are as they broadcast them; where codes differ beside, an error model has it.
+        delays_m = sky.broadcast.group_delay_m[satellite], sky.broadcast.band_delay_m[satellite]
+        own_m = beyond_first_m(at.signal, *delays_m)
+        sv_clock_m, clock_m = sv_clock_m + own_m, clock_m + own_m
     exact_m = at.path.length_m + LIGHT_MPS * epochs.clock[epoch, 0, domain] - sv_clock_m
     # The satellite's clock runs at the transmission instant, which moves at 1 - rate / c.
     exact_mps = (
@@ -90,7 +93,7 @@ def signals(env: Environment, block: Block, epoch: I64, antenna: I64, column: I6
         preamble=None if slips is None else _preamble(env, at),
         pos_ecef_m=pos,
         vel_ecef_mps=vel,
-        clock_m=sky.clock_m[satellite] - sky.clock_drift_mps[satellite] * flight_s + own_m,
+        clock_m=clock_m,
         clock_drift_mps=sky.clock_drift_mps[satellite],
     )
 

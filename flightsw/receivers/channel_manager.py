@@ -136,7 +136,7 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
     """After comparing acknowledgements with what is measured, and boot counts with those before."""
     channels = manager.channels
     rows, inside = channels.rows(m.receiver, m.channel)
-    wrong = inside & channels.contradicts(rows, track_of(m.sat, m.signal))
+    wrong = inside & channels.contradicts(rows, channels.measured(m.sat, m.signal))
     same_boots = _same(boots, manager.boots)
     if same_boots and not wrong.any():
         return manager
@@ -151,7 +151,7 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
 
 def _same(a: I64, b: I64) -> bool:
     """Whether arrays of one shape are equal."""
-    return a.tobytes() == b.tobytes()
+    return a is b or a.tobytes() == b.tobytes()
 
 
 def usable(manager: ChannelManager, m: Measurements) -> Bool:
@@ -161,7 +161,7 @@ def usable(manager: ChannelManager, m: Measurements) -> Bool:
     rows, inside = manager.channels.rows(m.receiver, m.channel)
     if not manager.commanded:
         return inside
-    return inside & manager.channels.usable(rows, track_of(m.sat, m.signal))
+    return inside & manager.channels.usable(rows, manager.channels.measured(m.sat, m.signal))
 
 
 def planned(

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, Bool, Index
+from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.flightsw.measurement.signals import track_of
 
 IDLE, AUTO, UNKNOWN = -1, -2, -3
@@ -32,6 +33,7 @@ class ChannelTable:
     sent_epoch   of the last command
     not_before   epoch before which it is not commanded
     commanded    whether any channel of the table acknowledged a command
+    paired       whether any is to track a second signal, or does; else tracks are satellites
     """
 
     width: int
@@ -43,6 +45,7 @@ class ChannelTable:
     sent_epoch: I64
     not_before: I64
     commanded: bool
+    paired: bool
 
     @property
     def antenna(self) -> I64:
@@ -80,6 +83,10 @@ class ChannelTable:
         """With other channels held."""
         return replace(self, held=held, commanded=bool(held.max() >= IDLE))
 
+    def measured(self, sat: I64, signal: I64) -> I64:
+        """(n,) tracks of satellites by signals (n,), as far as channels are told apart by signals."""
+        return track_of(sat, signal) if self.paired else sat
+
     def contradicts(self, rows: I64, track: I64) -> Bool:
         """(n,) whether a channel measures something else than it acknowledged and shall track."""
         held = self.held[rows]
@@ -101,6 +108,7 @@ class ChannelTable:
             self._holding(np.where(overtaken, UNKNOWN, self.held)),
             target=target,
             transaction=np.where(overtaken, NO_TRANSACTION, self.transaction),
+            paired=bool(max(target.max(), self.held.max(), self.asked.max()) >= SATELLITES),
         )
 
     def due(self, epoch: int, resend_epochs: int) -> tuple[Index, Bool]:
@@ -138,7 +146,7 @@ def searching(channels: I64) -> ChannelTable:
     exists = (np.arange(width) < channels[:, None]).ravel()
     auto, never = np.full(len(exists), AUTO, np.int64), np.full(len(exists), NEVER, np.int64)
     none = np.full(len(exists), NO_TRANSACTION, np.int64)
-    return ChannelTable(width, exists, auto, auto, auto, none, never, never, commanded=False)
+    return ChannelTable(width, exists, auto, auto, auto, none, never, never, False, False)
 
 
 def assigned(table: ChannelTable, permitted: I64, second: I64, measured: I64) -> I64:

@@ -21,6 +21,7 @@ ACROSS = {
     "emulator/constellation/broadcast/test_user_algorithms.py": "gps, glonass and ephemerides",
     "emulator/error_models/test_thermal_noise.py": "noise of codes, rates and phases",
     "emulator/receivers/recorded/test_group_delays.py": "receiver and signals",
+    "emulator/receivers/emulated/test_second_carriers.py": "what receivers of two carriers measure and obey",
     "emulator/sensors/test_made_up.py": "what a sensor of somebody else's takes",
     "emulator/signal/ionosphere/test_relative.py": "all ionosphere models beside each other",
     "emulator/test_process.py": "the emulator as a process",

@@ -188,17 +188,25 @@ def test_a_command_sets_a_channel_on_one_signal_and_says_where_there_is_none():
 
 
 def test_an_ephemeris_collected_by_one_signal_serves_the_other():
-    """Commanded on its second signal at once, the channel measures as soon as the first one's data are in."""
-    the_world = world(receivers={"ephemeris_s": 5.0})
-    block = last(the_world, 8)
-    two = next(sat for (r, sat) in pairs(block) if r == 1)
-    signal = VALUE[SECOND[two[0]]]
-    orders = emulated.orders({
-        7: [command(2, c, RELEASE) for c in range(12)], 8: [command(2, 0, TRACK, two, signal=signal)],
-    })  # fmt: skip
-    _, blocks, _ = emulated.run(the_world, 9, orders)
-    assert (1, two, VALUE[FIRST[two[0]]]) in measured(blocks[7]), "the first receiver has its ephemeris"
-    assert [key for key in measured(blocks[8]) if key[0] == 2] == [(2, two, signal)]
+    """The first receiver has first signals alone, the second is silent until it is set on second ones: these
+    measure at once."""
+    others = ((), VEHICLE.other_signals[1], (), ())
+    the_world = world(flown=replace(VEHICLE, other_signals=others), receivers={"ephemeris_s": 5.0})
+    silent = {0: [command(r, c, RELEASE) for r in (2, 3, 4) for c in range(12)]}
+    known = {sat for r, sat, _ in measured(emulated.run(the_world, 8, emulated.orders(silent))[1][-1])}
+    scene = emulated.epoch_at(the_world, 8)
+    n = len(scene.sky.index)
+    index = [satellites.name(i) for i in scene.sky.index]
+    both = [sat for sat in sorted(known) if scene.signal[1, n + index.index(sat)]]
+    assert len(both) > 3
+    signals = [VALUE[SECOND[sat[0]]] for sat in both]
+    wanted = [
+        command(2, c, TRACK, sat, signal=signal)
+        for c, (sat, signal) in enumerate(zip(both, signals, strict=True))
+    ]
+    _, blocks, _ = emulated.run(the_world, 9, emulated.orders({**silent, 8: wanted}))
+    measures = {(sat, signal) for r, sat, signal in measured(blocks[8]) if r == 2}
+    assert measures == set(zip(both, signals, strict=True))
 
 
 def test_a_vehicle_with_a_signal_that_nobody_sends_is_refused_by_name():
