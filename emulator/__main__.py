@@ -129,17 +129,18 @@ def _world(arguments: argparse.Namespace, session: int, pace: float | None):
     from gnss_hil.dbc.common import vehicle
     from gnss_hil.emulator.assemble import build_world
     from gnss_hil.emulator.config import scenario as scenarios
-    from gnss_hil.emulator.config.named_files import anchor
+    from gnss_hil.emulator.config.named_files import anchor, refuse_missing
 
     try:
         path = scenarios.find(arguments.scenario)
         document = scenarios.read(path)
-        anchor(document, path.parent)
+        missing = anchor(document, path.parent)
         if arguments.duration is not None:
             document.setdefault("time", {})["duration_s"] = arguments.duration
         if arguments.seed is not None:
             document["seed"] = arguments.seed
         scenario = scenarios.parse(document, str(path))
+        refuse_missing(document, missing)
         vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
         period_s = None if pace is None else scenario.time.epoch_interval_s / pace
         return scenario, build_world(scenario, vehicles, session, period_s=period_s)

@@ -74,6 +74,7 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     frequencies = _frequencies(file, shared.sky, marks_ns, signals)
     played = tracks(file, signals, epoch_of, int(vehicle.channels[0]), frequencies)
     _tell_left_out(played, craft.name, shared.tell)
+    _tell_unknown(file.sat[epoch_of[file.epoch] >= 0], signals, shared.sky, craft.name, shared.tell)
     contract = codec.codec(vehicle.antennas)
     return RecordedCraft(
         name=craft.name,
@@ -104,6 +105,16 @@ def _tell_left_out(played: Tracks, name: str, tell: Tell) -> None:
         tell(
             f"{name}: {played.doubtful} of {len(played)} signal strengths are left out: no receiver measures "
             f"more than {LOUDEST_DBHZ:g} dBHz"
+        )
+
+
+def _tell_unknown(sat: I64, signals: Sequence[Signal], sky: Sky, name: str, tell: Tell) -> None:
+    """Tell of satellites of the signals' systems that were observed (p,) and of which nothing is known."""
+    of_system = np.isin(satellites.system_of(sat), [signal.system for signal in signals])
+    unknown = np.setdiff1d(sat[of_system], sky.index)
+    if len(unknown):
+        tell(
+            f"{name}: {satellites.listed(unknown)} were observed, and are left out: the sky's files lack them"
         )
 
 

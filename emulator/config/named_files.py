@@ -6,11 +6,12 @@ The folder of real data is the environment variable GNSS_HIL_DATA; the project s
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.common import systems
+from gnss_hil.emulator.config.tables import ScenarioError
 
 DATA = "GNSS_HIL_DATA"
 
@@ -38,15 +39,16 @@ MAY_SHIP = {"pattern", "antennas", "structure"}
 _NO_FILES = ("nominal", "none")
 
 
-def anchor(document: dict[str, Any], folder: Path) -> None:
+def anchor(document: dict[str, Any], folder: Path) -> dict[str, str]:
     """Make the names of files in a scenario's document absolute, in place.
 
     A name is looked for in `folder`, then in the folder of real data. One that is in neither may be
-    that of something that ships; else it is left where it would be in `folder`, and reading it
-    fails there.
+    that of something that ships; else it is left where it would be in `folder`. Those are returned with
+    what to say of them (`refuse_missing`): a command line may name others instead.
     """
     data = os.environ.get(DATA)
     folders = [folder, *([Path(data)] if data else [])]
+    missing: dict[str, str] = {}
 
     def absolute(name: Any, may_ship: bool) -> Any:
         if isinstance(name, list):
@@ -58,12 +60,48 @@ def anchor(document: dict[str, Any], folder: Path) -> None:
         found = next((place / name for place in folders if (place / name).is_file()), None)
         if found is None and may_ship:
             return name
-        return str((found or folder / name).resolve())
+        path = (found or folder / name).resolve()
+        if not path.exists():
+            missing[str(path)] = _not_found(name, path, data)
+        return str(path)
 
     for keys in PLACES:
         for owner in _owners(document, keys[:-1]):
             if keys[-1] in owner:
                 owner[keys[-1]] = absolute(owner[keys[-1]], keys[-1] in MAY_SHIP)
+    return missing
+
+
+def refuse_missing(document: dict[str, Any], missing: Mapping[str, str]) -> None:
+    """ScenarioError, a line each, if a document still names files that `anchor` did not find."""
+    lines = [
+        f"{'.'.join(keys)}: {missing[name]}"
+        for keys in PLACES
+        for owner in _owners(document, keys[:-1])
+        for name in _names(owner.get(keys[-1]))
+        if name in missing
+    ]
+    if lines:
+        raise ScenarioError("\n".join(dict.fromkeys(lines)))
+
+
+def _names(value: Any) -> Iterator[str]:
+    """The names in a value: itself, or those in a list or table."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, list | dict):
+        for item in value.values() if isinstance(value, dict) else value:
+            yield from _names(item)
+
+
+def _not_found(name: str, path: Path, data: str | None) -> str:
+    """What to say of a file that is nowhere; a relative name may be one of the folder of real data."""
+    said = f"{path}: No such file or directory"
+    if Path(name).is_absolute():
+        return said
+    if data:
+        return f"{said}, nor {name} in {DATA} ({data})"
+    return f"{said}; {DATA}, the folder of real data where {name} may be, is not set"
 
 
 def leaves(document: Any) -> Iterator[tuple[Any, Any]]:

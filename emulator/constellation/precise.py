@@ -6,7 +6,7 @@ while they are; clocks by a line between two. Nothing is interpolated across a g
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -85,13 +85,8 @@ class PreciseOrbits:
                     the last instant. Where they are not, numbers are finite and without meaning.
         Source of the relativity: IS-GPS-200, 20.3.3.3.3.1
         """
-        before = np.clip((middles_ns - self.start_ns) // self.step_ns, 0, len(self.pos_ecef_m) - 2)
-        first, last = arcs(np.asarray(np.isfinite(self.pos_ecef_m).all(axis=2)))
-        first, last = first[before], last[before + 1]
-        window = np.clip(before[:, None] - (POINTS // 2 - 1), first, np.maximum(last - POINTS + 1, first))
-        held = (first <= before[:, None]) & (last > before[:, None]) & (last - first >= POINTS - 1)
-        window = np.where(held, window, 0)
-        pos_m, vel_mps = self._interpolated(middles_ns, nodes_s, window, held)
+        before, held, first, last = self._held(middles_ns)
+        pos_m, vel_mps = self._interpolated(middles_ns, nodes_s, before, held, first, last, POINTS)
         clock_s = self._clocks(middles_ns, nodes_s, before)
         (first_ns, last_ns), half_ns = self.span_ns, round(nodes_s[-1] * gpstime.NS_PER_S)
         inside = (middles_ns + half_ns >= first_ns) & (middles_ns - half_ns <= last_ns)
@@ -103,18 +98,39 @@ class PreciseOrbits:
         turn_rad = (ROTATION_RPS * nodes_s)[:, None]
         return eci_to_ecef(pos_m, turn_rad), clocks_m, available
 
-    def _interpolated(self, middles_ns, nodes_s, window, held) -> tuple[F64, F64]:
+    def doubt_m(self, middles_ns: I64) -> F64:
+        """(s, n) about how far positions at GPS times (s,) may be off at most, by what two instants less make
+        of them [m]; nan where there are none."""
+        before, held, first, last = self._held(middles_ns)
+        whole, fewer = (
+            self._interpolated(middles_ns, np.zeros(1), before, held, first, last, points)[0][:, 0]
+            for points in (POINTS, POINTS - 2)
+        )
+        return np.where(held, np.linalg.norm(whole - fewer, axis=2), np.nan)
+
+    def _held(self, middles_ns: I64) -> tuple[I64, Bool, I64, I64]:
+        """Row (s,) of the instant before, whether a satellite's arc around it is long enough (s, n), and the
+        arc's first and last row (s, n)."""
+        before = np.clip((middles_ns - self.start_ns) // self.step_ns, 0, len(self.pos_ecef_m) - 2)
+        first, last = arcs(np.asarray(np.isfinite(self.pos_ecef_m).all(axis=2)))
+        first, last = first[before], last[before + 1]
+        held = (first <= before[:, None]) & (last > before[:, None]) & (last - first >= POINTS - 1)
+        return before, held, first, last
+
+    def _interpolated(self, middles_ns, nodes_s, before, held, first, last, points: int) -> tuple[F64, F64]:
         """Positions and velocities (s, k, n, 3) in the axes that ECEF has in the middle of each segment."""
-        rows = window[..., None] + np.arange(POINTS)
+        window = np.clip(before[:, None] - (points // 2 - 1), first, np.maximum(last - points + 1, first))
+        window = np.where(held, window, 0)
+        rows = window[..., None] + np.arange(points)
         given_m = self.pos_ecef_m[
             np.minimum(rows, len(self.pos_ecef_m) - 1), np.arange(len(self.index))[:, None]
         ]
         given_m = np.where(held[..., None, None], given_m, _ANYWHERE_M)
         given_s = (self.start_ns + rows * self.step_ns - middles_ns[:, None, None]) / gpstime.NS_PER_S
         still_m = eci_to_ecef(given_m, -ROTATION_RPS * given_s)
-        half_s = (POINTS - 1) * self.step_ns / gpstime.NS_PER_S / 2
+        half_s = (points - 1) * self.step_ns / gpstime.NS_PER_S / 2
         x = (nodes_s[:, None] - given_s[:, None, :, 0]) / half_s - 1
-        value, slope = weights(np.where(held[:, None], x, 0.0), POINTS)
+        value, slope = weights(np.where(held[:, None], x, 0.0), points)
         return (
             np.einsum("sknp,snpj->sknj", value, still_m),
             np.einsum("sknp,snpj->sknj", slope / half_s, still_m),
@@ -168,3 +184,78 @@ def from_sp3(product: Sp3, offset_m: F64 | None = None) -> PreciseOrbits:
     pos[row], clock[row] = product.pos_ecef_m[:, column], product.clock_s[:, column]
     offset = np.zeros((len(index), 3)) if offset_m is None else offset_m[index]
     return PreciseOrbits(index, int(product.t_ns[0]), step_ns, pos, clock, offset)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LayeredOrbits:
+    """Satellites of products of several intervals: where the finest has one, it counts.
+
+    index   (n,) satellite index, ascending
+    layers  each on a grid of its own, by step; instants of a finer one are in the coarser ones too, as far as
+            they are on their grids
+    """
+
+    index: I64
+    layers: tuple[PreciseOrbits, ...]
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """First and last instant of any grid, GPS time [ns]."""
+        first, last = zip(*(layer.span_ns for layer in self.layers), strict=True)
+        return min(first), max(last)
+
+    def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Bool]:
+        """See `PreciseOrbits.sample`."""
+        shape = len(middles_ns), len(nodes_s), len(self.index)
+        pos_m = np.broadcast_to(_ANYWHERE_M, (*shape, 3)).copy()
+        clocks_m, available = np.zeros(shape), np.zeros((shape[0], shape[2]), bool)
+        for layer in self.layers:
+            column = np.searchsorted(self.index, layer.index)
+            pos, clock, there = layer.sample(middles_ns, nodes_s)
+            fresh = there & ~available[:, column]
+            pos_m[:, :, column] = np.where(fresh[:, None, :, None], pos, pos_m[:, :, column])
+            clocks_m[:, :, column] = np.where(fresh[:, None], clock, clocks_m[:, :, column])
+            available[:, column] |= there
+        return pos_m, clocks_m, available
+
+    def doubt_m(self, middles_ns: I64) -> F64:
+        """See `PreciseOrbits.doubt_m`."""
+        doubt_m = np.full((len(middles_ns), len(self.index)), np.nan)
+        for layer in self.layers:
+            column = np.searchsorted(self.index, layer.index)
+            doubt_m[:, column] = np.where(
+                np.isnan(doubt_m[:, column]), layer.doubt_m(middles_ns), doubt_m[:, column]
+            )
+        return doubt_m
+
+
+def steps_ns(product: Sp3) -> list[int]:
+    """Intervals, ascending, at which satellites have positions often enough for a polynomial [ns].
+
+    Agencies differ in the interval, and so do the systems of one agency: a joined product has several.
+    """
+    there = np.asarray(np.isfinite(product.pos_ecef_m).all(axis=2))
+    found: set[int] = set()
+    for column in there.T:
+        steps, counts = np.unique(np.diff(product.t_ns[column]), return_counts=True)
+        found |= set(steps[counts >= POINTS - 1].tolist())
+    return sorted(found)
+
+
+def layered(product: Sp3, offset_m: F64 | None = None) -> PreciseOrbits | LayeredOrbits:
+    """The navigation satellites of a product whose satellites may have several intervals; see `from_sp3`."""
+    steps = steps_ns(product)
+    if len(steps) < 2:
+        return from_sp3(product, offset_m)
+    layers = tuple(from_sp3(_on_grid(product, step_ns), offset_m) for step_ns in steps)
+    return LayeredOrbits(np.unique(np.concatenate([layer.index for layer in layers])), layers)
+
+
+def _on_grid(product: Sp3, step_ns: int) -> Sp3:
+    """The instants of a product that are whole steps from those that most often are a step apart."""
+    regular = np.flatnonzero(np.isin(product.t_ns + step_ns, product.t_ns))
+    phases, counts = np.unique(product.t_ns[regular] % step_ns, return_counts=True)
+    rows = np.flatnonzero(product.t_ns % step_ns == phases[np.argmax(counts)])
+    return replace(
+        product, t_ns=product.t_ns[rows], pos_ecef_m=product.pos_ecef_m[rows], clock_s=product.clock_s[rows]
+    )

@@ -17,17 +17,21 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation import phase_centre, precise
 from gnss_hil.emulator.constellation.base import Broadcast
-from gnss_hil.emulator.constellation.precise import PreciseOrbits
+from gnss_hil.emulator.constellation.precise import LayeredOrbits, PreciseOrbits
 from gnss_hil.emulator.files import sp3
+from gnss_hil.emulator.files.sp3 import Sp3
+
+Orbits = PreciseOrbits | LayeredOrbits
 
 
-def read(paths: Sequence[Path], day: date) -> PreciseOrbits:
-    """Orbits of the files, later ones winning, at the antennas of the satellites that flew on that day.
+def read(paths: Sequence[Path], day: date) -> tuple[Sp3, Orbits]:
+    """What the files have, later ones winning, and the orbits of the antennas of the satellites that flew on
+    that day.
 
     FileError or ValueError with one line if they cannot be had.
     """
     product = sp3.joined([sp3.read(path) for path in paths])
-    return precise.from_sp3(product, phase_centre.offsets_m(day))
+    return product, precise.layered(product, phase_centre.offsets_m(day))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +39,7 @@ class PreciseConstellation:
     """One system's satellites of precise orbits; column (n,) of each in them."""
 
     index: I64
-    orbits: PreciseOrbits
+    orbits: Orbits
     column: I64
 
     @property
@@ -56,7 +60,7 @@ class PreciseConstellation:
         return positions, clocks, broadcast
 
 
-def constellation(orbits: PreciseOrbits, system: int) -> PreciseConstellation:
+def constellation(orbits: Orbits, system: int) -> PreciseConstellation:
     """The satellites of one system; none is an empty one."""
     column = np.flatnonzero(satellites.system_of(orbits.index) == system)
     return PreciseConstellation(orbits.index[column], orbits, column)

@@ -14,7 +14,7 @@ Step 1 of RU 2706636 C1: satellites with known orbits transmit at known times.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -22,8 +22,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
+from gnss_hil.emulator.constellation import presence
 from gnss_hil.emulator.constellation.base import Broadcast, Constellation
 from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
@@ -265,15 +267,30 @@ def build_sky(
             parts[system] = nominal(system, time.start_ns)
         elif source != "none":
             names = [source] if isinstance(source, str) else source
-            parts[system] = from_files(system, [resolve_path(name) for name in names], time)
+            parts[system] = from_files(system, [resolve_path(name) for name in names], time, tell)
     truth = None
     if sky.orbits:
-        truth = precise_orbits("sky.orbits", [resolve_path(name) for name in sky.orbits], time)
+        truth = precise_orbits("sky.orbits", [resolve_path(name) for name in sky.orbits], time, tell)
     if not parts:
         names = list(sky.sources())
         every = "both" if len(names) == 2 else "all"
         raise ScenarioError(f"sky: {' and '.join(names)} are {every} 'none'; nothing is left to receive")
+    for system, part in parts.items():
+        if truth is not None or sky.sources()[system] != "nominal":
+            for remark in _missing(part, truth, time):
+                tell(f"sky.{system}: {remark}")
     constellations = list(parts.values())
     index = np.concatenate([part.index for part in constellations])
     offsets_m = [sky.offset_ns(system) * 1e-9 * LIGHT_MPS for system in parts]
     return Sky(constellations, offsets_m, truth, report_errors(index), sky.reports == "orbits")
+
+
+def _missing(part: Constellation, truth: TrueOrbits | None, time: Time) -> Iterator[str]:
+    """What is missing of a system's satellites in a run, a line each."""
+    middles_ns, middle_s = presence.minutes_ns(*time.span_ns), np.zeros(1)
+    there = part.sample(middles_ns, middle_s)[2].available
+    if truth is not None:
+        flies = np.zeros((len(middles_ns), satellites.SATELLITES), bool)
+        flies[:, truth.index] = truth.sample(middles_ns, middle_s)[2]
+        there = there & flies[:, part.index]
+    yield from presence.remarks(part.index, there, middles_ns)

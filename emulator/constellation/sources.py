@@ -10,19 +10,20 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.systems import SYSTEMS
-from gnss_hil.emulator.config.tables import ScenarioError, Time
-from gnss_hil.emulator.constellation import precise_sky
+from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
+from gnss_hil.emulator.constellation import precise_sky, presence
 from gnss_hil.emulator.constellation.base import Constellation, Spanned
-from gnss_hil.emulator.constellation.precise import PreciseOrbits
+from gnss_hil.emulator.constellation.precise_sky import Orbits
 from gnss_hil.emulator.constellation.registry import MAKERS
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.rinex_layouts import LAYOUTS
 from gnss_hil.emulator.files.text import FileError, read_text
 
 
-def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
+def from_files(system: str, paths: Sequence[Path], time: Time, tell: Tell = untold) -> Constellation:
     """The constellation of a system in files that together cover the run: navigation messages, or SP3.
 
+    tell  takes remarks
     Raises ScenarioError with one line: a file's fault, no record of the system, or both spans.
     """
     key = f"sky.{system}"
@@ -30,7 +31,9 @@ def from_files(system: str, paths: Sequence[Path], time: Time) -> Constellation:
         raise ScenarioError(f"{key}: no navigation file is named; 'none' leaves the system out")
     precise = [_is_sp3(path, key) for path in paths]
     if all(precise):
-        return precise_sky.constellation(precise_orbits(key, paths, time), SYSTEMS[system].value)
+        return precise_sky.constellation(
+            precise_orbits(key, paths, time, tell, SYSTEMS[system].value), SYSTEMS[system].value
+        )
     if any(precise):
         raise ScenarioError(f"{key}: {', '.join(map(str, paths))}: navigation messages or SP3, not both")
     constellation = _broadcast(system, paths, key)
@@ -46,16 +49,23 @@ def nominal(system: str, start_ns: int) -> Constellation:
     return row.nominal(start_ns)
 
 
-def precise_orbits(key: str, paths: Sequence[Path], time: Time) -> PreciseOrbits:
-    """Orbits of SP3 files that together cover the run; ScenarioError with one line under `key`."""
+def precise_orbits(
+    key: str, paths: Sequence[Path], time: Time, tell: Tell = untold, system: int | None = None
+) -> Orbits:
+    """Orbits of SP3 files that together cover the run; ScenarioError with one line under `key`.
+
+    system  the one whose oddities are told, None: of all
+    """
     names = ", ".join(map(str, paths))
     try:
-        orbits = precise_sky.read(paths, gpstime.to_calendar(time.start_ns).date())
+        product, orbits = precise_sky.read(paths, gpstime.to_calendar(time.start_ns).date())
     except FileError as error:
         raise ScenarioError(f"{key}: {error}") from None
     except ValueError as error:
         raise ScenarioError(f"{key}: {names}: {error}") from None
     _check_span(orbits.span_ns, time, f"{key}: {names}: orbits")
+    for remark in presence.of_product(product, orbits, *time.span_ns, system):
+        tell(f"{key}: {names}: {remark}")
     return orbits
 
 

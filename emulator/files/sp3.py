@@ -15,15 +15,22 @@ from pathlib import Path
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.files.columns import Lines, decimals
 from gnss_hil.emulator.files.text import FileError, read_text
 
 _FIELD, _DECIMALS = 14, 6
 """Every number is F14.6: kilometres, microseconds."""
 
-_NO_CLOCK_US = 999_999.0
-"""Clocks from here on are absent; files write 999999.999999, some 999999."""
+_ABSENT = 999_999.0
+"""Clocks from here on, of either sign, are absent; files write 999999.999999, some 999999. So are positions
+of such numbers below the next million."""
+
+_EARTH_FIXED = ("IG", "IT", "WG", "PZ", "PE", "SLR", "ET", "UND", "GTR", "CGC")
+"""How names of coordinate systems begin that turn with the Earth: IGS20, IGb14, ITRF, WGS84, PZ-90, ..."""
+
+_INERTIAL = ("ECI", "EME", "J2000", "J20", "GCR", "ICR", "TEM", "TOD", "MOD", "CIR", "INE")
+"""How names begin of those that do not."""
 
 _NUMBERS = ("x", "y", "z", "clock")
 
@@ -53,6 +60,8 @@ class Sp3:
     name        n satellites as SP3 names them: G07, R21; L09 for one in low orbit
     pos_ecef_m  (t, n, 3) in the file's terrestrial frame, an ITRF [m]; nan where absent
     clock_s     (t, n) satellite clock against GPS time, without its periodic relativity [s]; nan where absent
+    frame       coordinate system as written, such as IGS20
+    predicted   (t,) whether some position of an instant is predicted, not measured; None where none is
     """
 
     origin: str
@@ -60,6 +69,8 @@ class Sp3:
     name: tuple[str, ...]
     pos_ecef_m: F64
     clock_s: F64
+    frame: str = ""
+    predicted: Bool | None = None
 
     @property
     def index(self) -> I64:
@@ -90,6 +101,7 @@ def parse(text: str, origin: str) -> Sp3:
     """The satellites in the text of a file; `origin` names it in errors."""
     lines = Lines(text, origin)
     scale = _SCALES[_time_scale(lines)]
+    frame = _frame(lines)
     epoch_lines, t_ns, rows = [], [], []
     for n, line in enumerate(lines.text):
         if line.startswith("*"):
@@ -102,11 +114,11 @@ def parse(text: str, origin: str) -> Sp3:
                 raise FileError(f"{origin}: line {n + 1}: a position comes before the first epoch")
             rows.append((n, len(t_ns) - 1, _satellite(line, n, origin)))
         elif line.startswith("EOF"):
-            return _gathered(lines, t_ns, rows)
+            return _gathered(lines, t_ns, rows, frame)
     raise FileError(f"{origin}: line {len(lines.text)}: file is cut off; its last line is not EOF")
 
 
-def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]]) -> Sp3:
+def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]], frame: str) -> Sp3:
     if not rows:
         raise FileError(f"{lines.origin}: line {len(lines.text)}: the file has no position")
     at, epoch, names = (np.array(column) for column in zip(*rows, strict=True))
@@ -119,9 +131,50 @@ def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]]) -
         raise FileError(f"{lines.origin}: line {line + 1}: the epoch has {lines.text[line][1:4]} already")
     pos_km, clock_us = _numbers(lines, at)
     grid = np.full((len(t_ns), len(name), 4), np.nan)
-    grid[epoch, column, :3] = np.where((pos_km == 0).all(axis=1)[:, None], np.nan, 1e3 * pos_km)
-    grid[epoch, column, 3] = np.where(clock_us >= _NO_CLOCK_US, np.nan, 1e-6 * clock_us)
-    return Sp3(lines.origin, np.array(t_ns), tuple(name.tolist()), grid[..., :3], grid[..., 3])
+    nines = (np.abs(pos_km) >= _ABSENT) & (np.abs(pos_km) < _ABSENT + 1)
+    absent = (pos_km == 0).all(axis=1) | nines.all(axis=1)
+    grid[epoch, column, :3] = np.where(absent[:, None], np.nan, 1e3 * pos_km)
+    grid[epoch, column, 3] = np.where(np.abs(clock_us) >= _ABSENT, np.nan, 1e-6 * clock_us)
+    _check_distances(lines, at, pos_km, absent)
+    predicted = np.zeros(len(t_ns), bool)
+    predicted[epoch[lines.field(at, _PREDICTED, 1)[:, 0] == ord("P")]] = True
+    instants, names = np.array(t_ns), tuple(name.tolist())
+    return Sp3(lines.origin, instants, names, grid[..., :3], grid[..., 3], frame, predicted)
+
+
+_PREDICTED = 79
+"""Column, from 0, of a P where an orbit is predicted. SP3-c, table 1."""
+
+_NEAREST_KM, _FARTHEST_KM = 6_200.0, 100_000.0
+"""From the Earth's centre: satellites of navigation systems are well within."""
+
+
+def _check_distances(lines: Lines, at: I64, pos_km: F64, absent: Bool) -> None:
+    """FileError if a navigation satellite is where none can be: in other units, as a rule."""
+    distance_km = np.linalg.norm(pos_km, axis=1)
+    odd = ~absent & ((distance_km < _NEAREST_KM) | (distance_km > _FARTHEST_KM))
+    for row in np.flatnonzero(odd).tolist():
+        line = int(at[row])
+        if _index(_satellite(lines.text[line], line, lines.origin)) is not None:
+            raise FileError(
+                f"{lines.origin}: line {line + 1}: {lines.text[line][1:4]} is {distance_km[row]:.6g} km from "
+                f"the Earth's centre; allowed is {_NEAREST_KM:g} to {_FARTHEST_KM:g} km: is it in km?"
+            )
+
+
+def _frame(lines: Lines) -> str:
+    """The coordinate system; FileError if it does not turn with the Earth."""
+    written = lines.text[0][46:51].strip()
+    if written.upper().startswith(_INERTIAL):
+        raise FileError(
+            f"{lines.origin}: line 1: coordinate system is '{written}'; one that turns with the Earth is read"
+        )
+    return written
+
+
+def is_earth_fixed(frame: str) -> bool:
+    """Whether the name of a coordinate system is one that is known to turn with the Earth."""
+    return frame == "" or frame.upper().startswith(_EARTH_FIXED)
 
 
 def _numbers(lines: Lines, at: I64) -> tuple[F64, F64]:
@@ -145,6 +198,8 @@ def _time_scale(lines: Lines) -> str:
         raise FileError(f"{lines.origin}: line 1: not an SP3 file (it begins with #a, #c or #d and P or V)")
     for n, line in enumerate(lines.text):
         if line.startswith("%c"):
+            if line[9:12].upper() in _SCALES:
+                return line[9:12].upper()
             if line[9:12] not in _SCALES:
                 known = ", ".join(scale for scale in _SCALES if scale != "ccc")
                 where = f"{lines.origin}: line {n + 1}"
@@ -181,10 +236,14 @@ def joined(products: Sequence[Sp3]) -> Sp3:
     t_ns = np.unique(np.concatenate([product.t_ns for product in products]))
     name = tuple(sorted({name for product in products for name in product.name}))
     pos, clock = np.full((len(t_ns), len(name), 3), np.nan), np.full((len(t_ns), len(name)), np.nan)
+    predicted = np.zeros(len(t_ns), bool)
     for product in products:
         columns = np.array([name.index(one) for one in product.name], np.int64)
         at = np.ix_(np.searchsorted(t_ns, product.t_ns), columns)
         there = np.asarray(np.isfinite(product.pos_ecef_m).all(axis=2))
         pos[at] = np.where(there[..., None], product.pos_ecef_m, pos[at])
         clock[at] = np.where(there, product.clock_s, clock[at])
-    return Sp3(", ".join(product.origin for product in products), t_ns, name, pos, clock)
+        if product.predicted is not None:
+            predicted[at[0].ravel()] = product.predicted
+    frames = ", ".join(dict.fromkeys(filter(None, (product.frame for product in products))))
+    return Sp3(", ".join(product.origin for product in products), t_ns, name, pos, clock, frames, predicted)

@@ -189,8 +189,8 @@ def _judge(part: States, arc: Trajectory, used_ns: Span, origin: str, tell: Tell
         step_s = (part.t_ns[row] - part.t_ns[row - 1]) / gpstime.NS_PER_S
         when = gpstime.iso(int(instants[worst]))
         said = (
-            f"{origin}: at {when} GPS states are {step_s:g} s apart, too coarse a step: in between, the "
-            f"place is uncertain by some {_length(doubt_m[worst])}"
+            f"{origin}: at {when} GPS states are {step_s:g} s apart, too coarse a step or not of one orbit: "
+            f"the place is uncertain by some {_length(doubt_m[worst])}"
         )
         if doubt_m[worst] > _HOPELESS * np.linalg.norm(part.pos_ecef_m[row]):
             raise TrajectoryError(said)
@@ -228,7 +228,9 @@ def _judge_fall(arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None
     first_ns, last_ns = arc.span_ns
     half_ns = min(_ARC_NS, (last_ns - first_ns) // 2)
     middles_ns = np.clip(np.linspace(*used_ns, 9).astype(np.int64), first_ns + half_ns, last_ns - half_ns)
-    share = max(_unexplained(arc, int(t_ns), half_ns) for t_ns in np.unique(middles_ns))
+    since_ns = np.rint(np.linspace(-half_ns, half_ns, 9)).astype(np.int64)
+    half_s = half_ns / gpstime.NS_PER_S
+    share = max(unexplained(arc.over(t_ns + since_ns).pos_ecef_m, half_s) for t_ns in np.unique(middles_ns))
     if share > _STRANGE:
         tell(
             f"{origin}: the craft's motion differs from a free fall about the Earth by up to {share:.0%} of "
@@ -236,14 +238,15 @@ def _judge_fall(arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None
         )
 
 
-def _unexplained(arc: Trajectory, t_ns: int, half_ns: int) -> float:
-    """How far a second difference of positions, over half_ns either side of t_ns, is off the pull of a ball
-    averaged in the same way, as a share of the pull; 0 where others pull too."""
-    half_s = half_ns / gpstime.NS_PER_S
+def unexplained(pos_ecef_m: F64, half_s: float) -> float:
+    """How far a fall is off the Earth's pull, as a share of the pull; 0 where others pull too.
+
+    pos_ecef_m  (9, 3) evenly from half_s before an instant to half_s after it, in ECEF of each [m]
+    The second difference of the outer and the middle place is held against the pull of a ball, averaged in
+    the same way.
+    """
     since = np.linspace(-1, 1, 9)
-    t = t_ns + np.rint(since * half_ns).astype(np.int64)
-    turned_rad = -ROTATION_RPS * (t - t_ns) / gpstime.NS_PER_S
-    pos_m = eci_to_ecef(arc.over(t).pos_ecef_m, turned_rad)
+    pos_m = eci_to_ecef(pos_ecef_m, -ROTATION_RPS * half_s * since)
     distance_m = np.linalg.norm(pos_m, axis=1)
     if distance_m.max() > _FREE_BELOW_M:
         return 0.0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gnss_hil.emulator.config import named_files
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.error_models.base import Epochs
 from tests.support import emulated
@@ -106,3 +107,31 @@ def test_old_elements_are_told(tmp_path, day, days):
         f"craft.soyuz.trajectory: {file}: elements of epoch 2012-02-04T00:00:15, {days} days from the run"
     )
     assert [line[: len(expected)] for line in world.remarks] == ([expected] if days else [])
+
+
+@pytest.mark.parametrize("data", [None, "elsewhere"])
+def test_a_file_that_is_nowhere_is_told_with_where_it_may_be(tmp_path, monkeypatch, data):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "there.n").touch()
+    monkeypatch.delenv(named_files.DATA, raising=False)
+    if data:
+        monkeypatch.setenv(named_files.DATA, str(tmp_path / data))
+    document = {
+        "time": {"orientation": "/nowhere/finals"},
+        "sky": {"gps": ["there.n", "no/brdc.n"], "glonass": "nominal"},
+        "craft": [{"trajectory": {"oem": "no.oem"}, "structure": "iss"}],
+    }
+    missing = named_files.anchor(document, tmp_path)
+    with pytest.raises(ScenarioError) as refusal:
+        named_files.refuse_missing(document, missing)
+    behind = "; GNSS_HIL_DATA, the folder of real data where {} may be, is not set"
+    if data:
+        behind = f", nor {{}} in GNSS_HIL_DATA ({tmp_path / 'elsewhere'})"
+    named = (("sky.gps", "there.n"), ("sky.gps", "no/brdc.n"), ("craft.trajectory.oem", "no.oem"))
+    lines = [
+        f"{key}: {tmp_path / name}: No such file or directory{behind.format(name)}" for key, name in named
+    ]
+    expected = ["time.orientation: /nowhere/finals: No such file or directory", *lines[bool(data) :]]
+    assert str(refusal.value).splitlines() == expected
+    document["sky"]["gps"], document["time"], document["craft"] = "nominal", {}, []
+    named_files.refuse_missing(document, missing)

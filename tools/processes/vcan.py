@@ -41,6 +41,9 @@ _PACKAGES = {
 
 _BUFFER_BYTES = 16 << 20
 
+_TEMPORARY = ("TMPDIR", "TMP", "TEMP")
+"""Variables by which the kernel chooses where its memory lies."""
+
 _INIT = """\
 #!/bin/sh
 PATH={path}:/usr/bin:/bin; export PATH
@@ -162,7 +165,26 @@ def _lacking() -> str:
         return f"needs the Debian packages {' '.join(missing)} (apt install {' '.join(missing)})"
     if not _modules().is_dir():
         return f"no modules for this user-mode-linux in {_MODULE_ROOT} (reinstall the package)"
+    if memory_folder() is None:
+        return f"needs a writable folder that is not mounted noexec, for memory: {_MEMORY[0]} or TMPDIR"
     return ""
+
+
+_MEMORY = ("/dev/shm", "/tmp", "/var/tmp")
+"""Where the kernel's memory may lie, best first: on a tmpfs it costs no disk."""
+
+
+def memory_folder() -> str | None:
+    """A folder for the kernel's memory, which it maps as a program: in containers /dev/shm may be noexec."""
+    places = (_MEMORY[0], tempfile.gettempdir(), *_MEMORY[1:])
+    return next((name for name in places if _holds_programs(name)), None)
+
+
+def _holds_programs(name: str) -> bool:
+    try:
+        return os.access(name, os.W_OK | os.X_OK) and not os.statvfs(name).f_flag & os.ST_NOEXEC
+    except OSError:
+        return False
 
 
 def _which(program: str) -> str | None:
@@ -205,8 +227,8 @@ def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
         ],
         stdin=None if terminal else subprocess.DEVNULL,
         process_group=0,
-        # The kernel's memory belongs on a tmpfs, which it finds by itself unless TMPDIR names another folder.
-        env={key: value for key, value in os.environ.items() if key != "TMPDIR"},
+        env={key: value for key, value in os.environ.items() if key not in _TEMPORARY}
+        | {"TMPDIR": memory_folder() or _MEMORY[0]},
     )  # fmt: skip
     # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times more.
     allowed = sorted(os.sched_getaffinity(0))

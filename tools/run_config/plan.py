@@ -12,7 +12,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.lockstep.messages import session_of
 from gnss_hil.emulator.assemble import build_world
 from gnss_hil.emulator.config import scenario as scenarios
-from gnss_hil.emulator.config.named_files import anchor
+from gnss_hil.emulator.config.named_files import anchor, refuse_missing
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.emulator.step import World
 from gnss_hil.flightsw.app.config import FlightConfig, configure
@@ -56,8 +56,10 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
     """The plan of a scenario, shipped or a file; Mistake, ScenarioError or VehicleError say what is wrong."""
     path = scenarios.find(name)
     document = scenarios.read(path)
-    anchor(document, path.parent)
-    scenario = scenarios.parse(overridden(document, overrides), str(path))
+    missing = anchor(document, path.parent)
+    changed = overridden(document, overrides)
+    scenario = scenarios.parse(changed, str(path))
+    refuse_missing(changed, missing)
     if overrides.vehicle and len(scenario.craft) > 1:
         raise Mistake(
             f"--vehicle: {path} has {len(scenario.craft)} craft; name their vehicles in the scenario"

@@ -7,6 +7,7 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.emulator.constellation import precise
+from gnss_hil.emulator.files import sp3
 from gnss_hil.emulator.files.sp3 import Sp3
 
 MU, C, EARTH_RPS = 3.986004418e14, 299_792_458.0, 7.2921151467e-5
@@ -162,3 +163,79 @@ def test_too_few_instants_are_refused_in_words(instants):
         ValueError, match=f"x: {instants} instants of 2 satellites; needed are {precise.POINTS}"
     ):
         precise.from_sp3(product(instants))
+
+
+def thinned(made, step_s, names=None, until_s=None, after_s=None):
+    """A product with some satellites' instants every step_s alone, up to one or from one."""
+    t_s = (made.t_ns - START_NS) / 1e9
+    rows = (t_s % step_s == 0) & (t_s <= (until_s or np.inf)) & (t_s >= (after_s or 0))
+    columns = [k for k, name in enumerate(made.name) if names is None or name in names]
+    return Sp3(
+        "y", made.t_ns[rows], tuple(made.name[k] for k in columns), made.pos_ecef_m[rows][:, columns],
+        made.clock_s[rows][:, columns],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("join_s", [43_200, 45_000])
+def test_days_of_two_intervals_lose_no_satellite(join_s):
+    """Every half an hour first, then every 15 minutes; also where the two do not meet on the coarser grid."""
+    made = product()
+    both = sp3.joined([thinned(made, 1800, until_s=join_s - 1), thinned(made, 900, after_s=join_s)])
+    assert precise.steps_ns(both) == [900 * 10**9, 1800 * 10**9]
+    orbits = precise.layered(both)
+    t_s = np.linspace(100, 86_300, 400)
+    t_s = t_s[(t_s < join_s - 1800) | (t_s > join_s)]
+    pos, clock, there = orbits.sample(middles(*t_s), np.zeros(1))
+    assert there.all()
+    for column in range(2):
+        true, r_dot_v = kepler(t_s, 0.7 * column)
+        inside = (t_s > 8000) & (t_s < 80_000)
+        assert np.linalg.norm(pos[:, 0, column] - true, axis=1)[inside].max() < 0.5
+        clock_m = C * (1e-4 + 1e-11 * t_s) - 2 * r_dot_v / C
+        assert clock[:, 0, column][inside] == pytest.approx(clock_m[inside], abs=1e-3)
+    assert orbits.span_ns == (START_NS, START_NS + 86_400 * gpstime.NS_PER_S)
+
+
+def test_between_the_last_coarse_and_the_first_fine_instant_the_coarser_grid_goes_on():
+    made = product()
+    both = sp3.joined([thinned(made, 1800, until_s=41_400), thinned(made, 900, after_s=43_200)])
+    t_s = np.linspace(41_400, 43_200, 31)
+    pos, _, there = precise.layered(both).sample(middles(*t_s), np.zeros(1))
+    assert there.all()
+    assert np.linalg.norm(pos[:, 0, 0] - kepler(t_s)[0], axis=1).max() < 0.5
+
+
+def test_systems_of_two_intervals_in_one_product():
+    made = product()
+    both = sp3.joined([thinned(made, 900, ("G05",)), thinned(made, 1800, ("R11",))])
+    pos, _, there = precise.layered(both).sample(middles(40_100, 40_900, 41_700), np.zeros(1))
+    assert there.all()
+    for column in range(2):
+        true, _ = kepler(np.array((40_100.0, 40_900.0, 41_700.0)), 0.7 * column)
+        assert np.linalg.norm(pos[:, 0, column] - true, axis=1).max() < 0.5
+
+
+def test_one_interval_makes_no_layers():
+    assert isinstance(precise.layered(product()), precise.PreciseOrbits)
+    whole, part = product(), product()
+    part.pos_ecef_m[40, 0] = np.nan
+    for made in (whole, part):
+        found, alone = (
+            make(made).sample(middles(36_500), np.zeros(1)) for make in (precise.layered, precise.from_sp3)
+        )
+        assert np.array_equal(found[0], alone[0])
+
+
+def test_the_doubt_is_more_than_the_error_and_little_inside():
+    for step_s, limit_m in ((900, 0.1), (3600, 500.0)):
+        made = thinned(product(193), step_s)
+        orbits = precise.layered(made)
+        t_s = np.arange(60_000, 90_000, 1234.0)
+        wrong_m = np.linalg.norm(
+            orbits.sample(middles(*t_s), np.zeros(1))[0][:, 0, 0] - kepler(t_s)[0], axis=1
+        )
+        doubt_m = orbits.doubt_m(middles(*t_s))[:, 0]
+        assert wrong_m.max() < doubt_m.max() < limit_m
+    assert np.isnan(gap(40, 0).doubt_m(middles(STEP_S * 39.5))[0]).tolist() == [True, False]
+    both = sp3.joined([thinned(product(), 1800, until_s=43_200), thinned(product(), 900, after_s=43_200)])
+    assert np.isfinite(precise.layered(both).doubt_m(middles(20_000, 60_000))).all()

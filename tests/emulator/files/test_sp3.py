@@ -169,3 +169,53 @@ def test_any_character_anywhere_is_read_or_refused_in_words(place, character):
     except FileError as error:
         assert str(error).startswith("x: line ")
         assert "\n" not in str(error)
+
+
+def test_absent_positions_may_be_nines_and_clocks_of_either_sign():
+    for place in ("      0.000000      0.000000      0.000000", " 999999.999999 999999.999999 999999.999999"):
+        found = sp3.parse(
+            C_FILE.replace("  18438.437027  16866.988191  -5362.099515", f"{place:>42}"[:42]), "x"
+        )
+        assert np.isnan(found.pos_ecef_m[0, 3]).all()
+    found = sp3.parse(C_FILE.replace("   -120.499602", "-999999.999999"), "x")
+    assert np.isnan(found.clock_s[0, 1])
+
+
+@pytest.mark.parametrize("name", ["J2000", "ECI", "GCRF", "EME20", "tod", "ICRF2"])
+def test_coordinates_that_do_not_turn_with_the_earth_are_refused(name):
+    with pytest.raises(FileError, match=f"x: line 1: coordinate system is '{name}'; one that turns"):
+        sp3.parse(C_FILE.replace("IGS05", f"{name:5}"), "x")
+
+
+def test_the_coordinate_system_is_noted_and_known_or_not():
+    assert sp3.parse(C_FILE, "x").frame == "IGS05"
+    for name in ("IGS20", "IGb14", "ITRF2", "ITR97", "WGS84", "PZ-90", "UNDEF", ""):
+        assert sp3.is_earth_fixed(name)
+    assert not sp3.is_earth_fixed("XYZ")
+
+
+def test_other_units_are_refused():
+    metres = C_FILE.replace(
+        "  18438.437027  16866.988191  -5362.099515", "1843843.7027001686698.819100-536209.951500"
+    )
+    with pytest.raises(
+        FileError, match=r"x: line 13: R11 is 2\.55582e\+06 km from the Earth's centre; allowed is 6200"
+    ):
+        sp3.parse(metres, "x")
+
+
+def test_predicted_orbits_are_noted():
+    line = "PR11  18438.437027  16866.988191  -5362.099515 999999.999999"
+    assert not sp3.parse(C_FILE, "x").predicted.any()
+    found = sp3.parse(C_FILE.replace(line, f"{line:79}P"), "x")
+    assert found.predicted.tolist() == [True, False]
+    for flags in (f"{line:75}P", f"{line:78}M"):
+        assert not sp3.parse(C_FILE.replace(line, flags), "x").predicted.any()
+    assert sp3.joined([sp3.parse(C_FILE, "x"), found]).predicted.tolist() == [True, False]
+    assert not sp3.joined([found, sp3.parse(C_FILE, "x")]).predicted.any()
+
+
+def test_a_time_system_in_small_letters_is_read():
+    assert (
+        sp3.parse(C_FILE.replace(" GPS ", " gps "), "x").t_ns.tolist() == sp3.parse(C_FILE, "x").t_ns.tolist()
+    )

@@ -124,8 +124,8 @@ def test_a_hole_in_a_table_is_told_where_a_run_needs_it_only():
     wrong_m = off_m(orbit, np.linspace(7000, 7200, 9))
     assert 100 < wrong_m < 3000
     assert told == [
-        "x.oem: at 2020-01-01T02:00:18 GPS states are 2520 s apart, too coarse a step: in between, the "
-        "place is uncertain by some 3.38 km"
+        "x.oem: at 2020-01-01T02:00:18 GPS states are 2520 s apart, too coarse a step or not of one orbit: "
+        "the place is uncertain by some 3.38 km"
     ]
     kept = (t_s < 3000) | (t_s > 9600)
     given = message((t_s[kept], place[kept], rate[kept]))
