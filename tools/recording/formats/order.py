@@ -49,3 +49,27 @@ def _sorted(pieces: Sequence[Piece]) -> Piece:
     if (np.diff(piece.unix_us) >= 0).all():
         return piece
     return piece.rows(np.argsort(piece.unix_us, kind="stable"))
+
+
+def merged(streams: Iterable[Iterator[Piece]]) -> Iterator[Piece]:
+    """Several streams as one by time, each of them in its own order; of an instant the first stream's first.
+
+    A piece of each is held.
+    """
+    held = [(stream, piece) for stream in streams if (piece := _some(stream)) is not None]
+    while held:
+        until_us = min(piece.unix_us[-1] for _, piece in held)
+        parts, after = [], []
+        for stream, piece in held:
+            n = int(np.searchsorted(piece.unix_us, until_us, "right"))
+            parts.append(piece.rows(slice(0, n)))
+            rest = piece.rows(slice(n, None)) if n < len(piece.unix_us) else _some(stream)
+            if rest is not None:
+                after.append((stream, rest))
+        yield parts[0] if len(parts) == 1 else _sorted(parts)
+        held = after
+
+
+def _some(stream: Iterator[Piece]) -> Piece | None:
+    """The next piece that has a frame, in its time order."""
+    return next((_sorted([piece]) for piece in stream if len(piece.unix_us)), None)

@@ -49,7 +49,7 @@ FORMATS = {
     ".log": Format("candump", ("candump", "read"), ("candump", "CandumpWriter"), named=True),
     ".asc": Format("Vector ASC", ("asc.reader", "read"), ("asc.writer", "AscWriter")),
     ".blf": Format("Vector BLF", ("blf.reader", "read"), ("blf.writer", "BlfWriter")),
-    ".mf4": Format("ASAM MDF 4", ("foreign", "read_mf4"), ("mf4", "Mf4Writer")),
+    ".mf4": Format("ASAM MDF 4", ("mf4.reader", "read"), ("mf4.writer", "Mf4Writer")),
 }
 
 

@@ -16,8 +16,7 @@ import pytest
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, batch, concat
 from gnss_hil.tools.command_line.main import main
-from gnss_hil.tools.common.errors import Missing, Mistake
-from gnss_hil.tools.recording.formats import mf4
+from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.candump import format_lines
 from gnss_hil.tools.recording.formats.convert import convert
 from gnss_hil.tools.recording.formats.order import HOLD_US, LATE, in_time_order
@@ -30,8 +29,6 @@ pytestmark = pytest.mark.verifies(
     "tools/recording/formats/recording.py",
     "tools/recording/formats/asc/writer.py",
     "tools/recording/formats/convert.py",
-    "tools/recording/formats/foreign.py",
-    "tools/recording/formats/mf4.py",
     "tools/recording/formats/order.py",
     "tools/recording/formats/piece.py",
     what="Recordings: ASC, BLF, MF4",
@@ -242,16 +239,6 @@ def test_a_cut_asc_tells_no_frame_of_its_last_line(tmp_path):
     recording = Recording(asc)
     assert sum(len(piece[0]) for piece in recording.pieces()) == 1
     assert "cut short" in recording.found.remarks[0]
-
-
-def test_a_missing_package_is_named(monkeypatch, tmp_path):
-    monkeypatch.setitem(__import__("sys").modules, "asammdf", None)
-    with pytest.raises(Missing, match=r"pip install 'gnss-hil\[mf4\]'"):
-        mf4.require()
-    log = written(tmp_path / "a.log", (ODD_US, "can0", "123#AB"))
-    with pytest.raises(Missing):
-        convert(Recording(log), tmp_path / "a.mf4")
-    assert {p.name for p in tmp_path.iterdir()} == {"a.log"}
 
 
 def test_what_cannot_be_converted_is_told_before_anything_is_written(tmp_path, capsys):

@@ -10,11 +10,12 @@ from gnss_hil.tools.recording.formats.asc.lines import MOST_S
 from gnss_hil.tools.recording.formats.piece import CUT, FD, XL
 
 TIME = re.compile(rb"\s*([+-]?)(\d{1,10})(?:[.,](\d{1,12}))?(?=\s)")
-_NUMBER = {16: re.compile(r"[0-9A-Fa-f]+$"), 10: re.compile(r"\d+$")}
-_NAMED_ID = re.compile(r"\bID = (\d+)(x?)")
+_NUMBER = {16: re.compile(r"[0-9A-Fa-f]{1,9}$"), 10: re.compile(r"[0-9]{1,9}$")}
+_CHANNEL = re.compile(r"[0-9]{1,5}$")
+_NAMED_ID = re.compile(r"\bID = ([0-9]{1,10})(x?)")
 _EDL, _REMOTE = 0x1000, 0x10
 """Bits of the flags of a CANFD event (can-utils, asc2log.c); EDL: the frame is one of CAN FD."""
-_FD_WORDS, _XL_WORDS = re.compile(r"[01] [01] [0-9A-Fa-f] \d{1,2} "), re.compile(r"[0-9A-Fa-f] \d ")
+_FD_WORDS, _XL_WORDS = re.compile(r"[01] [01] [0-9A-Fa-f] [0-9]{1,2} "), re.compile(r"[0-9A-Fa-f] [0-9] ")
 _DIRECTIONS = ("rx", "tx")
 UNNAMED = "with a name instead of an identifier"
 
@@ -81,9 +82,9 @@ def event(text: str, base: int) -> Event:
         found = _fd(words[1:], base)
     elif small.startswith("canxl "):
         found = _xl(words[1:])
-    elif re.match(r"\d+ \S+ (rx|tx|txrq)( |$)", small):
+    elif re.match(r"[0-9]{1,5} \S+ (rx|tx|txrq)( |$)", small):
         found = _classic(words, text, base)
-    elif re.match(r"\d+ errorframe", small):
+    elif re.match(r"[0-9]{1,5} errorframe", small):
         found = Frame(int(words[0]) - 1, ERR_FLAG, 0)
     else:
         found = None
@@ -146,7 +147,7 @@ def _fd(words: list[str], base: int) -> Event | None:
 
     CANoe writes classical frames of an FD channel so too: their flags have no EDL.
     """
-    if len(words) < 3 or not words[0].isdigit():
+    if len(words) < 3 or not _CHANNEL.match(words[0]):
         return None
     channel, sent = int(words[0]) - 1, words[1].lower() == "tx"
     if "errorframe" in (word.lower() for word in words[1:3]):
@@ -175,7 +176,7 @@ def _xl(words: list[str]) -> Event | None:
 
     Formats CBFF and CEFF are classical frames of an XL channel, base and extended; others are FD and XL.
     """
-    if len(words) < 8 or not words[0].isdigit() or words[1].lower() not in _DIRECTIONS:
+    if len(words) < 8 or not _CHANNEL.match(words[0]) or words[1].lower() not in _DIRECTIONS:
         return None
     if words[2].upper() not in ("CBFF", "CEFF"):
         return Omitted(FD if words[2].upper().startswith("F") else XL)

@@ -13,9 +13,10 @@ _MONTHS = {
     "nov": 11, "dec": 12, "dez": 12, "déc": 12,
 }  # fmt: skip
 """In English, German and French: programs write their user's language."""
-_CLOCK = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})(?:[.,:](\d{1,9}))?$")
-_WHOLE_DATES = (re.compile(r"(?P<y>\d{4})[-/](?P<m>\d{1,2})[-/](?P<d>\d{1,2})$"),
-                re.compile(r"(?P<d>\d{1,2})\.(?P<m>\d{1,2})\.(?P<y>\d{4})$"))  # fmt: skip
+_CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{1,2}):([0-9]{1,2})(?:[.,:]([0-9]{1,9}))?$")
+_LOOSE = re.compile(r"[0-9]{1,4}[.,]?$")
+_WHOLE_DATES = (re.compile(r"(?P<y>[0-9]{4})[-/](?P<m>[0-9]{1,2})[-/](?P<d>[0-9]{1,2})$"),
+                re.compile(r"(?P<d>[0-9]{1,2})\.(?P<m>[0-9]{1,2})\.(?P<y>[0-9]{4})$"))  # fmt: skip
 _NS = 1_000_000_000
 
 
@@ -48,7 +49,7 @@ def date_of(text: str) -> Date | None:
             numbers = int(match["y"]), int(match["m"]), int(match["d"])
         elif word.lower() in ("am", "pm", "a.m.", "p.m."):
             half = word[0].lower()
-        elif word.rstrip(".,").isdigit():
+        elif _LOOSE.match(word):
             loose.append(int(word.rstrip(".,")))
         else:
             month_number = month(word) or month_number

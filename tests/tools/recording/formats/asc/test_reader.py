@@ -220,7 +220,8 @@ def test_a_second_block_that_begins_at_zero_has_its_own_date(read):
         ("2017-09-30T15:06:13.191", "2017-09-30T15:06:13.191"),
         ("30.09.2017 15:06:13", "2017-09-30T15:06:13"),
         ("Thu Jan 1 12:00:00.0 AM 1970", "1970-01-01T00:00:00"),
-        ("yesterday", None), ("Wed Oct 32 12:14:44 am 2012", None), ("Wed Oct 31 2012", None),
+        ("yesterday", None), ("Wed Oct 31 12:14:44.000 am 201²", None),
+        ("Wed Oct 32 12:14:44 am 2012", None), ("Wed Oct 31 2012", None),
     ],
 )  # fmt: skip
 def test_dates(text, at):
