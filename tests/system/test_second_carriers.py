@@ -47,6 +47,7 @@ def test_without_noise_pairs_put_the_craft_where_it_is(summary):
     assert summary["velocity_error_mps"]["max"] < 2e-3
     assert summary["satellites_tracked"]["max"] >= 18
     assert summary["measurements"]["max"] == 2 * summary["satellites_tracked"]["max"]
+    assert summary["satellites_paired"] == summary["satellites_tracked"]
 
 
 def test_the_same_sky_by_one_signal_is_metres_off(tmp_path):
@@ -74,6 +75,7 @@ def test_satellites_that_lack_the_second_signal_are_refused_once(summary):
 def test_a_vehicle_of_one_carrier_navigates_by_one(tmp_path):
     found = played(tmp_path / "single", "--vehicle", "soyuz-ms", "--option", "inconsistent=fix")
     assert found["fixes"] > 60 and found["measurements"]["max"] <= 24
+    assert found["satellites_paired"]["max"] == 0
     assert found["position_error_m"]["median"] > 3, "the ionosphere is in"
 
 

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common import signals
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.almanac import AlmanacLog
@@ -16,9 +17,11 @@ from gnss_hil.tools.decoder.channels import Channels, channels_of, used_in_fix
 from gnss_hil.tools.decoder.command_log import CommandLog
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
-from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites
+from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
 from gnss_hil.tools.decoder.navigation import attitudes, fixes
 from gnss_hil.tools.decoder.time_marks import mark_times_ns
+
+_CARRIER_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, 0.0)
 
 
 class Digest:
@@ -74,7 +77,7 @@ class Digest:
     def fixes(self) -> dict[str, NDArray]:
         """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
         measurements, pdop, sigma_x_m .. rho_yz as the flight software reports them; satellites_used,
-        pdop_distinct as computed here."""
+        satellites_paired, pdop_distinct as computed here."""
         return self._fixes.rows
 
     @property
@@ -101,13 +104,16 @@ class Digest:
 
 
 def _distinct(block: Block, channels: Channels, used: Bool, fix: Columns) -> dict[str, NDArray]:
-    """Satellites in the fix of each epoch and their PDOP, (e,) each, by the channels (k,) used in it."""
-    epoch, sat = channels.epoch[used], channels.sat[used]
-    domain = block.grid("TAG", "clock_domain", 0)[epoch, channels.receiver[used]]
+    """Satellites in the fix of each epoch, those of them by two carriers, and their PDOP, (e,) each, by the
+    channels (k,) used in it."""
+    epoch, sat, receiver = channels.epoch[used], channels.sat[used], channels.receiver[used]
+    domain = block.grid("TAG", "clock_domain", 0)[epoch, receiver]
+    carrier_hz = _CARRIER_HZ[channels.values["signal"][used].astype(np.int64)]
     craft_m = np.stack([fix[f"{axis}_m"] for axis in "xyz"], axis=-1)
     los_m = channels.position_m[used] - craft_m[epoch]
     return {
         "satellites_used": distinct_satellites(epoch, sat, block.epochs),
+        "satellites_paired": paired_satellites(epoch, receiver, sat, carrier_hz, block.epochs),
         "pdop_distinct": distinct_pdop(epoch, sat, domain, los_m, block.epochs),
     }
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
+from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 
 _SINGULAR = 1e-9
 """Smallest eigenvalue of the normal equations, satellites of unit weight, below which there is no PDOP."""
@@ -16,6 +17,16 @@ _DOMAINS = _SYSTEMS = 8
 def distinct_satellites(epoch: I64, sat: I64, epochs: int) -> I64:
     """(epochs,) different satellites among measurements (k,) of an epoch each."""
     return np.bincount(np.unique(epoch * SATELLITES + sat) // SATELLITES, minlength=epochs)
+
+
+def paired_satellites(epoch: I64, receiver: I64, sat: I64, carrier_hz: F64, epochs: int) -> I64:
+    """(epochs,) different satellites that some receiver (0-based) has on two carriers, among measurements
+    (k,) of an epoch each; carrier_hz (k,) of frequency number 0."""
+    pair = (epoch * MAX_RECEIVERS + receiver) * SATELLITES + sat
+    of_each = np.unique(np.stack((pair, carrier_hz.astype(np.int64))), axis=1)[0]
+    found, carriers = np.unique(of_each, return_counts=True)
+    two = found[carriers > 1]
+    return distinct_satellites(two // (MAX_RECEIVERS * SATELLITES), two % SATELLITES, epochs)
 
 
 def _rank(epoch: I64, item: I64, shape: tuple[int, int]) -> tuple[I64, I64]:

@@ -53,7 +53,7 @@ class Ran:
 def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
     """Plays what is configured; None if it was interrupted before it began, which leaves nothing."""
     plan = plans.make(config.scenario, config.overrides)
-    for remark in plan.world.remarks:
+    for remark in plan.remarks:
         print(f"{PROGRAM}: {remark}", file=sys.stderr)
     _check_bus(plan, config)
     folder = RunFolder(config.out or default_path(plan.scenario.name))
@@ -218,5 +218,5 @@ def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Out
         mark_late_ms=assemble.milliseconds(outcome.mark_late_s),
         latency_histogram=[list(bar) for bar in outcome.latency_histogram],
         frames_sent=outcome.frames_sent,
-        remarks=list(plan.world.remarks),
+        remarks=list(plan.remarks),
     )

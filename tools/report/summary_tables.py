@@ -21,6 +21,7 @@ _STRETCHES = 10
 _ROWS = (
     ("satellites_visible", "satellites in view"),
     ("satellites_tracked", "satellites in the fix, distinct"),
+    ("satellites_paired", "of them by two carriers"),
     ("measurements", "measurements in the fix"),
     ("pdop", "PDOP"),
     ("pdop_distinct", "PDOP, each satellite once"),

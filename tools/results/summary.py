@@ -114,6 +114,7 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
         "no_fix": outages.reasons(fixes, epochs),
         "satellites_visible": statistics(rows["satellites_visible"] if len(rows) else [], _SPREAD),
         "satellites_tracked": statistics(of_fixes("satellites_used"), _SPREAD),
+        "satellites_paired": statistics(of_fixes("satellites_paired"), _SPREAD),
         "measurements": statistics(of_fixes("measurements"), _SPREAD),
         "pdop": statistics(of_fixes("pdop"), _QUALITY),
         "pdop_distinct": statistics(of_fixes("pdop_distinct"), _QUALITY),

@@ -73,6 +73,7 @@ FIXES: Table = {
     "no_fix": _code("NoFix", "no_fix"),
     "measurements": _whole("measurements"),
     "satellites_used": _whole("satellites_used"),
+    "satellites_paired": _whole("satellites_paired"),
     "pdop_distinct": "pdop_distinct",
     **{f"sigma_{a}_ecef_m": f"sigma_{a}_m" for a in "xyz"},
     **{f"rho_{pair}": f"rho_{pair}" for pair in ("xy", "xz", "yz")},

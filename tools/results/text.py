@@ -90,6 +90,8 @@ def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, 
     yield from _why_no_fix(c)
     yield "  satellites in view", _spread(c["satellites_visible"])
     yield "  satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
+    if c["satellites_paired"]["max"]:
+        yield "  of them by two carriers", _spread(c["satellites_paired"])
     yield "  measurements in the fix", _spread(c["measurements"])
     yield "  PDOP", f"{small(c['pdop']['median']):>7} median   {small(c['pdop']['p95'])} p95"
     yield (

@@ -48,6 +48,12 @@ class Plan:
         return tuple(craft.name for craft in self.scenario.craft)
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """On what is odd, a line each."""
+        wanting = zip(self.scenario.craft, self.vehicles, self.flights, strict=True)
+        return *self.world.remarks, *filter(None, (_lacking(*one) for one in wanting))
+
+    @property
     def codecs(self) -> tuple[Codec, ...]:
         return tuple(craft.codec for craft in self.world.craft)
 
@@ -86,6 +92,17 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
     names = [craft.name for craft in scenario.craft]
     craft = [c.model_copy(update={"vehicle": vehicle_name(names, i)}) for i, c in enumerate(scenario.craft)]
     return Plan(scenario.model_copy(update={"craft": craft}), loaded, texts, flights, world, budgets, session)
+
+
+def _lacking(craft: scenarios.Craft, vehicle: Vehicle, flight: FlightConfig) -> str | None:
+    """A line where fixes are to be made of two carriers and no receiver of the craft has two."""
+    if craft.observations is not None or not flight.options.ionosphere_free or flight.second.any():
+        return None
+    serves = flight.options.without_pairs == "one-signal"
+    return (
+        f"craft {craft.name}: ionosphere_free: vehicle '{vehicle.name}' names no other_signals: "
+        f"{'its fixes are by one signal of each satellite, ionosphere in' if serves else 'no fix'}"
+    )
 
 
 def _flight(craft: scenarios.Craft, vehicle: Vehicle) -> FlightConfig:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common.satellites import NUMBERS
-from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites
+from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
 
 RANDOM = np.random.default_rng(4)
 
@@ -59,3 +59,14 @@ def test_a_satellite_on_several_channels_counts_once():
 def test_too_few_satellites_have_none():
     los_m = RANDOM.normal(size=(3, 3)) * 2e7
     assert np.isnan(distinct_pdop(np.zeros(3, np.int64), np.arange(3), np.zeros(3, int), los_m, 1)).all()
+
+
+def test_a_pair_is_two_carriers_of_one_receiver():
+    """Epoch 0: G01 on both; epoch 1: on each of two receivers one; twice the same carrier; epoch 2: none."""
+    l1, l2 = 1575.42e6, 1227.6e6
+    rows = [(0, 0, 1, l1), (0, 0, 1, l2), (0, 1, 1, l1), (0, 1, 1, l2), (0, 0, 2, l1),
+            (1, 0, 1, l1), (1, 1, 1, l2), (1, 2, 5, l1), (1, 2, 5, l1)]  # fmt: skip
+    epoch, receiver, sat, hz = (np.array(column) for column in zip(*rows, strict=True))
+    assert paired_satellites(epoch, receiver, sat, hz, 3).tolist() == [1, 0, 0]
+    none = np.zeros(0, np.int64)
+    assert paired_satellites(none, none, none, none.astype(float), 2).tolist() == [0, 0]

@@ -6,6 +6,7 @@ import pytest
 
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.config import Overrides
 from gnss_hil.tools.run_config.plan import make
 
 pytestmark = pytest.mark.verifies(
@@ -66,3 +67,21 @@ def test_what_cannot_be_met_or_found_is_told_in_one_line(tmp_path, line, words):
     (told,) = said(tmp_path, line).splitlines()
     assert words in told
     assert "expect" in told
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [((), "fixes are by one signal"), ((("without_pairs", "no-fix"),), "other_signals: no fix")],
+)
+def test_two_carriers_of_a_vehicle_of_one_are_remarked_on(options, words):
+    (line,) = make("soyuz", Overrides(ionosphere_free=True, options=options)).remarks
+    assert line.startswith("craft soyuz: ionosphere_free: vehicle 'soyuz-ms'") and words in line
+    assert make("soyuz").remarks == ()
+    both = make("soyuz", Overrides(ionosphere_free=True, vehicle="soyuz-ms-l1l2"))
+    assert both.remarks == () and both.flights[0].second.any()
+
+
+def test_another_policy_leaves_two_carriers_what_they_were_asked_for():
+    plan = make("soyuz-l1l2", Overrides(policy="prototype", ionosphere_free=True))
+    assert plan.flights[0].options.ionosphere_free
+    assert not make("soyuz-l1l2", Overrides(policy="prototype")).flights[0].options.ionosphere_free
