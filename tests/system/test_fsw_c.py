@@ -279,7 +279,7 @@ def _metres(answer, name: str) -> float:
 
 
 SHIPPED = find("soyuz-ms")
-GOOD = SHIPPED.read_text()
+GOOD, TWO = SHIPPED.read_text(), find("soyuz-ms-l1l2").read_text()
 
 
 @pytest.mark.parametrize(
@@ -292,6 +292,9 @@ GOOD = SHIPPED.read_text()
         (GOOD.replace("[0.573576436351046, 0.0,", "[0.9, 0.0,", 1), "allowed is three numbers of length 1"),
         (GOOD.replace("channels = 6", "chanels = 6", 1), "chanels: unknown key"),
         (GOOD.replace("channels = 6", "channels = 6\nchannels = 6", 1), "this key was given before"),
+        (TWO.replace('["L2C", "L2OF"]', '["L2C" "L2OF"]', 1), "other_signals: found"),
+        (TWO.replace('["L2C", "L2OF"]', '["L2C", L2OF]', 1), "allowed is names of signals in brackets"),
+        (TWO.replace('["L2C", "L2OF"]', '["L2C"', 1), "other_signals: found"),
         (GOOD.split("[[antenna]]")[0], "no [[antenna]]"),
         (GOOD.rsplit("[[antenna]]", 1)[0], "3 antennas; this program was built for 4 (make RECEIVERS=3)"),
         ("\0\xff" * 300, "longer than 510 characters"),
@@ -317,6 +320,7 @@ def test_a_vehicle_file_with_a_fault_is_one_clear_line(sanitized, tmp_path, text
         (["--colour"], 2, "unknown argument '--colour' (see --help)"),
         (["--bus", "embedded:/x", "--vehicle", "/nowhere"], 2, "vehicle file /nowhere: No such file"),
         (["--bus", "embedded:/x", "--vehicle", SHIPPED], 3, "bus embedded:/x: No such file"),
+        (["--bus", "embedded:/x", "--vehicle", find("soyuz-ms-l1l2")], 3, "bus embedded:/x: No such file"),
         (["--bus", "socketcan:can9", "--vehicle", SHIPPED], 3, "bus socketcan:can9: no such CAN"),
         (["--bus", "usb:1", "--vehicle", SHIPPED], 3, "allowed are embedded:PATH and socketcan:"),
     ],

@@ -1,5 +1,5 @@
 /* A strict reader of the TOML subset that vehicle files use: `key = value` lines, values are strings, numbers
- * or one-line arrays of three numbers, and `[[antenna]]` opens the next antenna. Everything else is refused
+ * or one-line arrays of three numbers or of strings, and `[[antenna]]` opens the next antenna. Everything else is refused
  * with its line number. */
 #include "vehicle.h"
 
@@ -15,10 +15,11 @@
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
 
-enum field { NAME, RECEIVER, CHANNELS, CLOCK_DOMAIN, BORESIGHT, LEVER_ARM, MASK, FIELDS };
+enum field { NAME, RECEIVER, CHANNELS, CLOCK_DOMAIN, BORESIGHT, LEVER_ARM, MASK, OTHERS, FIELDS };
 
 static const char *const key_of[FIELDS] = {
     "name", "receiver", "channels", "clock_domain", "boresight_body", "lever_arm_body_m", "mask_deg",
+    "other_signals",
 };
 
 struct draft { /* an antenna as its table is read */
@@ -97,6 +98,23 @@ static bool three_numbers(char *text, double value[3])
     return *trim(text) == '\0';
 }
 
+/* Whether it is an array of strings, perhaps empty. */
+static bool strings(char *text)
+{
+    if (*text++ != '[')
+        return false;
+    for (text = trim(text); *text == '"'; text = trim(text)) {
+        char *end = strchr(text + 1, '"');
+        if (!end || end == text + 1)
+            return false;
+        text = trim(end + 1);
+        if (*text != ',')
+            break;
+        text++;
+    }
+    return *text == ']' && *trim(text + 1) == '\0';
+}
+
 /* Takes a value into the draft; NULL, or what is allowed. */
 static const char *take(struct draft *draft, enum field field, char *text)
 {
@@ -117,6 +135,8 @@ static const char *take(struct draft *draft, enum field field, char *text)
     case MASK:
         return one_number(text, &draft->mask_deg) && draft->mask_deg > 0 && draft->mask_deg <= 180
                    ? NULL : "an angle above 0, up to 180";
+    case OTHERS: /* of a receiver of several carriers; this program tracks each satellite by its first */
+        return strings(text) ? NULL : "names of signals in brackets";
     default:
         return "a known key";
     }
@@ -149,7 +169,7 @@ static const char *take_line(struct draft *draft, bool in_antenna, char *line, c
 /* A read antenna becomes its receiver's row; NULL, or what is wrong. */
 static const char *settle(struct vehicle *vehicle, const struct draft *draft, unsigned *receivers)
 {
-    if ((draft->given | 1U << CLOCK_DOMAIN) != (1U << FIELDS) - 1)
+    if ((draft->given | 1U << CLOCK_DOMAIN | 1U << OTHERS) != (1U << FIELDS) - 1)
         return "an antenna needs name, receiver, channels, boresight_body, lever_arm_body_m and mask_deg";
     int row = (int)draft->receiver - 1;
     if (*receivers & 1U << row)
