@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from gnss_hil.dbc.process import command_line
 
@@ -29,25 +30,41 @@ python-can INTERFACE:CHANNEL. Exit status: 0 done; 1 the run failed; 2 bad usage
 3 the environment lacks something; 130 interrupted, 143 terminated, 129 hung up."""
 
 
+World = Callable[[int, float | None], tuple[Any, Any]]
+"""Makes, of session and pace (None: lockstep), scenario and world."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments, also for `gnss-hil emulate`."""
+    """All arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a shipped scenario's name or a .toml file")
+    add("--duration", metavar="S", type=command_line.seconds, help="simulated time: seconds, or 10m, 24h, 1d")
+    add("--seed", metavar="N", type=command_line.whole(0, 2**63 - 1), help="seed instead of the scenario's")
+    add_bus_arguments(parser)
+
+
+def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
+    """What says how it is played, and where; also for `gnss-hil emulate`."""
+    add = parser.add_argument
     add("--bus", metavar="[CRAFT=]BUS", action="append", required=True, help="one for each craft")
     add("--pace", metavar="PACE", default="lockstep", help="lockstep (default), realtime, or xN")
-    add("--session", metavar="N", type=int, help="run identifier, 16 bit (default: drawn anew)")
-    add("--duration", metavar="S", type=command_line.seconds, help="simulated time: seconds, or 10m, 24h, 1d")
-    add("--seed", metavar="N", type=int, help="seed instead of the scenario's")
+    add(
+        "--session", metavar="N", type=command_line.whole(1, 0xFFFF),
+        help="run identifier, 16 bit (default: drawn anew)",
+    )  # fmt: skip
     add("--truth", metavar="FILE", type=Path, help="write the truth here as it happens")
     add("--status", metavar="FILE|fd:N", help="write progress here as JSON lines")
     add("--require", metavar="NODES", default="FLIGHT", help="nodes to wait for, comma-separated, or 'none'")
     add(
         "--wait",
         metavar="S",
-        type=float,
+        type=command_line.seconds,
         help="wait for bus and nodes no longer than S seconds",
     )
-    add("--limit", metavar="S", type=float, default=10, help="lockstep: wait S for an answer (default: 10)")
+    add(
+        "--limit", metavar="S", type=command_line.seconds, default=10.0,
+        help="lockstep: wait S for an answer (default: 10)",
+    )  # fmt: skip
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")
 
 
@@ -61,9 +78,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run(parser.parse_args(argv))
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Plays what the arguments say; the exit status. Mistakes become lines on stderr."""
-    return command_line.guarded("emulator", lambda stop: _told(lambda: _play(arguments, stop)))
+def run(arguments: argparse.Namespace, world: World | None = None) -> int:
+    """Plays what the arguments say; the exit status. Mistakes become lines on stderr.
+
+    world   makes what is played; None: of the arguments
+    """
+    made = world or partial(_world, arguments)
+    return command_line.guarded("emulator", lambda stop: _told(lambda: _play(arguments, made, stop)))
 
 
 def _told(work: Callable[[], int]) -> int:
@@ -76,7 +97,7 @@ def _told(work: Callable[[], int]) -> int:
         raise command_line.Broken(error) from error
 
 
-def _play(arguments: argparse.Namespace, stop) -> int:
+def _play(arguments: argparse.Namespace, make: World, stop) -> int:
     from gnss_hil.dbc.contract.messages import node_names
     from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
     from gnss_hil.emulator.journal import StatusLog, TruthLog
@@ -87,7 +108,7 @@ def _play(arguments: argparse.Namespace, stop) -> int:
     except ValueError as error:
         raise command_line.Mistake(f"--{error}") from None
     session = _fresh_session() if arguments.session is None else arguments.session
-    scenario, world = _world(arguments, session, pace)
+    scenario, world = make(session, pace)
     specs = _bus_specs(arguments.bus, [craft.name for craft in world.craft])
     say = command_line.voice("emulator", arguments.quiet)
     for remark in world.remarks:

@@ -14,6 +14,12 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return by_lower[found[0]] if found else None
 
 
+def hint(word: str, known: Iterable[str]) -> str:
+    """ "; did you mean 'WORD'?", to be said behind all there are; nothing if no known word is near."""
+    near = nearest(word, known)
+    return f"; did you mean '{near}'?" if near else ""
+
+
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "allowed are") -> str:
     """What to say of a word that is not known: the nearest, or all there are."""
     known = list(known)

@@ -14,6 +14,9 @@ from typing import Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from gnss_hil.dbc.common.faults import faults
+from gnss_hil.dbc.common.near import hint
+
 Model = TypeVar("Model", bound=BaseModel)
 
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -67,7 +70,7 @@ class Files(Generic[Model]):
         try:
             return self.model.model_validate(document)
         except ValidationError as error:
-            raise self.mistake("\n".join(faults(error, origin))) from None
+            raise self.mistake("\n".join(faults(error, origin, self.model))) from None
 
     def shipped(self) -> dict[str, Path]:
         """Those that come with the bench, by name."""
@@ -82,22 +85,6 @@ class Files(Generic[Model]):
         known = self.shipped()
         stem = name.removesuffix(".toml")
         if stem not in known:
-            raise self.mistake(f"{self.noun} '{name}': no such file; shipped are {', '.join(known)}")
+            listed = f"shipped are {', '.join(known)}{hint(stem, known)}"
+            raise self.mistake(f"{self.noun} '{name}': no such file; {listed}")
         return known[stem]
-
-
-def faults(error: ValidationError, origin: str) -> list[str]:
-    """One line for each fault pydantic found: file, key, what was found, what is allowed."""
-    lines = []
-    for fault in error.errors():
-        key = ".".join(str(part) for part in fault["loc"]) or "file"
-        if fault["type"] == "extra_forbidden":
-            lines.append(f"{origin}: {key}: unknown key")
-        elif fault["type"] == "missing":
-            lines.append(f"{origin}: {key}: missing")
-        else:
-            found = fault["input"]
-            shown = "" if isinstance(found, (dict, list, BaseModel)) else f", found {found!r}"
-            message = fault["msg"].removeprefix("Value error, ")
-            lines.append(f"{origin}: {key}: {message[:1].lower()}{message[1:]}{shown}")
-    return lines

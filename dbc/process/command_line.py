@@ -68,6 +68,18 @@ def seconds(text: str) -> float:
     return value
 
 
+def whole(least: int, most: int) -> Callable[[str], int]:
+    """What reads a whole number within limits."""
+
+    def read(text: str) -> int:
+        digits = text.removeprefix("-")
+        if not (digits.isascii() and digits.isdigit()) or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"'{text}': a whole number from {least} to {most}")
+        return int(text)
+
+    return read
+
+
 def voice(name: str, quiet: bool) -> Callable[[str], None]:
     """What says a line on stderr, or keeps it."""
 

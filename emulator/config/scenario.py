@@ -19,6 +19,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from gnss_hil.dbc.common import systems, vehicle
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.config.tables import (
@@ -294,6 +295,7 @@ def find(name: str) -> Path:
     if name not in known:
         raise ScenarioError(
             f"scenario '{name}': not found; shipped are {', '.join(known)} (or give a .toml file)"
+            f"{hint(name, known)}"
         )
     return known[name]
 

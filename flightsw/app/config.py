@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import ValidationError, create_model
 
 from gnss_hil.dbc.common.arrays import I64
-from gnss_hil.dbc.common.shipped_files import faults
+from gnss_hil.dbc.common.faults import faults
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.common.vehicle import Strict, Vehicle
 from gnss_hil.dbc.contract.codec import Codec, codec
 from gnss_hil.flightsw.app.modes import ModeOptions
@@ -99,7 +100,7 @@ def _checked(options: Mapping[str, object], policy_name: str, navigator_name: st
     origin = f"policy '{policy_name}', navigator '{navigator_name}'"
     allowed = ", ".join(sorted(model.model_fields))
     lines = [
-        f"{origin}: {name}: unknown option; there are {allowed}"
+        f"{origin}: {name}: unknown option; there are {allowed}{hint(name, model.model_fields)}"
         for name in options
         if name not in model.model_fields
     ]

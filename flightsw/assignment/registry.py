@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.flightsw.assignment import nearest_boresight
@@ -74,5 +75,5 @@ POLICIES = table(
 def policy(name: str) -> Policy:
     """The policy of this name; ValueError lists those there are."""
     if name not in POLICIES:
-        raise ValueError(f"policy '{name}': not known; there are {', '.join(POLICIES)}")
+        raise ValueError(f"policy '{name}': not known; there are {', '.join(POLICIES)}{hint(name, POLICIES)}")
     return POLICIES[name]

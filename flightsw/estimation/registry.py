@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.common.registry import table
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.flightsw.estimation.all_in_view import all_in_view
@@ -53,5 +54,7 @@ NAVIGATORS = table(
 def navigator(name: str) -> NavigatorRow:
     """The navigator of this name; ValueError lists those there are."""
     if name not in NAVIGATORS:
-        raise ValueError(f"navigator '{name}': not known; there are {', '.join(NAVIGATORS)}")
+        raise ValueError(
+            f"navigator '{name}': not known; there are {', '.join(NAVIGATORS)}{hint(name, NAVIGATORS)}"
+        )
     return NAVIGATORS[name]

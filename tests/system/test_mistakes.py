@@ -40,7 +40,28 @@ no such command
     unknown command 'rum'; did you mean 'run'\?
 no such option
     $ run --polcy patent
-    unrecognized arguments: --polcy
+    unrecognized arguments: --polcy; did you mean '--policy'\?
+no such factor
+    $ run --on code_nose
+    --on: invalid choice: 'code_nose' .*did you mean 'code_noise'\?
+no such key set
+    $ run --set craft.0.orbit.altitud_km=500
+    --set craft\.0\.orbit\.altitud_km: .*did you mean 'craft\.0\.orbit\.altitude_km'\?
+a key without a value
+    $ run --set craft.0.orbit.altitude_km
+    --set: 'craft\.0\.orbit\.altitude_km': not of the form KEY=VALUE
+emulator that waits for nothing
+    $ emulate --bus embedded:/nowhere/bus --wait nan
+    --wait: nan s; must be finite and greater than 0
+emulator of a key that is not there
+    $ emulate --bus embedded:/nowhere/bus --set time.durration_s=5
+    --set time\.durration_s: .*did you mean 'time\.duration_s'\?
+emulator whose bus would overflow
+    $ emulate --bus embedded:/nowhere/bus --interval 0.02
+    soyuz: the bus would overflow
+emulator in a session beyond 16 bits
+    $ emulate --bus embedded:/nowhere/bus --session 65536
+    --session: '65536': a whole number from 1 to 65535
 negative duration
     $ run --duration -5
     --duration: -5 s; must be finite and greater than 0

@@ -53,12 +53,42 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def setting(text: str) -> tuple[str, str]:
+    """'craft.0.orbit.altitude_km=500': path and value."""
+    key, equals, value = text.partition("=")
+    if not (key.strip() and equals and value.strip()):
+        raise argparse.ArgumentTypeError(f"'{text}': not of the form KEY=VALUE")
+    return key.strip(), value.strip()
+
+
 def add_changes(parser: argparse.ArgumentParser) -> None:
     """What a command line may change of a scenario."""
-    from gnss_hil.emulator.error_models.registry import FACTORS
-    from gnss_hil.emulator.receivers.emulated.search import RULES
+    add_truth_changes(parser)
+    _add_flight_changes(parser)
+
+
+def _add_flight_changes(parser: argparse.ArgumentParser) -> None:
+    """What it may change of the flight software."""
     from gnss_hil.flightsw.assignment.registry import POLICIES
     from gnss_hil.flightsw.estimation.registry import NAVIGATORS
+
+    add = parser.add_argument
+    add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
+    add(
+        "--navigator",
+        metavar="N",
+        help=f"how a fix is made, if not as the policy has it: {', '.join(NAVIGATORS)}",
+    )
+    add(
+        "--option", action="append", type=option, default=[], metavar="K=V",
+        help="option of the flight software: of its policy, its navigator or any flight; repeatable",
+    )  # fmt: skip
+
+
+def add_truth_changes(parser: argparse.ArgumentParser) -> None:
+    """What it may change of the emulator's side."""
+    from gnss_hil.emulator.error_models.registry import FACTORS
+    from gnss_hil.emulator.receivers.emulated.search import RULES
 
     add = parser.add_argument
     add("--duration", type=seconds, metavar="S", help="simulated time: seconds, or 10m, 24h, 1d")
@@ -86,15 +116,10 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         help="fixes from both frequencies of each satellite; emulated receivers need a vehicle that has them",
     )  # fmt: skip
     add("--vehicle", metavar="FILE", help="vehicle file, or name of a shipped one, instead of the scenario's")
-    add("--policy", metavar="P", help=f"assignment policy of the flight software: {', '.join(POLICIES)}")
     add(
-        "--navigator",
-        metavar="N",
-        help=f"how a fix is made, if not as the policy has it: {', '.join(NAVIGATORS)}",
-    )
-    add(
-        "--option", action="append", type=option, default=[], metavar="K=V",
-        help="option of the flight software: of its policy, its navigator or any flight; repeatable",
+        "--set", action="append", type=setting, default=[], metavar="K=V",
+        help="any key of the scenario by its path, repeatable: craft.0.orbit.altitude_km=500, "
+        "sky.gps='[\"a.nav\"]', craft.0.factors.code_noise=false",
     )  # fmt: skip
     add(
         "--autonomous",
@@ -111,10 +136,11 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
 
 
 def overrides_of(a: argparse.Namespace) -> Overrides:
-    """What arguments of `add_changes` change of a scenario."""
+    """What arguments of `add_changes`, or of `add_truth_changes` alone, change of a scenario."""
     return Overrides(
         duration_s=a.duration, interval_s=a.interval, seed=a.seed, nav=tuple(a.nav), sp3=tuple(a.sp3),
         obs=a.obs, reference=a.reference, ionosphere_free=a.ionosphere_free, vehicle=a.vehicle,
-        policy=a.policy, navigator=a.navigator, options=tuple(a.option), autonomous=a.autonomous,
+        policy=getattr(a, "policy", None), navigator=getattr(a, "navigator", None),
+        options=tuple(getattr(a, "option", ())), autonomous=a.autonomous, sets=tuple(a.set),
         on=tuple(a.on), off=tuple(a.off),
     )  # fmt: skip

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shlex
 import sys
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TextIO
 
-from gnss_hil.dbc.common.near import did_you_mean
+from gnss_hil.dbc.common.near import did_you_mean, hint
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 
 # One BLAS thread, before NumPy is loaded: the same sums in the same order, and no spinning helpers.
@@ -120,7 +121,16 @@ class Parser(argparse.ArgumentParser):
     """argparse whose errors are one line."""
 
     def error(self, message: str):
-        raise Mistake(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
+        told = f"{message.removeprefix('argument ')}{self._meant(message)}"
+        raise Mistake(f"{told} (see {self.prog} --help)")
+
+    def _meant(self, message: str) -> str:
+        """What was probably meant by an option or a choice that there is not."""
+        if unknown := re.match(r"unrecognized arguments: (--[^\s=]+)", message):
+            return hint(unknown[1], self._option_string_actions)
+        if chosen := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)$", message):
+            return hint(chosen[1], re.findall(r"[^\s',]+", chosen[2]))
+        return ""
 
 
 def overview() -> str:

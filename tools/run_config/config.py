@@ -26,6 +26,7 @@ class Overrides:
     nav, sp3     navigation files and precise orbits: together the sky
     obs, reference, ionosphere_free   of a recorded receiver
     options      of the flight software, in the order in which they were given
+    sets         any keys by their paths, and values, as typed; after all the others
     on, off      error models switched, "all" among them; a name counts more than "all"
     attitudes    number of a craft -> its [craft.attitude]
     """
@@ -43,6 +44,7 @@ class Overrides:
     navigator: str | None = None
     options: tuple[tuple[str, Value], ...] = ()
     autonomous: str | None = None
+    sets: tuple[tuple[str, str], ...] = ()
     on: tuple[str, ...] = ()
     off: tuple[str, ...] = ()
     attitudes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)

@@ -16,7 +16,7 @@ from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.flightsw.app.config import carried_over
 from gnss_hil.tools.common.errors import Mistake
-from gnss_hil.tools.run_config import recorded_receiver
+from gnss_hil.tools.run_config import recorded_receiver, set_keys
 from gnss_hil.tools.run_config.config import Overrides
 
 _LETTERS = {system.name: system.letter for system in systems.tracked()}
@@ -38,7 +38,24 @@ def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, A
     for number, craft in enumerate(changed.get("craft", [])):
         if isinstance(craft, dict):
             _override_craft(craft, number, overrides)
+    if overrides.sets:
+        _check_said_once(overrides)
+        set_keys.apply(changed, overrides.sets)
     return changed
+
+
+_OPTIONS = {
+    "time.duration_s": ("duration", "duration_s"), "time.epoch_interval_s": ("interval", "interval_s"),
+    "seed": ("seed", "seed"),
+}  # fmt: skip
+"""Keys that have an option of their own: its name, and its field in `Overrides`."""
+
+
+def _check_said_once(overrides: Overrides) -> None:
+    for key, _ in overrides.sets:
+        option, field = _OPTIONS.get(key, ("", ""))
+        if option and getattr(overrides, field) is not None:
+            raise Mistake(f"--set {key} with --{option}: one of the two")
 
 
 def _override_craft(craft: dict[str, Any], number: int, overrides: Overrides) -> None:

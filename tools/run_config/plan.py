@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from gnss_hil.dbc.common import vehicle as vehicles
 from gnss_hil.dbc.common.near import did_you_mean
@@ -13,7 +14,7 @@ from gnss_hil.dbc.lockstep.messages import session_of
 from gnss_hil.emulator.assemble import build_world
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.named_files import anchor, refuse_missing
-from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
 from gnss_hil.emulator.step import World
 from gnss_hil.flightsw.app.config import FlightConfig, configure
 from gnss_hil.flightsw.assignment.registry import POLICIES
@@ -58,13 +59,28 @@ class Plan:
         return tuple(craft.codec for craft in self.world.craft)
 
 
-def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = True) -> Plan:
-    """The plan of a scenario, shipped or a file; Mistake, ScenarioError or VehicleError say what is wrong."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Resolved:
+    """A scenario with all that is changed of it, and its craft's vehicles with their texts."""
+
+    path: Path
+    scenario: Scenario
+    vehicles: tuple[Vehicle, ...]
+    texts: tuple[str, ...]
+
+
+def resolve(name: str, overrides: Overrides = UNCHANGED) -> Resolved:
+    """A scenario, shipped or a file; Mistake, ScenarioError or VehicleError say what is wrong."""
     path = scenarios.find(name)
     document = scenarios.read(path)
     missing = anchor(document, path.parent)
     changed = overridden(document, overrides)
-    scenario = scenarios.parse(changed, str(path))
+    if overrides.sets:  # names of files on a command line are seen from where it is typed
+        missing = anchor(changed, Path.cwd()) | missing
+    try:
+        scenario = scenarios.parse(changed, str(path))
+    except ScenarioError as error:
+        raise ScenarioError(_blamed(str(error), str(path), overrides)) from None
     refuse_missing(changed, missing)
     if overrides.vehicle and len(scenario.craft) > 1:
         raise Mistake(
@@ -75,23 +91,50 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
         for craft in scenario.craft
     ]
     loaded = tuple(vehicles.load(file) for file in files)
-    texts = tuple(vehicles.FILES.text(file) for file in files)
-    flights = tuple(map(_flight, scenario.craft, loaded))
-    _check_expectations(scenario, flights, str(path))
-    session = session_of(scenario.seed)
-    world = build_world(scenario, loaded, session)
-    _check_obedience(scenario, world, flights)
+    return Resolved(path, scenario, loaded, tuple(vehicles.FILES.text(file) for file in files))
+
+
+def _blamed(text: str, origin: str, overrides: Overrides) -> str:
+    """Faults of keys that the command line has set are the command line's."""
+    lines = text.splitlines()
+    for key, _ in overrides.sets:
+        begin = f"{origin}: {key.replace(chr(34), '')}"
+        lines = [f"--set {line[len(origin) + 2 :]}" if line.startswith(begin) else line for line in lines]
+    return "\n".join(lines)
+
+
+def budgets_of(scenario: Scenario, loaded: Sequence[Vehicle], world: World) -> tuple[Budget, ...]:
+    """The frame budget of each craft's bus."""
     almanac = len(world.sky.index)
-    budgets = tuple(
+    return tuple(
         budget(v, scenario.time.epoch_interval_s, almanac, craft.receivers.almanac_cycle_s)
         for craft, v in zip(scenario.craft, loaded, strict=True)
     )
+
+
+def check_load(scenario: Scenario, budgets: Sequence[Budget]) -> None:
+    """Mistake with the figures of every bus that would overflow."""
     refusals = [b.refusal(craft.name) for craft, b in zip(scenario.craft, budgets, strict=True)]
-    if refuse_overload and any(refusals):
+    if any(refusals):
         raise Mistake("\n".join(filter(None, refusals)))
+
+
+def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = True) -> Plan:
+    """The plan of a scenario, shipped or a file; Mistake, ScenarioError or VehicleError say what is wrong."""
+    found = resolve(name, overrides)
+    scenario, loaded = found.scenario, found.vehicles
+    flights = tuple(map(_flight, scenario.craft, loaded))
+    _check_expectations(scenario, flights, str(found.path))
+    session = session_of(scenario.seed)
+    world = build_world(scenario, loaded, session)
+    _check_obedience(scenario, world, flights)
+    budgets = budgets_of(scenario, loaded, world)
+    if refuse_overload:
+        check_load(scenario, budgets)
     names = [craft.name for craft in scenario.craft]
     craft = [c.model_copy(update={"vehicle": vehicle_name(names, i)}) for i, c in enumerate(scenario.craft)]
-    return Plan(scenario.model_copy(update={"craft": craft}), loaded, texts, flights, world, budgets, session)
+    renamed = scenario.model_copy(update={"craft": craft})
+    return Plan(renamed, loaded, found.texts, flights, world, budgets, session)
 
 
 def _lacking(craft: scenarios.Craft, vehicle: Vehicle, flight: FlightConfig) -> str | None:

@@ -1,0 +1,113 @@
+"""What is wrong with a file's contents, for people: one line a fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date, time
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from gnss_hil.dbc.common import model_tree
+from gnss_hil.dbc.common.model_tree import Key
+from gnss_hil.dbc.common.near import nearest
+
+_NOT_A_TABLE = ("model_type", "model_attributes_type", "dict_type")
+_NOT_A_LIST = ("list_type", "tuple_type")
+_LONGEST = 60
+_MOST_PLACES = 3
+
+
+def faults(error: ValidationError, origin: str, model: type[BaseModel] | None = None) -> list[str]:
+    """One line for each fault pydantic found: file, key, what was found, what is allowed.
+
+    model  of the whole file: a key that it has elsewhere, or under a similar name, is pointed to
+    """
+    lines: dict[tuple[str, str], list[str]] = {}
+    told = error.errors()
+    paths = [_keys(fault["loc"], model) for fault in told]
+    for fault, keys in zip(told, paths, strict=True):
+        if fault["type"].endswith("_type") and any(_below(path, keys) for path in paths):
+            continue  # it is of another kind, in which something is wrong
+        key = ".".join(map(str, keys)) or "file"
+        # The kinds that a value may be of fail one by one: they are one fault.
+        text, shown = _text(fault, keys, model)
+        texts = lines.setdefault((key, shown), [])
+        if text not in texts:
+            texts.append(text)
+    return [f"{origin}: {key}: {' or '.join(texts)}{shown}" for (key, shown), texts in lines.items()]
+
+
+def _below(path: Sequence[Key], keys: Sequence[Key]) -> bool:
+    return len(path) > len(keys) and list(path[: len(keys)]) == list(keys)
+
+
+def _keys(loc: Sequence[Key], model: type[BaseModel] | None) -> list[Key]:
+    """A path without the kinds that pydantic puts into it where several are allowed."""
+    if model is None:
+        return list(loc)
+    keys: list[Key] = []
+    for number, part in enumerate(loc):
+        above = model_tree.at(model, keys)
+        last = number == len(loc) - 1
+        unknown = last and above is not None and model_tree.is_table(above) and part != "[key]"
+        if above is None or unknown or model_tree.inside(above, part) is not None:
+            keys.append(part)
+    return keys
+
+
+def _text(fault: Any, keys: Sequence[Key], model: type[BaseModel] | None) -> tuple[str, str]:
+    """What is allowed, and what was found."""
+    kind, found = fault["type"], fault["input"]
+    if kind == "missing":
+        return "missing", ""
+    if kind == "extra_forbidden":
+        return f"unknown key{_meant(keys, model)}", ""
+    if kind in _NOT_A_TABLE:
+        row = keys and isinstance(keys[-1], int)
+        written = f"[{_header(keys)}]" if row else _header(keys)
+        return f"must be a table, written {written}", _found(found)
+    if kind in _NOT_A_LIST and isinstance(found, dict):
+        return f"there may be several: write [{_header(keys)}]", f", found {_header(keys)}"
+    if kind in _NOT_A_LIST:
+        return "must be a list", _found(found)
+    message = fault["msg"].removeprefix("Value error, ")
+    shown = "" if isinstance(found, (dict, list, tuple, BaseModel)) else _found(found)
+    similar = _similar(fault) if kind == "literal_error" else ""
+    return f"{message[:1].lower()}{message[1:]}", f"{shown}{similar}"
+
+
+def _meant(keys: Sequence[Key], model: type[BaseModel] | None) -> str:
+    """Where an unknown key may have been meant."""
+    name = str(keys[-1]) if keys else ""
+    if model is None or not name:
+        return ""
+    here = model_tree.keys_of(model_tree.at(model, keys[:-1]))
+    near = nearest(name, here)
+    if near:
+        return f"; did you mean '{near}'?"
+    places = model_tree.elsewhere(model, name)
+    if places and len(places) <= _MOST_PLACES:
+        return f"; {' and '.join(places)} {'has' if len(places) == 1 else 'have'} one"
+    return f"; allowed are {', '.join(here)}" if here else ""
+
+
+def _similar(fault: Any) -> str:
+    words = [word.strip("'") for word in fault["ctx"]["expected"].replace(" or ", ", ").split(", ")]
+    near = nearest(fault["input"], words) if isinstance(fault["input"], str) else None
+    return f"; did you mean '{near}'?" if near else ""
+
+
+def _header(keys: Sequence[Key]) -> str:
+    return model_tree.header(keys)
+
+
+def _found(found: Any) -> str:
+    return ", found a list" if isinstance(found, list | tuple) else f", found {_value(found)}"
+
+
+def _value(found: Any) -> str:
+    if isinstance(found, date | time):  # as the file has it, not as Python would
+        return found.isoformat()
+    text = repr(found)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
