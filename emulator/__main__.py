@@ -100,7 +100,8 @@ def _told(work: Callable[[], int]) -> int:
 def _play(arguments: argparse.Namespace, make: World, stop) -> int:
     from gnss_hil.dbc.contract.messages import node_names
     from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
-    from gnss_hil.emulator.journal import StatusLog, TruthLog
+    from gnss_hil.dbc.process.status_log import StatusLog
+    from gnss_hil.emulator.journal import TruthLog
     from gnss_hil.emulator.truth import TRUTH
 
     try:
@@ -265,6 +266,7 @@ def _standing(world, played: int, master, wall_s: float) -> dict:
         "wall_s": round(wall_s, 3),
         "real_time_factor": round(simulated_s / wall_s, 3) if wall_s > 0 else None,
         "epochs_unanswered": master.tally.unanswered,
+        "answers_late": master.late,
         "frames_lost": master.lost,
     }
 

@@ -1,4 +1,4 @@
-"""What the emulator writes beside the bus: the truth, and where the run stands."""
+"""What the emulator writes beside the bus: the truth."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 FLUSH_S = 1.0
-STATUS_S = 0.2
 
 
 class TruthLog:
@@ -37,29 +35,3 @@ class TruthLog:
         if now_s - self._flushed_s >= FLUSH_S:
             self._file.flush()
             self._flushed_s = now_s
-
-
-class StatusLog:
-    """JSON lines for the supervisor; "fd:N" or a file's path, None: nowhere."""
-
-    def __init__(self, target: str | None):
-        where = os.devnull if target is None else target
-        self._stream = open(int(where[3:]) if where.startswith("fd:") else where, "w")  # noqa: SIM115
-        self._next_s = 0.0
-
-    def __enter__(self) -> StatusLog:
-        return self
-
-    def __exit__(self, *_) -> None:
-        self._stream.close()
-
-    def due(self, now_s: float) -> bool:
-        """True at most five times a second."""
-        if now_s < self._next_s:
-            return False
-        self._next_s = now_s + STATUS_S
-        return True
-
-    def tell(self, event: str, **values: Any) -> None:
-        self._stream.write(json.dumps({"event": event, **values}) + "\n")
-        self._stream.flush()

@@ -50,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="an option of the policy, of the navigator, or of any flight",
     )
     add("--boot-count", metavar="N", type=int, default=0, help="starts since commissioning")
+    add("--status", metavar="FILE|fd:N", help="write epochs and fixes flown here, a JSON line at a run's end")
     add("--once", action="store_true", help="leave when the first run is over, or the bus is gone")
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")
 
@@ -83,17 +84,21 @@ def _config(arguments: argparse.Namespace):
 
 def _fly(arguments: argparse.Namespace, config, stop) -> int:
     from gnss_hil.dbc.bus.base import LinkClosed
+    from gnss_hil.dbc.lockstep import messages
     from gnss_hil.dbc.lockstep.slave_loop import run_slave
     from gnss_hil.dbc.lockstep.slave_protocol import Slave
     from gnss_hil.dbc.process.bus_link import regain_link
+    from gnss_hil.dbc.process.status_log import StatusLog
     from gnss_hil.flightsw.app.state import heartbeat, initial_state
     from gnss_hil.flightsw.app.step import flight_step
 
     state = initial_state(config)
+    epochs = fixes = 0
 
     def play(block, fresh):
-        nonlocal state
+        nonlocal state, epochs, fixes
         state, answer = flight_step(config, initial_state(config) if fresh else state, block)
+        epochs, fixes = epochs + 1, fixes + (state.solution.fix is not None)
         return answer
 
     say = command_line.voice("flightsw", arguments.quiet)
@@ -116,6 +121,12 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
     finally:
         if link is not None:
             link.close()
+        with StatusLog(arguments.status) as status:
+            status.tell("ended", epochs=epochs, fixes=fixes)
+        if refused := messages.explain(slave.refused):
+            say(refused)
+        if slave.refused_marks:
+            say(f"{slave.refused_marks} time marks left out: no epoch followed")
         if not arguments.quiet:
             _report_rejections(config.codec, state.rejected)
             if state.single_fixes:

@@ -112,6 +112,11 @@ class MasterLoop:
         announced = sum(exchange.lost for exchange in self._exchanges.values())
         return announced + sum(bus.link.dropped for bus in self._buses.values())
 
+    @property
+    def late(self) -> int:
+        """Answers that came when their epoch was over."""
+        return sum(exchange.late for exchange in self._exchanges.values())
+
     def assemble(self, required: Sequence[int] = (FLIGHT_NODE,), timeout_s: float | None = None) -> None:
         """Waits until all required nodes were heard on every bus; MissingNodes after `timeout_s`."""
         deadline = None if timeout_s is None else time.monotonic() + timeout_s

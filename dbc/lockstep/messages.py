@@ -88,10 +88,29 @@ def judge(frames: FrameBatch, row: int, session: int, expected: int) -> Bench | 
         return Refusal.CORRUPTED
     if spoken != session:
         return Refusal.OTHER_SESSION
-    ahead = (low - expected + EPOCHS // 2) % EPOCHS - EPOCHS // 2
+    ahead = _ahead(low, expected)
     if abs(ahead) > NEAR or expected + ahead < 0:
         return Refusal.OTHER_EPOCH
     return Bench(can_id, spoken, expected + ahead, count)
+
+
+def late_answer(frames: FrameBatch, row: int, refusal: Refusal, expected: int) -> Bench | None:
+    """What a DONE says that was refused because it is of an epoch before the last; None for all others."""
+    if frames.can_id[row] != DONE_ID or refusal is not Refusal.OTHER_EPOCH:
+        return None
+    _, _, low, spoken, count = _LAYOUT.unpack(frames.data[row].tobytes())
+    ahead = _ahead(low, expected)
+    return Bench(DONE_ID, spoken, expected + ahead, count) if ahead < 0 <= expected + ahead else None
+
+
+def _ahead(low: int, expected: int) -> int:
+    """By how many epochs one, carried modulo EPOCHS, is ahead of the expected one."""
+    return (low - expected + EPOCHS // 2) % EPOCHS - EPOCHS // 2
+
+
+def session_in(frames: FrameBatch, row: int) -> int:
+    """The session that a bench frame of eight bytes names, believed or not."""
+    return _LAYOUT.unpack(frames.data[row].tobytes())[3]
 
 
 def rows(frames: FrameBatch) -> list[int]:

@@ -80,11 +80,11 @@ class Slave:
 
     running  a run began and did not end
     lost     frames that the SYNCs announced and that did not arrive
-    refused  bench frames that were not believed
+    refused  bench frames that were not believed;  refused_marks  intact marks that open no epoch, left out
     """
 
     def __init__(self, codec: Codec, quiet_s: float = 0.02, deadline_s: float = 0.5):
-        self.lost = 0
+        self.lost = self.refused_marks = 0
         self.refused: Counter[Refusal] = Counter()
         layout = codec.kinds["TIME_MARK"]
         fields = [layout.signals.index(name) for name in ("session", "epoch")]
@@ -119,11 +119,10 @@ class Slave:
         start = 0
         for row in sorted(messages.rows(frames) + marks):
             self._keep(frames[start:row], now_s)
+            start = row + 1
             if frames.can_id[row] == self._mark_id:
-                start = row
                 yield from self._on_mark(frames[row], now_s)
             else:
-                start = row + 1
                 yield from self._on_bench(frames, row)
         self._keep(frames[start:], now_s)
 
@@ -165,13 +164,14 @@ class Slave:
 
     def _on_mark(self, frame: FrameBatch, now_s: float) -> Iterator[Work]:
         if frame.length[0] != 8 or frame.data[0, 0] != e2e.crc(frame.can_id, frame.data)[0]:
-            return  # it names nothing; the flight software will count it
+            self._keep(frame, now_s)  # it names nothing; the flight software will count it
+            return
         label = self._label(int.from_bytes(frame.data.tobytes(), "little"))
-        marked = _Epoch(label, now_s, now_s)
+        marked = _Epoch(label, now_s, now_s, heard=[frame])
         if self._last is None:
             self._take_up(marked)
         elif self._open is not None and label == self._open.label:
-            return  # repeated: part of the epoch, for the flight software to reject
+            self.refused_marks += 1
         elif self._leads_on(label):
             if self._open is not None:
                 yield self._step(None)
@@ -181,6 +181,7 @@ class Slave:
             yield self._step(None)
             self._take_up(marked)
         else:
+            self._pass_over()
             marked.before = len(self._between if self._open is None else self._open.heard)
             self._doubtful = marked
 
@@ -194,11 +195,17 @@ class Slave:
         session, epoch = (word >> shift & mask for shift, mask in self._label_fields)
         return Label(session, epoch)
 
+    def _pass_over(self) -> None:
+        """The mark set aside is borne out by nothing: what followed it is of the epoch at hand, it is not."""
+        self.refused_marks += self._doubtful is not None
+        self._doubtful = None
+
     def _take_up(self, marked: _Epoch) -> None:
         """Open an epoch; frames heard since the last one wait for it."""
+        self._pass_over()
         marked.heard = self._between + marked.heard
         self._open, self._last = marked, marked.label
-        self._doubtful, self._between = None, []
+        self._between = []
 
     def _believe(self) -> Iterator[Work]:
         """The mark set aside is borne out: the run at hand goes on there, or another one begins."""
@@ -211,6 +218,7 @@ class Slave:
             self._open.heard = self._open.heard[: doubtful.before]
             yield self._step(None)
         self._between = self._between[: doubtful.before]
+        self._doubtful = None
         self._take_up(doubtful)
 
     def _on_bench(self, frames: FrameBatch, row: int) -> Iterator[Work]:
@@ -260,7 +268,7 @@ class Slave:
         if sync is not None:
             self.lost += max(0, sync.count - len(work.block))
             self._last = Label(sync.session, sync.epoch)
-            self._doubtful = None
+            self._pass_over()
         self._sync = sync
         self._fresh = False
         self._open, self._between = None, []

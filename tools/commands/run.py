@@ -64,6 +64,9 @@ def run(arguments: Namespace) -> int:
     print(render(ran.summary))
     print(f"\nrun folder: {ran.folder}", flush=True)
     lines = [ran.outcome.failure] if ran.outcome.failure else []
+    lines += ran.faults
+    for note in ran.notes:
+        print(f"{PROGRAM}: note: {note}", file=sys.stderr)
     if config.report:
         lines += report.draw(ran.folder, ran.facts, ran.summary, ran.digests)
     if config.junit:

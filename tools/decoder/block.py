@@ -81,7 +81,7 @@ class Block:
     def grid(self, kind: str, name: str, fill: float = np.nan) -> NDArray:
         """A signal, (e,), (e, m) or (e, m, CHANNELS) as its kind comes for an epoch, a receiver or a channel.
 
-        `fill` where no frame came, in its type; of several frames the last stands.
+        `fill` where no frame came, in its type; of several frames the first stands.
         """
         frames = self[kind]
         cell, shape = [frames.epoch], [self.epochs]
@@ -92,7 +92,7 @@ class Block:
             cell.append(frames["channel"])
             shape.append(CHANNELS)
         values = np.full(shape, fill)
-        values[tuple(cell)] = frames[name]
+        values[tuple(rows[::-1] for rows in cell)] = frames[name][::-1]  # the last to be written stands
         return values
 
 

@@ -20,8 +20,9 @@ from gnss_hil.tools.decoder.block import EPOCHS, Block, epoch_nibbles, payloads
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.screen import Screen
 
-_HELD_BACK = 2
-"""Epochs kept open: an answer may come while the next epoch has begun."""
+HELD_BACK = 8
+"""Epochs kept open: an answer may come so many epochs late, less one. Half of the sixteen that frames tell
+apart."""
 
 Held = tuple[U32, U64, I64]
 """Identifiers, payloads and epochs of accepted frames."""
@@ -60,7 +61,7 @@ class Decoder:
             accepted = screened.verdict <= Verdict.LOST
             is_mark &= accepted
         words = payloads(frames)
-        self._mark_nibbles = np.r_[self._mark_nibbles[-_HELD_BACK:], epoch_nibbles(words[is_mark])]
+        self._mark_nibbles = np.r_[self._mark_nibbles[-HELD_BACK:], epoch_nibbles(words[is_mark])]
         epoch = self.epochs - 1 + np.cumsum(is_mark)
         self.epochs = int(epoch[-1]) + 1
         self._count(0, epoch, frame_bits(frames) if bits is None else bits)
@@ -69,7 +70,7 @@ class Decoder:
             self._reject(epoch[~accepted])
             can_id, words, epoch = can_id[accepted], words[accepted], epoch[accepted]
         self._hold(can_id, words, epoch)
-        self._hand_over(self.epochs - _HELD_BACK)
+        self._hand_over(self.epochs - HELD_BACK)
 
     def finish(self) -> None:
         """Hand over what is still held."""
@@ -90,7 +91,7 @@ class Decoder:
         self._counts[row] += sums.astype(np.int64)
 
     def _hold(self, can_id: U32, words: U64, epoch: I64) -> None:
-        """Keep accepted frames with the epoch they belong to: the one they are in or the one before."""
+        """Keep accepted frames with the epoch they belong to: the one they are in or one before."""
         if len(epoch) and epoch[0] < 0:
             begun = epoch >= 0
             self._reject(epoch[~begun], "BEFORE_FIRST_MARK")
@@ -98,7 +99,7 @@ class Decoder:
         nibble = self._mark_nibbles[epoch - (self.epochs - len(self._mark_nibbles))]
         late = (nibble - epoch_nibbles(words)) % EPOCHS
         if late.any():
-            strange = (late >= _HELD_BACK) | (late > epoch)  # or of an epoch before the first
+            strange = (late >= HELD_BACK) | (late > epoch)  # or of an epoch before the first
             self._reject(epoch[strange], "MIXED_EPOCH")
             keep = ~strange
             can_id, words, epoch = can_id[keep], words[keep], (epoch - late)[keep]

@@ -61,7 +61,7 @@ def epoch_times_ns(codec: Codec, frames: FrameBatch, counts: NDArray, numbers: N
     rows = np.concatenate([intact(codec, frames, kind) for kind in ("TIME_GPS", "TIME_FINE")])
     epoch = np.searchsorted(np.cumsum(counts), rows, side="right")
     own = frames.data[rows, 1] >> 4 == numbers[epoch] % EPOCHS
-    rows, epoch = rows[own][::-1], epoch[own][::-1]  # the first one stands
+    rows, epoch = rows[own], epoch[own]
     return mark_times_ns(of_frames(codec, frames[rows], epoch, len(counts)))
 
 

@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
+from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.tools.decoder.block import EPOCHS
 from gnss_hil.tools.decoder.time_marks import epoch_times_ns
 from gnss_hil.tools.live.display import Display
-from gnss_hil.tools.processes.bus_tap import BusTap
+from gnss_hil.tools.processes.bus_tap import SOMEBODY, BusTap
+from gnss_hil.tools.recording.account import Heard
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.sequence import Epoch, Sequencer
+from gnss_hil.tools.recording.speakers import Speakers
 
 
 @dataclass(slots=True, eq=False)
@@ -29,6 +31,7 @@ class BusSession:
     end_ns   simulated time [ns since the first mark] at which the run is over, where it is watched
     last     the last epoch on record; first: its first one's number
     begun_ns, heard_ns  wall time of the first and the last frame on record
+    recorded epochs on record
     over     simulated time has reached the end: what comes now is no part of the run
     latency  where it is watched: from the last frame of the emulator to the last of the fix
     """
@@ -47,16 +50,33 @@ class BusSession:
     begun_ns: int = 0
     heard_ns: int = 0
     over: bool = False
+    recorded: int = 0
     latency: Latency = field(default_factory=Latency)
+    speakers: Speakers = field(init=False)
     _first_mark_ns: int = -1
     _heard_s: float = field(default_factory=time.monotonic)
 
+    def __post_init__(self):
+        self.speakers = Speakers(self.codec)
+
     def take(self) -> None:
         """Record the epochs that what was heard completes."""
-        frames = self.tap.take()
-        if len(frames):
+        pieces = self.tap.take()
+        for peer, frames in pieces:
+            if peer != SOMEBODY:
+                self.speakers.hear(peer, frames, self.sequencer.session)
+        if pieces:
             self._heard_s = time.monotonic()
-            self._record(self.sequencer.hear(frames))
+            self._record(self.sequencer.hear(concat(frames for _, frames in pieces)))
+
+    @property
+    def account(self) -> Heard:
+        """What was counted up to now."""
+        sequencer, speakers = self.sequencer, self.speakers
+        return Heard(
+            self.recorded, sequencer.answers, dict(sequencer.refused), sequencer.refused_marks,
+            sequencer.late, sequencer.lost, speakers.several, speakers.contested, sequencer.ended,
+        )  # fmt: skip
 
     @property
     def silent_s(self) -> float:
@@ -80,18 +100,20 @@ class BusSession:
         for epoch in closed:
             if self.over:
                 return
+            if self.last is None:
+                self.first = epoch.number
             self.recorder.add(self.number, epoch.number, epoch.frames)
             self.display.hear(self.number, epoch.number, epoch.frames)
             if self.watched:
                 self._watch(epoch)
             self.last = epoch
+            self.recorded += 1
 
     def _watch(self, epoch: Epoch) -> None:
         """Times of an epoch, as its emulator does not report to us."""
         frames = epoch.frames
         self.heard_ns = int(frames.t_ns.max())
         if self.last is None:
-            self.first = epoch.number
             self.begun_ns = int(frames.t_ns.min())
         delay_s = answer_s(self.codec, frames, epoch.number)
         if delay_s is not None:

@@ -17,12 +17,15 @@ from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.bus.open_link import is_shared, open_link
 from gnss_hil.dbc.bus.probe import senders_heard
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
+from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.common.errors import Failed
 
 QUEUE_PIECES = 4096
 """Pieces of the bus that may wait for the recorder; then the bus waits."""
 
+
+SOMEBODY = 0
+"""The peer of a bus that does not know its peers; those of ours are numbered from 1."""
 
 LISTEN_S = 1.2
 """How long a shared bus is listened to: a bench at real time speaks once a second."""
@@ -54,37 +57,36 @@ class BusTap:
     """
 
     def __init__(self):
-        self._pieces: queue.Queue[tuple[int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
+        self._pieces: queue.Queue[tuple[int, int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
         self.holding_back: Callable[[float], list[tuple[int, int]]] = lambda seconds: []
         self.closing = False
         self.failure = ""
 
-    def hear(self, piece: FrameBatch | bytes) -> None:
-        """Hand over a piece; waits while the recorder is behind."""
-        heard = time.perf_counter_ns(), piece
+    def hear(self, piece: FrameBatch | bytes, peer: int = SOMEBODY) -> None:
+        """Hand over a piece of a peer's; waits while the recorder is behind."""
+        heard = time.perf_counter_ns(), peer, piece
         while not self.closing:
             try:
                 return self._pieces.put(heard, timeout=0.1)
             except queue.Full:
                 continue
 
-    def take(self) -> FrameBatch:
-        """All that is here, in bus order."""
+    def take(self) -> list[tuple[int, FrameBatch]]:
+        """All that is here, in bus order: pieces and whose they are."""
         pieces = []
         while True:
             try:
-                heard_ns, piece = self._pieces.get_nowait()
+                heard_ns, peer, piece = self._pieces.get_nowait()
             except queue.Empty:
-                break
+                return pieces
             frames = piece if isinstance(piece, FrameBatch) else frames_from_wire(piece)[0]
-            pieces.append(replace(frames, t_ns=np.full(len(frames), heard_ns)))
-        return concat(pieces) if pieces else EMPTY
+            pieces.append((peer, replace(frames, t_ns=np.full(len(frames), heard_ns))))
 
 
 @contextmanager
 def embedded_bus(path: Path, tap: BusTap) -> Iterator[str]:
     """A hub of our own with the recorder inside; its specification."""
-    hub = Hub(path, taps=(lambda sender, wire: tap.hear(wire),))
+    hub = Hub(path, taps=(lambda peer, wire: tap.hear(wire, peer),))
     tap.holding_back = hub.holding_back
     try:
         yield f"embedded:{path}"

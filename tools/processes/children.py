@@ -33,13 +33,14 @@ _CLASS_OF_STATUS = {2: Mistake, 3: Missing}
 @dataclass(slots=True, eq=False)
 class Child:
     """A process of the bench, and the file that catches its last words if any; `sent_away`: we ended it;
-    `tee` keeps what another's program says."""
+    `tee` keeps what another's program says; `status`: what it reports."""
 
     name: str
     process: subprocess.Popen
     words: Path | None
     sent_away: bool = False
     tee: Tee | None = None
+    status: StatusReader | None = None
 
     @property
     def running(self) -> bool:
@@ -145,17 +146,24 @@ def emulator_command(
 
 
 def flight_command(
-    vehicle: Path, spec: str, policy: str, navigator: str | None, options: Iterable[str]
+    vehicle: Path,
+    spec: str,
+    policy: str,
+    navigator: str | None,
+    options: Iterable[str],
+    status: int | None = None,
 ) -> list[str]:
     """Our flight software on a bus, for one run.
 
     options  of the flight, each KEY=VALUE
+    status   descriptor of a pipe for what it flew
     """
     return [
         sys.executable, "-P", "-m", "gnss_hil.flightsw",
         "--vehicle", str(vehicle), "--bus", spec,
         "--once", "--quiet", "--policy", policy,
         *(() if navigator is None else ("--navigator", navigator)),
+        *(() if status is None else ("--status", f"fd:{status}")),
         *(word for option in options for word in ("--option", option)),
     ]  # fmt: skip
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gnss_hil.tools.recording.account import Counted, Heard
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -15,6 +17,7 @@ class Outcome:
     mark_late_s    at a pace: how long after its instant an epoch began, at most; None if not measured
     interrupted    ended before its time
     failure        why it broke off; "" if it did not
+    heard, counted   by craft: on the bus, and by the sides themselves; empty without a bus
     latency_histogram   (upper edge [ms], epochs) of bins, by duration; empty where not measured
     """
 
@@ -28,3 +31,5 @@ class Outcome:
     failure: str = ""
     latency_histogram: tuple[tuple[float, int], ...] = ()
     mark_late_s: float | None = None
+    heard: tuple[Heard, ...] = ()
+    counted: tuple[Counted, ...] = ()

@@ -15,7 +15,7 @@ from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.live.display import Display, open_display
 from gnss_hil.tools.processes.outcome import Outcome
-from gnss_hil.tools.recording import provenance
+from gnss_hil.tools.recording import account, provenance
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import (
     FACTS,
@@ -41,6 +41,7 @@ class Ran:
     folder   with tables and summary in it
     facts    what the run alone knows
     digests  by craft
+    faults   why the record is not the flight;  notes  what was refused or late and changed nothing
     """
 
     folder: Path
@@ -48,6 +49,8 @@ class Ran:
     summary: Mapping[str, Any]
     digests: Mapping[str, Digest]
     outcome: Outcome
+    faults: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
@@ -76,7 +79,27 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
         about["ended_utc"] = provenance.now()
         facts = _facts(plan, config, about, outcome)
         summary = assemble.write(folder.path, facts, digests)
-    return Ran(folder.path, facts, summary, digests, outcome)
+    whole = not outcome.failure and not outcome.interrupted
+    told = _told(plan, outcome, digests)
+    return Ran(
+        folder.path,
+        facts,
+        summary,
+        digests,
+        outcome,
+        tuple(line for row in told for line in account.faults(*row)) if whole else (),
+        tuple(line for row in told for line in account.notes(*row)),
+    )
+
+
+def _told(plan: Plan, outcome: Outcome, digests: Mapping[str, Digest]) -> list[account.Told]:
+    """Of each craft on a bus: what was heard there, what the sides counted, what is decoded of it."""
+    rows = []
+    for craft, heard, counted in zip(plan.names, outcome.heard, outcome.counted, strict=False):
+        fixes = digests[craft].fixes
+        decoded = account.Decoded(len(fixes["t_ns"]), int(fixes["valid"].sum()))
+        rows.append((craft, heard, counted, decoded))
+    return rows
 
 
 def _check_bus(plan: Plan, config: RunConfig) -> None:
@@ -199,6 +222,7 @@ def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Out
     """What the run alone knows; the first part of summary.json."""
     scenario = plan.scenario
     clean = not outcome.unanswered and not outcome.interrupted and not outcome.failure
+    clean &= all(account.reproducible(heard) for heard in outcome.heard)
     simulated_s = outcome.epochs * scenario.time.epoch_interval_s
     return assemble.facts_of(
         scenario,
@@ -219,4 +243,8 @@ def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Out
         latency_histogram=[list(bar) for bar in outcome.latency_histogram],
         frames_sent=outcome.frames_sent,
         remarks=list(plan.remarks),
+        bench_frames_refused=sum(sum(heard.refused.values()) for heard in outcome.heard),
+        time_marks_refused=sum(heard.refused_marks for heard in outcome.heard),
+        fixes_flown={name: told.fixes for name, told in zip(plan.names, outcome.counted, strict=False)},
+        answers_late=sum(heard.late for heard in outcome.heard),
     )

@@ -12,6 +12,7 @@ from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.bus_session import BusSession
 from gnss_hil.tools.processes.children import BARRIER_S, LEAVE_S, Child, StatusReader
 from gnss_hil.tools.processes.outcome import Outcome
+from gnss_hil.tools.recording.account import Counted
 
 TURN_S = 0.03
 """Rhythm of the supervisor: how long frames may wait to be recorded."""
@@ -47,7 +48,12 @@ class Figures:
 
 
 class Master(Protocol):
-    """The emulator's side of a run."""
+    """The emulator's side of a run.
+
+    reports  it tells itself what it played
+    """
+
+    reports: bool
 
     @property
     def children(self) -> Sequence[Child]:
@@ -75,6 +81,7 @@ class Master(Protocol):
 class ReportingMaster:
     """Our emulator: it reports, and the run is over when it leaves."""
 
+    reports = True
     trouble = ""
 
     def __init__(self, child: Child, status: StatusReader):
@@ -112,6 +119,8 @@ class ReportingMaster:
 class WatchedMaster:
     """Another's emulator, which is followed on the bus. The run is over with its process, with BENCH_END,
     or when the scenario's time is up on the bus."""
+
+    reports = False
 
     def __init__(self, children: Sequence[Child], sessions: Sequence[BusSession], epochs: int):
         self.children = children
@@ -269,8 +278,18 @@ class Supervision:
         """Epochs on record."""
         return self.sessions[0].epochs
 
+    def _counted(self) -> tuple[Counted, ...]:
+        """What the sides counted themselves, by craft."""
+        epochs = self.master.figures().epochs if self.master.reports else None
+        flown = [flight.status and flight.status.last.get("fixes") for flight in self.flights]
+        flown += [None] * (len(self.sessions) - len(flown))
+        return tuple(Counted(epochs, fixes) for fixes in flown)
+
     def outcome(self, failure: str, interrupted: bool) -> Outcome:
         figures = self.master.figures()
+        for flight in self.flights:
+            if flight.status is not None:
+                flight.status.poll()
         return Outcome(
             epochs=self._epochs,
             unanswered=figures.unanswered,
@@ -282,4 +301,6 @@ class Supervision:
             failure=failure,
             latency_histogram=figures.latency_histogram,
             mark_late_s=figures.mark_late_s,
+            heard=tuple(session.account for session in self.sessions),
+            counted=self._counted(),
         )

@@ -48,7 +48,7 @@ def play(
     sessions = [
         BusSession(
             number=number, codec=codec, tap=BusTap(),
-            sequencer=Sequencer(codec, config.pace == "lockstep"),
+            sequencer=Sequencer(codec, config.pace == "lockstep", None if watched else plan.session),
             recorder=recorder, display=display, watched=watched,
             end_ns=time.epochs * time.interval_ns, interval_ns=time.interval_ns,
         )
@@ -123,8 +123,15 @@ class _Processes:
         for i, (name, spec) in enumerate(self._specs.items()):
             flight = self._plan.scenario.craft[i].flight
             options = option_texts(flight.options)
-            command = flight_command(self._vehicle(i), spec, flight.policy, flight.navigator, options)
-            child = start(f"flight software of {name}", command, self._runtime_dir / f"flight-{i}")
+            reading, writing = os.pipe()
+            self._stack.callback(os.close, reading)
+            command = flight_command(
+                self._vehicle(i), spec, flight.policy, flight.navigator, options, writing
+            )
+            words = self._runtime_dir / f"flight-{i}"
+            child = start(f"flight software of {name}", command, words, pass_fds=(writing,))
+            os.close(writing)
+            child.status = StatusReader(reading)
             self._stack.callback(child.leave)
             children.append(child)
         return children

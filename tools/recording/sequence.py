@@ -1,8 +1,9 @@
 """The recorder's order: one canonical order of frames per epoch, whichever node was quicker on the bus.
 
-Per epoch: the emulator's block, then each flight node's block, each in sending order (lockstep). At other
-paces frames stay in the order they were heard. Bench frames steer and are left out; so is whatever came
-before the first time mark (start heartbeats) or after BENCH_END.
+Per epoch: the emulator's block, then each flight node's block, each in sending order. Where the emulator does
+not close its blocks with BENCH_SYNC, or the flight software its own with BENCH_DONE, frames at a free pace
+stay in the order they were heard. Bench frames steer and are left out; so are time marks that open no epoch,
+what came before the first one (start heartbeats), and what comes after BENCH_END but the last answer.
 """
 
 from __future__ import annotations
@@ -15,11 +16,10 @@ import numpy as np
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
-from gnss_hil.dbc.lockstep.messages import Refusal
+from gnss_hil.dbc.lockstep.messages import Bench, Refusal
+from gnss_hil.dbc.lockstep.slave_protocol import Label
+from gnss_hil.tools.decoder.decoder import HELD_BACK
 from gnss_hil.tools.decoder.time_marks import marks_in
-
-_FARTHEST = 10_000
-"""Epochs by which a mark may be ahead of the last one. A listener that misses more has left."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,30 +30,41 @@ class Epoch:
     frames: FrameBatch
 
 
+@dataclass(frozen=True, slots=True)
+class _Doubtful:
+    """A mark that does not lead on, and where in what was heard it stands."""
+
+    label: Label
+    piece: int
+
+
 class Sequencer:
     """Turns frames as heard into epochs in canonical order.
 
-    The first time mark with a sound CRC begins the run, later ones of its session each open an epoch if they
-    lead on. Any other mark is a frame of the epoch it is heard in, for the digest to reject.
+    The first intact time mark begins the run. Marks are believed as the flight side believes them
+    (`gnss_hil.dbc.lockstep.slave_protocol`): one that does not lead on opens an epoch when its own SYNC
+    follows, or a mark that leads on from it. Those that nothing bears out are left out and counted. A record
+    is of one run: another on the bus is refused, unless the first had not brought an epoch yet.
 
     A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
     epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.
 
-    Where a second mark comes without a BENCH_SYNC before it, the emulator does not steer: from then on frames
-    stay in the order they were heard.
-
-    opened   epochs that began      ended  BENCH_END was heard
-    refused  bench frames that were not believed
+    session   of the run, None if it is not known beforehand; that it is means that its emulator sends SYNCs
+    opened    epochs that began      ended  BENCH_END was heard
+    refused   bench frames that were not believed;  refused_marks  intact time marks that opened no epoch
+    late      answers that came two epochs after their own or later
+    lost      of those, answers so late that they are left out: their frames say the epoch modulo 16 only
     """
 
-    def __init__(self, codec: Codec, lockstep: bool):
+    def __init__(self, codec: Codec, lockstep: bool, session: int | None = None):
         self._codec = codec
         self._lockstep = lockstep
         self._flight_id = np.zeros(IDENTIFIERS, bool)
         self._flight_id[[i for i, sender in enumerate(codec.sender_of) if sender == "FLIGHT"]] = True
         self._heartbeat = codec.kinds["HEARTBEAT"].number
-        self._session = -1
-        self._epoch: int | None = None
+        self._session = session
+        self._at: Label | None = None
+        self._doubtful: _Doubtful | None = None
         self._heard: list[FrameBatch] = []
         self._answers: list[FrameBatch] = []
         self._pending: list[FrameBatch] = []
@@ -62,6 +73,7 @@ class Sequencer:
         self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
         self.ended = False
         self.refused: Counter[Refusal] = Counter()
+        self.refused_marks = self.late = self.lost = 0
         self._declared = 0
 
     @property
@@ -70,109 +82,224 @@ class Sequencer:
         return self._declared if self._dones == self._syncs >= self.opened else 0
 
     @property
+    def session(self) -> int | None:
+        """The run's, as far as it is known."""
+        return self._session if self._at is None else self._at.session
+
+    @property
+    def answers(self) -> int:
+        """Epochs that the flight software closed with DONE."""
+        return self._dones
+
+    @property
     def steered(self) -> bool:
         """Whether the emulator closes its blocks with BENCH_SYNC."""
         return self._syncs > 0
 
     @property
+    def answering(self) -> bool:
+        """Whether the flight software closes its blocks with BENCH_DONE."""
+        return self._dones > 0
+
+    @property
     def unanswered(self) -> int:
         """Epochs that were announced and not answered before the next one began."""
-        waiting = self._epoch is not None and self._announced == self._epoch > self._answered
+        waiting = self._at is not None and self._announced == self._at.epoch > self._answered
         return self._syncs - self._dones - waiting
 
     def hear(self, frames: FrameBatch) -> list[Epoch]:
         """Epochs that these frames completed."""
         closed: list[Epoch] = []
         marks = marks_in(self._codec, frames)
-        labels = dict(zip(marks.rows.tolist(), zip(marks.session.tolist(), marks.epoch.tolist(), strict=True),
+        labels = dict(zip(marks.rows.tolist(), map(Label, marks.session.tolist(), marks.epoch.tolist()),
                           strict=True))  # fmt: skip
         begin = 0
         for i in sorted([*labels, *messages.rows(frames)]):
-            if i not in labels:
-                self._take(frames[begin:i])
-                self._steer(frames, i)
-                begin = i + 1
-            elif self._opens(*labels[i]):
-                self._take(frames[begin:i])
-                closed += self.finish(keep_pending=self.steered)
-                self._open(*labels[i], frames[i : i + 1])
-                begin = i + 1
+            self._take(frames[begin:i])
+            begin = i + 1
+            if i in labels:
+                closed += self._on_mark(labels[i], frames[i : i + 1])
+            else:
+                closed += self._on_bench(frames, i)
         self._take(frames[begin:])
         return closed
 
-    def _opens(self, session: int, epoch: int) -> bool:
-        """Whether an epoch begins at an intact mark: it leads on from the last one."""
-        if self.ended:
-            return False
-        return self._epoch is None or (session == self._session and 0 < epoch - self._epoch <= _FARTHEST)
+    def finish(self) -> list[Epoch]:
+        """The epoch in hand, closed; with what no BENCH_DONE claimed, unless the run was over."""
+        if self._at is None:
+            return []
+        self._pass_over()
+        tail = [] if self.ended and self.steered else self._pending
+        return self._close(
+            [self._without_announcements(piece, not self.steered) for piece in tail], last=True
+        )
 
-    def _open(self, session: int, epoch: int, mark: FrameBatch) -> None:
+    def _on_mark(self, label: Label, mark: FrameBatch) -> list[Epoch]:
+        if self.ended or (self._at is None and self._session not in (None, label.session)):
+            self.refused_marks += 1
+            return []
+        if self._at is None or self._leads_on(label):
+            self._pass_over()
+            closed = self._close_for_next()
+            self._open(label, [mark])
+            return closed
+        if self._at == label:
+            self.refused_marks += 1
+            return []
+        if self._doubtful is not None and self._doubtful.label.leads_to(label) and self._believable:
+            closed = self._believe() + self._close_for_next()
+            self._open(label, [mark])
+            return closed
+        self._pass_over()
+        self._doubtful = _Doubtful(label, len(self._heard))
+        self._heard.append(mark)
+        return []
+
+    def _leads_on(self, label: Label) -> bool:
+        """Whether a mark needs nothing more to be believed."""
+        assert self._at is not None
+        if self.steered or self._session is not None:
+            return self._announced == self._at.epoch and self._at.leads_to(label, 1)
+        return self._at.leads_to(label)
+
+    def _pass_over(self) -> None:
+        """The mark in doubt is borne out by nothing."""
+        if self._doubtful is not None:
+            del self._heard[self._doubtful.piece]
+            self._doubtful = None
+            self.refused_marks += 1
+
+    def _believe(self) -> list[Epoch]:
+        """The mark in doubt is borne out: the run goes on there, or begins there."""
+        doubtful = self._doubtful
+        assert doubtful is not None
+        onward = self._is_onward(doubtful.label)
+        pieces, self._heard = self._heard[doubtful.piece :], self._heard[: doubtful.piece]
+        self._doubtful = None
+        closed = self._close_for_next() if onward else []
+        if not onward:
+            self._heard, self._answers = [], []
+            self.refused_marks += 1
+            self.opened -= 1
+        self._open(doubtful.label, pieces)
+        return closed
+
+    def _is_onward(self, label: Label) -> bool:
+        assert self._at is not None
+        return label.session == self._at.session and label.epoch > self._at.epoch
+
+    @property
+    def _believable(self) -> bool:
+        """Whether the mark in doubt is of this run, or of one that began instead of it."""
+        assert self._doubtful is not None
+        label, barely = self._doubtful.label, self.opened == 1 and not self.steered
+        return self._is_onward(label) or (barely and self._session in (None, label.session))
+
+    def _open(self, label: Label, pieces: list[FrameBatch]) -> None:
         if self.opened and not self._syncs:
             self._lockstep = False
-        self._session, self._epoch = session, epoch
+        self._at = label
         self.opened += 1
-        self._heard.append(mark)
+        self._heard = pieces
 
-    def finish(self, keep_pending: bool = False) -> list[Epoch]:
-        """The epoch in hand, closed; at the end of the run also what no BENCH_DONE claimed."""
-        if self._epoch is None:
+    def _close_for_next(self) -> list[Epoch]:
+        """The open epoch, if there is one; answers that are on their way stay."""
+        if self._at is None:
             return []
-        tail = [] if keep_pending else self._pending
-        if not self.steered:  # start heartbeats waited with the first answers
-            tail = [self._without_heartbeats(piece) for piece in tail]
-        epoch = Epoch(self._epoch, concat([*self._heard, *self._answers, *tail]))
+        tail = []
+        if not self.steered:
+            tail = [self._without_announcements(piece, start=True) for piece in self._pending]
+        elif not self._lockstep and not self.answering:
+            tail = self._pending
+        return self._close(tail, last=False)
+
+    def _close(self, tail: list[FrameBatch], last: bool) -> list[Epoch]:
+        assert self._at is not None
+        epoch = Epoch(self._at.epoch, concat([*self._heard, *self._answers, *tail]))
         self._heard, self._answers = [], []
-        if not keep_pending:
-            self._pending, self._epoch = [], None
+        if tail or last:
+            self._pending = []
+        if last:
+            self._at = None
         return [epoch]
 
     def _take(self, frames: FrameBatch) -> None:
-        if not len(frames) or self.ended:
+        if not len(frames):
             return
         flight = self._flight_id[frames.can_id & SFF_MASK]
-        if not self._lockstep:
-            if self._epoch is not None:
-                self._heard.append(frames)
-            return
-        if flight.any():
+        apart = self._lockstep or self.steered
+        if apart and flight.any():
             self._pending.append(frames[flight])
-        if self._epoch is not None and not flight.all():
-            self._heard.append(frames[~flight])
+        if self._at is not None and not self.ended:
+            rest = frames[~flight] if apart else frames
+            if len(rest):
+                self._heard.append(rest)
 
-    def _steer(self, frames: FrameBatch, row: int) -> None:
-        """What a bench frame says of the run; before the first mark and behind the end nothing."""
-        if self._epoch is None or self.ended:
-            return
-        ending = frames.can_id[row] == messages.END_ID
-        found = messages.judge(frames, row, self._session, self._epoch + ending)
-        if isinstance(found, Refusal):
-            self.refused[found] += 1
-        elif found.can_id == messages.END_ID:
+    def _on_bench(self, frames: FrameBatch, row: int) -> list[Epoch]:
+        """What a bench frame says of the run; before the first mark nothing."""
+        if self._at is None:
+            return []
+        ending = int(frames.can_id[row] == messages.END_ID)
+        found = messages.judge(frames, row, self._at.session, self._at.epoch + ending)
+        if frames.can_id[row] == messages.SYNC_ID and not self.ended:
+            return self._on_sync(frames, row, found)
+        late = (
+            messages.late_answer(frames, row, found, self._at.epoch) if isinstance(found, Refusal) else None
+        )
+        if late is not None and late.session == self._at.session:
+            self._take_answer(late.epoch, late.count)
+        elif isinstance(found, Bench) and found.can_id == messages.END_ID and not self.ended:
             self.ended = True
-        elif found.epoch > self._epoch:  # its mark was lost
-            self.refused[Refusal.OUT_OF_TURN] += 1
-        elif found.can_id == messages.DONE_ID:
-            self._close_answer(found.epoch, found.count)
+        elif isinstance(found, Bench) and found.can_id == messages.DONE_ID and found.epoch <= self._announced:
+            self._take_answer(found.epoch, found.count)
+        else:
+            self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
+        return []
+
+    def _on_sync(self, frames: FrameBatch, row: int, found: Bench | Refusal) -> list[Epoch]:
+        closed: list[Epoch] = []
+        assert self._at is not None
+        if not (isinstance(found, Bench) and found.epoch == self._at.epoch):
+            doubtful = self._doubtful
+            other = doubtful and messages.judge(frames, row, doubtful.label.session, doubtful.label.epoch)
+            at_doubt = doubtful and isinstance(other, Bench) and other.epoch == doubtful.label.epoch
+            if at_doubt and self._believable:
+                closed, found = self._believe(), other
+        if not (
+            isinstance(found, Bench) and (found.session, found.epoch) == (self._at.session, self._at.epoch)
+        ):
+            self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
         elif found.epoch > self._announced:
+            self._pass_over()
             self._announced = found.epoch
             self._syncs += 1
             self._declared += found.count
+        return closed
 
-    def _close_answer(self, epoch: int, count: int) -> None:
-        first = self._answered < 0
-        if epoch > self._answered:
-            self._dones += 1
-            self._declared += count
-        if self._lockstep:
-            block = concat(self._pending)
-            self._pending = []
-            before, block = block[: len(block) - count], block[max(len(block) - count, 0) :]
-            if first:  # start heartbeats that crossed the first time mark
-                before = self._without_heartbeats(before)
+    def _take_answer(self, epoch: int, count: int) -> None:
+        """A flight block is whole. Of an epoch answered before it is the same again, and not kept."""
+        assert self._at is not None
+        block = concat(self._pending)
+        self._pending = []
+        before, block = block[: len(block) - count], block[max(len(block) - count, 0) :]
+        before = self._without_announcements(before, start=not self._dones)
+        if not self.ended:
             self._answers.append(before)
-            if epoch > self._answered:
-                self._answers.append(block)
-        self._answered = max(self._answered, epoch)
+        if epoch <= self._answered:
+            return
+        self._answered = epoch
+        self._dones += 1
+        self._declared += count
+        behind = self._at.epoch - epoch
+        self.late += behind > messages.NEAR
+        if behind < HELD_BACK:
+            self._answers.append(block)
+        else:
+            self.lost += 1
+            self._declared -= count
 
-    def _without_heartbeats(self, frames: FrameBatch) -> FrameBatch:
-        return frames[self._codec.kind_of[frames.can_id & SFF_MASK] != self._heartbeat]
+    def _without_announcements(self, frames: FrameBatch, start: bool) -> FrameBatch:
+        """Without the heartbeats by which a node that waits announces itself, at the start all there are,
+        later those whose counter and epoch are 0. How many there are depends on wall time."""
+        beats = self._codec.kind_of[frames.can_id & SFF_MASK] == self._heartbeat
+        return frames[~(beats & (start | (frames.data[:, 1] == 0)))]

@@ -36,7 +36,7 @@ _STATISTICS = {
 _SPREAD = ("mean", "min", "max")
 _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
-_OF_THE_RUN_ALONE = ("expect", "frames_sent", "latency_histogram", "about")
+_OF_THE_RUN_ALONE = ("expect", "frames_sent", "latency_histogram", "about", "fixes_flown")
 """Of run.json, what summary.json does not repeat."""
 _NEVER_NS = 2**63 - 1
 

@@ -150,10 +150,11 @@ static void set_aside(struct flight *flight, const struct can_frame *frame)
         flight->inbox.frames_lost++;
 }
 
-/* It is known now where the frames set aside belong: to the open epoch. */
-static void take_asides(struct flight *flight, int64_t now_ms)
+/* It is known now where the frames set aside belong: to the open epoch. The mark before them does where it is of
+ * that epoch; else it is left out. */
+static void take_asides(struct flight *flight, bool with_mark, int64_t now_ms)
 {
-    for (int i = 0; i < flight->asides; i++)
+    for (int i = with_mark ? 0 : 1; i < flight->asides; i++)
         take(flight, &flight->aside[i], meaning_of(flight->aside[i].can_id), now_ms);
     flight->asides = 0;
 }
@@ -164,7 +165,7 @@ static void believe(struct flight *flight, int64_t now_ms)
     if (slave_believe(&flight->slave, now_ms))
         forget(flight);
     inbox_open(&flight->inbox, flight->slave.at.epoch);
-    take_asides(flight, now_ms);
+    take_asides(flight, true, now_ms);
 }
 
 static enum task on_mark(struct flight *flight, const struct can_frame *frame, int64_t now_ms)
@@ -177,7 +178,7 @@ static enum task on_mark(struct flight *flight, const struct can_frame *frame, i
     if (task == BEGIN)
         forget(flight);
     if (doubting && (task == DOUBT || task == OPEN || task == STEP_BEFORE))
-        take_asides(flight, now_ms); /* not borne out */
+        take_asides(flight, false, now_ms); /* not borne out */
     if (task == BEGIN || task == OPEN)
         inbox_open(&flight->inbox, mark.epoch);
     return task;
@@ -194,7 +195,7 @@ static enum task on_frame(struct flight *flight, const struct can_frame *frame, 
     }
     if (meaning.kind == TIME_MARK && !flight->inbox.other_contract[NODE_TIME]) {
         enum task task = on_mark(flight, frame, now_ms);
-        if (task == STEP_BEFORE || task == STEP_OLD || task == BELIEVE)
+        if (task == STEP_BEFORE || task == STEP_OLD || task == BELIEVE || task == NOTHING)
             return task;
     }
     if (!flight->slave.running) {
@@ -220,7 +221,7 @@ bool flight_hear(struct flight *flight, const struct can_frame *frame, int64_t n
     if (task == STEP_BLIND)
         inbox_open(&flight->inbox, flight->slave.at.epoch);
     if (task == STEP || task == STEP_BLIND)
-        take_asides(flight, now_ms); /* the mark among them was a stray */
+        take_asides(flight, false, now_ms); /* the mark before them was a stray */
     if (task == STEP || task == STEP_BLIND || old)
         step(flight, !old);
     if (task == END) {
@@ -235,7 +236,7 @@ bool flight_wait(struct flight *flight, int64_t now_ms)
     int64_t due_ms = slave_due_ms(&flight->slave);
     if (due_ms < 0 || now_ms < due_ms)
         return false;
-    take_asides(flight, now_ms);
+    take_asides(flight, false, now_ms);
     flight->slave.doubting = false;
     step(flight, false);
     return true;

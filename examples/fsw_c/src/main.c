@@ -14,12 +14,13 @@ enum { HEARTBEAT_MS = 100 };
 enum { EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_ENVIRONMENT = 3, EXIT_INTERRUPTED = 130 };
 
 static const char usage[] =
-    "usage: fsw [--bus BUS] [--vehicle FILE] [--stay]\n"
+    "usage: fsw [--bus BUS] [--vehicle FILE] [--tell] [--stay]\n"
     "\n"
     "A flight software for gnss-hil's bus, in C.\n"
     "\n"
     "  --bus BUS       embedded:PATH or socketcan:INTERFACE (default: $GNSS_HIL_BUS)\n"
     "  --vehicle FILE  antennas of the craft, TOML (default: $GNSS_HIL_VEHICLE)\n"
+    "  --tell          say at the end what was flown, though nothing was refused or lost\n"
     "  --stay          wait for the next run at a run's end, instead of leaving\n"
     "\n"
     "examples:\n"
@@ -31,7 +32,7 @@ static const char usage[] =
 
 struct options {
     const char *bus, *vehicle;
-    bool stay;
+    bool tell, stay;
 };
 
 /* Signals may only set a flag; it is the one variable outside the state. */
@@ -70,7 +71,7 @@ static int read_options(int argc, char **argv, struct options *options, bool *le
 {
     char words[160];
     *leave = false;
-    *options = (struct options){getenv("GNSS_HIL_BUS"), getenv("GNSS_HIL_VEHICLE"), false};
+    *options = (struct options){getenv("GNSS_HIL_BUS"), getenv("GNSS_HIL_VEHICLE"), false, false};
     for (int i = 1; i < argc; i++) {
         bool takes_value = strcmp(argv[i], "--bus") == 0 || strcmp(argv[i], "--vehicle") == 0;
         if (strcmp(argv[i], "--help") == 0) {
@@ -81,6 +82,8 @@ static int read_options(int argc, char **argv, struct options *options, bool *le
         if (takes_value && i + 1 < argc) {
             *(strcmp(argv[i], "--bus") == 0 ? &options->bus : &options->vehicle) = argv[i + 1];
             i++;
+        } else if (strcmp(argv[i], "--tell") == 0) {
+            options->tell = true;
         } else if (strcmp(argv[i], "--stay") == 0) {
             options->stay = true;
         } else {
@@ -142,12 +145,12 @@ static int fly(struct bus *bus, struct flight *flight, bool stay)
 }
 
 /* What a run's end must not hide. */
-static void tell(const struct flight *flight)
+static void tell(const struct flight *flight, bool anyway)
 {
     unsigned long refused = 0;
     for (int reason = 0; reason < REASONS; reason++)
         refused += flight->inbox.refused[reason];
-    if (refused + flight->inbox.frames_lost + flight->slave.lost + flight->slave.refused == 0)
+    if (!anyway && refused + flight->inbox.frames_lost + flight->slave.lost + flight->slave.refused == 0)
         return;
     fprintf(stderr, "fsw: %lu epochs, %lu fixes; %lu frames lost", flight->epochs, flight->fixes,
             flight->inbox.frames_lost > flight->slave.lost ? flight->inbox.frames_lost : flight->slave.lost);
@@ -155,7 +158,7 @@ static void tell(const struct flight *flight)
         if (flight->inbox.refused[reason])
             fprintf(stderr, ", %lu refused: %s", flight->inbox.refused[reason], reason_names[reason]);
     if (flight->slave.refused)
-        fprintf(stderr, ", %lu bench frames refused", flight->slave.refused);
+        fprintf(stderr, ", %lu bench frames or time marks refused", flight->slave.refused);
     fputc('\n', stderr);
 }
 
@@ -177,7 +180,7 @@ int main(int argc, char **argv)
     catch_signals();
     int gone = fly(&bus, &flight, options.stay);
     bus_close(&bus);
-    tell(&flight);
+    tell(&flight, options.tell);
     if (interrupted)
         return EXIT_INTERRUPTED;
     return gone && flight.slave.running ? EXIT_FAILED : 0;

@@ -34,6 +34,7 @@ static enum task borne_out(const struct slave *slave)
 static void open_epoch(struct slave *slave, struct label label, int64_t now_ms)
 {
     slave->open = true;
+    slave->refused += slave->doubting;
     slave->doubting = slave->answered = false;
     slave->at = label;
     slave->statuses = 0;
@@ -56,8 +57,10 @@ enum task slave_mark(struct slave *slave, struct label mark, int64_t now_ms)
         begin(slave, mark, now_ms);
         return BEGIN;
     }
-    if (slave->open && same(mark, slave->at))
-        return FRAME; /* repeated: for the counters to refuse */
+    if (slave->open && same(mark, slave->at)) {
+        slave->refused++; /* repeated */
+        return NOTHING;
+    }
     if (leads_on(slave, mark)) {
         if (slave->open)
             return STEP_BEFORE;
@@ -66,6 +69,7 @@ enum task slave_mark(struct slave *slave, struct label mark, int64_t now_ms)
     }
     if (slave->doubting && leads(slave->doubt, mark, LEAD))
         return borne_out(slave);
+    slave->refused += slave->doubting;
     slave->doubting = true;
     slave->doubt = mark;
     return DOUBT;
@@ -74,6 +78,7 @@ enum task slave_mark(struct slave *slave, struct label mark, int64_t now_ms)
 bool slave_believe(struct slave *slave, int64_t now_ms)
 {
     struct label label = slave->doubt;
+    slave->doubting = false;
     bool another = label.session != slave->at.session || label.epoch <= slave->at.epoch;
     if (another)
         begin(slave, label, now_ms);
@@ -147,6 +152,8 @@ void slave_stepped(struct slave *slave, bool synced)
     slave->open = false;
     slave->first = false;
     slave->answered = synced;
-    if (synced)
+    if (synced) {
+        slave->refused += slave->doubting;
         slave->doubting = false;
+    }
 }

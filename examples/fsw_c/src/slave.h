@@ -39,7 +39,7 @@ struct slave {
     int64_t mark_ms, last_ms;
     unsigned heard;          /* frames of the open epoch, of any quality */
     unsigned long lost;      /* frames that SYNCs announced and did not arrive */
-    unsigned long refused;   /* bench frames that were not believed */
+    unsigned long refused;   /* bench frames and time marks that were not believed */
 };
 
 /* A time mark with a sound CRC. */

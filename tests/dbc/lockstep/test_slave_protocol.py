@@ -107,7 +107,8 @@ def test_a_repeated_or_replayed_mark_does_not_cut_an_epoch():
     play(slave, block(5), sync(5, 6))
     heard = concat((mark(6), measurements(2), mark(6), mark(3), measurements(1)))
     (work,) = play(slave, heard, sync(6, 6))
-    assert work[1] == heard
+    assert work[1] == heard[[0, 1, 2, 5]]
+    assert slave.refused_marks == 2
 
 
 def test_a_corrupted_mark_names_no_new_run():
@@ -198,7 +199,7 @@ STRAYS = {
 @pytest.mark.parametrize("at", [0, 1, 3, 6], ids=["before", "after the mark", "amid", "behind"])
 @pytest.mark.parametrize("stray", STRAYS.values(), ids=STRAYS)
 def test_a_stray_costs_no_epoch(stray, at):
-    """Every epoch is stepped once, by its SYNC, none is a fresh start; what is no bench frame stays in."""
+    """Every epoch is stepped once, by its SYNC, none is a fresh start; strays that say so are left out."""
     slave = Slave(CODEC)
     before = [piece for k in range(5) for piece in (block(k), sync(k, 6))]
     disturbed = concat((block(5)[:at], stray, block(5)[at:], sync(5, 6)))
@@ -209,9 +210,18 @@ def test_a_stray_costs_no_epoch(stray, at):
     answers = [messages.judge(sent, len(sent) - 1, SESSION, k) for k, (*_, sent) in enumerate(did[:-1])]
     assert [(a.epoch, a.session) for a in answers] == [(k, SESSION) for k in range(9)]
     kept = concat([frames for _, frames, _, _ in did[:-1]])
-    bench = len(messages.rows(stray))
-    assert len(kept) == 9 * 6 + 1 - bench
-    assert sum(slave.refused.values()) == bench
+    bench, marks = len(messages.rows(stray)), int(stray.can_id[0] == 0x010)
+    assert len(kept) == 9 * 6 + 1 - bench - marks
+    assert (sum(slave.refused.values()), slave.refused_marks) == (bench, marks)
+
+
+@pytest.mark.parametrize("at", [1, 3, 6])
+def test_a_sync_of_the_last_epoch_is_out_of_turn_in_an_open_one(at):
+    slave = Slave(CODEC)
+    play(slave, block(4), sync(4, 6))
+    (work,) = play(slave, block(5)[:at], sync(4, 6), block(5)[at:], sync(5, 6))
+    assert work[1] == block(5)
+    assert slave.refused == {messages.Refusal.OUT_OF_TURN: 1}
 
 
 @pytest.mark.parametrize(
@@ -221,7 +231,7 @@ def test_without_sync_a_stray_mark_costs_no_epoch(stray):
     slave = Slave(CODEC)
     did = play(slave, *(block(k) for k in range(4)), stray, measurements(3), *(block(k) for k in range(4, 8)))
     assert [work[2] for work in did] == [True] + [False] * 6
-    assert did[3][1] == concat((block(3), stray, measurements(3)))
+    assert did[3][1] == concat((block(3), measurements(3)))
     assert [work[1] for work in did if work is not did[3]] == [block(k) for k in range(7) if k != 3]
 
 

@@ -210,7 +210,7 @@ def test_a_channel_with_a_frame_missing_is_out():
 
 def test_bad_frames_are_counted_by_reason_and_change_nothing():
     sender = Sender()
-    good = [sender.block(e, *FIVE, navigation(used=USED)) for e in range(6)]
+    good = [sender.block(e, *FIVE, navigation(used=USED)) for e in range(12)]
     spoilt = good[3][1:2]
     corrupted = FrameBatch(spoilt.t_ns, spoilt.can_id, spoilt.length, spoilt.data ^ np.uint8(1 << 5))
     strangers = concat([batch([0x7A0], b"unknown!"), batch([0x10], b"short", length=5)])
@@ -219,7 +219,7 @@ def test_bad_frames_are_counted_by_reason_and_change_nothing():
     clean, _ = digested(*good)
     reasons = digest.counters.reasons
     assert reasons == {"CORRUPTED": 1, "UNKNOWN_ID": 1, "WRONG_LENGTH": 1, "MIXED_EPOCH": 1}
-    assert digest.fixes["valid"].sum() == 6
+    assert digest.fixes["valid"].sum() == 12
     assert (digest.fixes["x_m"] == clean.fixes["x_m"]).all()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gnss_hil.dbc.contract import codec, e2e
-from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
+from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, batch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.recording.sequence import Sequencer
 
@@ -25,9 +25,9 @@ CODEC = codec.codec(4)
 SESSION = 7
 
 
-def frame(name: str, mark: int, number: int = 0) -> FrameBatch:
+def frame(name: str, mark: int, number: int = 0, header: int = 0) -> FrameBatch:
     """A frame of a kind that can be told from others by `mark`."""
-    return batch([CODEC.can_id_of[name, number]], bytes([0, 0, mark, 0, 0, 0, 0, 0]))
+    return batch([CODEC.can_id_of[name, number]], bytes([0, header, mark, 0, 0, 0, 0, 0]))
 
 
 def time_mark(epoch: int, session: int = SESSION) -> FrameBatch:
@@ -41,7 +41,7 @@ def emulated(epoch: int) -> FrameBatch:
 
 
 def flown(epoch: int) -> FrameBatch:
-    return concat([frame("NAV_STATUS", epoch), frame("HEARTBEAT", epoch, 16)])
+    return concat([frame("NAV_STATUS", epoch), frame("HEARTBEAT", epoch, 16, header=epoch % 16 << 4 | 1)])
 
 
 def sync(epoch: int) -> FrameBatch:
@@ -103,7 +103,8 @@ END = messages.encode(messages.END_ID, SESSION, 2, 0)
 def test_after_the_end_nothing_belongs_to_the_run(lockstep):
     assert recorded(*PLAIN, END, GREETING, frame("RANGE", 1, 1), lockstep=lockstep) == CANONICAL
     other = messages.encode(messages.END_ID, SESSION + 1, 2, 0)
-    assert recorded(*PLAIN, other, GREETING)[1] == (1, concat([emulated(1), flown(1), GREETING]))
+    late = frame("RANGE", 1, 1)
+    assert recorded(*PLAIN, other, late)[1] == (1, concat([emulated(1), late, flown(1)]))
 
 
 def test_without_a_sync_frames_stay_as_heard():
@@ -142,6 +143,8 @@ FALSE_MARKS = {
     "wrong-length": cut(time_mark(1)),
     "repeated": time_mark(0),
     "absurdly-far": time_mark(4_000_000_000),
+    "the-next-too-early": time_mark(1),
+    "some-on": time_mark(9),
     "other-session": time_mark(1, SESSION + 1),
 }
 
@@ -149,15 +152,19 @@ FALSE_MARKS = {
 @pytest.mark.parametrize("lockstep", [True, False])
 @pytest.mark.parametrize("false", FALSE_MARKS.values(), ids=FALSE_MARKS)
 def test_a_mark_that_opens_no_epoch_is_a_frame_like_any_other(false, lockstep):
+    """Damaged it is on record, for the digest to reject; intact it is left out, and counted."""
     heard = [emulated(0), false, sync(0), flown(0), done(0), *PLAIN[4:]]
-    first = concat([emulated(0), false, flown(0)])
-    assert recorded(*heard, lockstep=lockstep) == [(0, first), CANONICAL[1]]
+    damaged = false in (FALSE_MARKS["corrupted"], FALSE_MARKS["wrong-length"])
+    first = concat([emulated(0), *([false] if damaged else []), flown(0)])
+    sequencer = Sequencer(CODEC, lockstep, SESSION)
+    epochs = [*sequencer.hear(concat(heard)), *sequencer.finish()]
+    assert [(e.number, e.frames) for e in epochs] == [(0, first), CANONICAL[1]]
+    assert sequencer.refused_marks == (not damaged)
 
 
 def test_a_replayed_mark_does_not_turn_time_back():
-    heard = [*PLAIN, time_mark(0), emulated(2)]
-    second = concat([emulated(1), time_mark(0), flown(1)])
-    assert recorded(*heard) == [CANONICAL[0], (1, second), (2, emulated(2))]
+    heard = [*PLAIN, time_mark(0), emulated(2), sync(2)]
+    assert recorded(*heard) == [*CANONICAL, (2, emulated(2))]
 
 
 @pytest.mark.parametrize(
@@ -168,7 +175,11 @@ def test_no_run_begins_with_a_spoilt_mark(false):
 
 
 def test_marks_that_were_lost_do_not_hold_up_the_next():
-    assert recorded(emulated(0), emulated(900)) == [(0, emulated(0)), (900, emulated(900))]
+    assert recorded(emulated(0), emulated(16)) == [(0, emulated(0)), (16, emulated(16))]
+    far = [emulated(0), emulated(900), emulated(901)]
+    assert recorded(*far) == [(0, emulated(0)), (900, emulated(900)), (901, emulated(901))]
+    far = [*PLAIN, emulated(900), sync(900), flown(2), done(900)]
+    assert recorded(*far) == [*CANONICAL, (900, concat([emulated(900), flown(2)]))]
 
 
 def declared_after(*heard: FrameBatch) -> int:
@@ -186,11 +197,13 @@ def test_what_was_sent_is_unknown_unless_every_epoch_was_declared_by_both():
     assert declared_after(*[f for f in PLAIN if f.can_id[-1] != messages.DONE_ID]) == 0, "never a DONE"
 
 
-def test_an_answer_after_the_end_is_neither_recorded_nor_declared():
-    """At a free pace the last answer may come too late; its frames are no part of the run, hence not lost."""
-    late = [*PLAIN[:6], END, *PLAIN[6:]]
-    assert declared_after(*late) == 0
-    assert recorded(*late)[1] == (1, emulated(1))
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_the_last_answer_may_come_after_the_end_and_nothing_else(lockstep):
+    """At a free pace: it was flown, so it is on record."""
+    late = [*PLAIN[:6], END, GREETING, frame("RANGE", 1, 1), *PLAIN[6:], time_mark(2), *PLAIN[6:]]
+    assert declared_after(*late) == 8
+    assert recorded(*late, lockstep=lockstep) == CANONICAL
+    assert recorded(*PLAIN[:6], END, flown(1), lockstep=lockstep)[1] == (1, emulated(1)), "no DONE"
 
 
 def test_declared_counts_each_block_once():
@@ -198,3 +211,62 @@ def test_declared_counts_each_block_once():
     sequencer.hear(concat([emulated(0), sync(0), sync(0), flown(0), done(0), flown(0), done(0)]))
     assert sequencer.declared == 4
     assert [e.number for e in sequencer.finish()] == [0]
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_bench_frames_of_something_else_are_refused_and_change_nothing(lockstep):
+    other = [
+        *(messages.encode(kind, SESSION + 1, 0, 2) for kind in (messages.SYNC_ID, messages.DONE_ID)),
+        *(messages.encode(messages.END_ID, *label, 0) for label in ((SESSION + 1, 1), (SESSION, 9))),
+        *(sync(9), sync(2**32 - 1), done(9), done(2**32 - 1)),
+        batch(messages.SYNC_ID, bytes.fromhex("023E800000000000")),
+        batch(messages.END_ID, b""),
+    ]
+    for at in range(1, len(PLAIN)):
+        sequencer = Sequencer(CODEC, lockstep, SESSION)
+        heard = sequencer.hear(concat([*PLAIN[:at], *other, *PLAIN[at:]]))
+        assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
+        assert sum(sequencer.refused.values()) == len(other)
+        assert (sequencer.declared, sequencer.unanswered, sequencer.ended) == (8, 0, False)
+
+
+def test_the_record_is_of_the_known_session():
+    stray = time_mark(5, SESSION + 1)
+    sequencer = Sequencer(CODEC, True, SESSION)
+    heard = sequencer.hear(concat([stray, *PLAIN]))
+    assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
+    assert sequencer.refused_marks == 1
+
+
+@pytest.mark.parametrize("stray", [time_mark(5, SESSION + 1), time_mark(5)], ids=["session", "epoch"])
+def test_a_record_that_began_with_a_stray_mark_begins_anew(stray):
+    sequencer = Sequencer(CODEC, True)
+    heard = sequencer.hear(concat([stray, *PLAIN]))
+    assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
+    assert (sequencer.refused_marks, sequencer.opened) == (1, 2)
+
+
+def test_another_run_behind_the_first_is_refused():
+    again = [time_mark(k, SESSION + 1) for k in range(4)]
+    sequencer = Sequencer(CODEC, True)
+    heard = sequencer.hear(concat([*PLAIN, *again]))
+    assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
+    assert sequencer.refused_marks == 4
+
+
+def test_heartbeats_of_a_node_that_waits_between_epochs_leave_no_trace():
+    """Seven seconds of silence, and a flight software announces itself twenty times."""
+    assert recorded(*PLAIN[:4], *[GREETING] * 20, *PLAIN[4:]) == CANONICAL
+    assert recorded(*PLAIN[:6], *[GREETING] * 20, *PLAIN[6:]) == CANONICAL
+
+
+@pytest.mark.parametrize("behind", [1, 2, 7, 8, 15, 16, 40])
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_late_answer_is_told_as_late_and_beyond_what_frames_can_tell_left_out(lockstep, behind):
+    marks = [piece for k in range(1, behind + 1) for piece in (emulated(k), sync(k))]
+    sequencer = Sequencer(CODEC, lockstep, SESSION)
+    heard = sequencer.hear(concat([emulated(0), sync(0), *marks, flown(0), done(0)]))
+    last = [*heard, *sequencer.finish()][-1]
+    kept = flown(0) if behind < 8 else EMPTY
+    assert (last.number, last.frames) == (behind, concat([emulated(behind), kept]))
+    assert (sequencer.late, sequencer.lost) == (behind > 1, behind >= 8)

@@ -1,0 +1,102 @@
+"""Whether the record of a bus is the flight: what was counted on both sides of it, compared.
+
+What the record lacks, or has of somebody else, is a fault of the run. What was refused and changed nothing is
+told, and takes from the run that it is reproducible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from gnss_hil.dbc.lockstep import messages
+from gnss_hil.dbc.lockstep.messages import Refusal
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """What the recorder counted on one craft's bus.
+
+    epochs       on record;  answers  of them that the flight software closed with DONE
+    refused      bench frames;  refused_marks  intact time marks that opened no epoch
+    late         answers two epochs late or more;  lost_answers  of those, so late that they are not on record
+    several      nodes for which more than one peer spoke;  contested  by turns
+    ended        BENCH_END was heard: both sides stop where the record does
+    """
+
+    epochs: int
+    answers: int
+    refused: Mapping[Refusal, int] = field(default_factory=dict)
+    refused_marks: int = 0
+    late: int = 0
+    lost_answers: int = 0
+    several: tuple[str, ...] = ()
+    contested: tuple[str, ...] = ()
+    ended: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """What the sides of a run counted themselves, None where they do not tell.
+
+    epochs  the time master played;  fixes  the flight software of the craft flew
+    """
+
+    epochs: int | None = None
+    fixes: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Decoded:
+    """What is decoded from the record of a craft: answers that say how they went, and valid fixes."""
+
+    answers: int
+    fixes: int
+
+
+Told = tuple[str, Heard, Counted, Decoded]
+"""All that is known of a craft's record."""
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def faults(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iterator[str]:
+    """Why the record is not the flight, a line each."""
+    if counted.epochs not in (None, heard.epochs):
+        yield f"{craft}: {_many(heard.epochs, 'epoch')} on record, the time master played {counted.epochs}"
+    if heard.contested:
+        nodes = ", ".join(heard.contested)
+        yield f"{craft}: several peers of the bus spoke by turns for {nodes}: the record may be of either"
+    if heard.lost_answers:
+        yield (
+            f"{craft}: {_many(heard.lost_answers, 'answer')} came so late that frames could not tell their "
+            "epoch, and are not on record"
+        )
+    if decoded.answers < heard.answers - heard.lost_answers:
+        yield (
+            f"{craft}: the flight software answered {_many(heard.answers - heard.lost_answers, 'epoch')}, "
+            f"{decoded.answers} NAV_STATUS are on record"
+        )
+    if heard.ended and counted.fixes not in (None, decoded.fixes):
+        yield f"{craft}: fixes: {decoded.fixes} on record, {counted.fixes} flown"
+
+
+def notes(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iterator[str]:
+    """What was refused or late and changed nothing, a line each."""
+    if not heard.ended and counted.fixes not in (None, decoded.fixes):
+        yield f"{craft}: fixes: {decoded.fixes} on record, which nobody ended; {counted.fixes} flown"
+    if refused := messages.explain(heard.refused):
+        yield f"{craft}: {refused}"
+    if heard.refused_marks:
+        yield f"{craft}: {_many(heard.refused_marks, 'time mark')} left out of the record: no epoch followed"
+    if heard.late:
+        yield f"{craft}: {_many(heard.late, 'answer')} two epochs late or more"
+    if restarted := sorted({*heard.several} - {*heard.contested}):
+        yield f"{craft}: more than one peer of the bus spoke for {', '.join(restarted)}, one after the other"
+
+
+def reproducible(heard: Heard) -> bool:
+    """Whether nothing on the bus but the run itself had a part in the record."""
+    return not (heard.refused or heard.refused_marks or heard.late or heard.several)
