@@ -18,7 +18,6 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ from pathlib import Path
 from gnss_hil.dbc.lockstep.messages import session_of
 from tests.support.feeder import DONE, END, SYNC, TIME_MARK, bench, pack, protection
 from tests.support.programs import GNSS_HIL
+from tests.support.waiting import HANG_S, exit_status, until
 
 EPOCHS = 100
 SESSION = session_of(1)
@@ -91,19 +91,10 @@ class Result:
 class Listener:
     """A peer of the bus that hears it and speaks once."""
 
-    def __init__(self, path: Path, patience_s: float):
-        end_s = time.monotonic() + patience_s
-        while True:
-            self._sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-            try:
-                self._sock.connect(str(path))
-                break
-            except OSError:
-                self._sock.close()
-                if time.monotonic() > end_s:
-                    raise
-                time.sleep(0.002)
-        self._sock.settimeout(patience_s)
+    def __init__(self, path: Path, run: subprocess.Popen):
+        self._sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        until(lambda: self._sock.connect_ex(os.fspath(path)) == 0, run)
+        self._sock.settimeout(HANG_S)
 
     def say(self, wire: bytes) -> None:
         with suppress(OSError):
@@ -140,7 +131,7 @@ def _epoch(data: bytes) -> int:
     return struct.unpack_from("<I", data, 4)[0]
 
 
-def run(kind: str, moment: str, pace: str, flight: Path | None = None, patience_s: float = 90.0) -> Result:
+def run(kind: str, moment: str, pace: str, flight: Path | None = None) -> Result:
     """A run of its own processes with one stray on its bus."""
     with tempfile.TemporaryDirectory(prefix="strays-") as name:
         folder = Path(name)
@@ -152,11 +143,11 @@ def run(kind: str, moment: str, pace: str, flight: Path | None = None, patience_
         with (folder / "err").open("w") as words:
             process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=words)
         try:
-            listener = Listener(folder / "bus", patience_s)
+            listener = Listener(folder / "bus", process)
             with suppress(OSError):
                 _speak(listener, STRAYS[kind], moment)
             listener.close()
-            status = process.wait(patience_s)
+            status = exit_status(process)
         finally:
             if process.poll() is None:
                 process.kill()

@@ -23,8 +23,8 @@ class Speakers:
     """Peers of a bus by the node whose frames they send, in the order in which they began to.
 
     Only what others may believe counts: intact frames of the contract of an epoch near the open one, and
-    bench frames that are believed. What a node says once in an epoch tells whether peers spoke by turns; what noise
-    can hit upon at any time (commands, heartbeats: every 256th has a right CRC) does not.
+    bench frames that are believed. What a node says once in an epoch tells whether peers spoke by turns; what
+    noise can hit upon at any time (commands, heartbeats: every 256th has a right CRC) does not.
     """
 
     def __init__(self, codec: Codec):
