@@ -98,7 +98,8 @@ def _told(plan: Plan, outcome: Outcome, digests: Mapping[str, Digest]) -> list[a
     for craft, heard, counted in zip(plan.names, outcome.heard, outcome.counted, strict=False):
         fixes = digests[craft].fixes
         decoded = account.Decoded(len(fixes["t_ns"]), int(fixes["valid"].sum()))
-        rows.append((craft, heard, counted, decoded))
+        whole = not outcome.failure and not outcome.interrupted
+        rows.append((craft, heard, counted if whole else account.Counted(), decoded))
     return rows
 
 
