@@ -90,7 +90,7 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         sun=shared.sun,
         vehicle=vehicle,
         orbit=orbit,
-        attitude=build_turning(craft.name, craft.attitude, time, orbit, shared.measured),
+        attitude=build_turning(craft.name, craft.attitude, time, orbit, shared.measured, shared.tell),
         clocks=_wandering(craft, context, vehicle) if oscillator is None else oscillator.block,
         mark_domain=mark_domain,
         models=models,

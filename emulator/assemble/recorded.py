@@ -53,13 +53,18 @@ def span_of(path: str, craft: str) -> dict[str, object]:
         raise ScenarioError(
             f"craft.{craft}.observations: {path}: {len(t_ns)} epochs; two at least are played"
         )
-    steps, counts = np.unique(np.diff(t_ns), return_counts=True)
-    step_ns = int(steps[np.argmax(counts)])
+    step_ns = _commonest_step_ns(t_ns)
     return {
         "start_gps": gpstime.to_calendar(int(t_ns[0])),
         "duration_s": (int(t_ns[-1] - t_ns[0]) + step_ns) / NS_PER_S,
         "epoch_interval_s": step_ns / NS_PER_S,
     }
+
+
+def _commonest_step_ns(t_ns: I64) -> int:
+    """Of epochs (e,), two at least [ns]."""
+    steps, counts = np.unique(np.diff(t_ns), return_counts=True)
+    return int(steps[np.argmax(counts)])
 
 
 def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> RecordedCraft:
@@ -70,6 +75,12 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     _refuse(shared.given.sky, craft, vehicle)
     epoch_of = _epoch_of(file, time, f"{key}: {settings.file}")
     marks_ns = _marks_ns(file, time, epoch_of)
+    inside = (file.t_ns >= marks_ns[0]) & (file.t_ns <= marks_ns[-1])
+    if (epoch_of[inside] < 0).any():
+        shared.tell(
+            f"{key}: {settings.file}: {np.count_nonzero(epoch_of[inside] < 0)} of {np.count_nonzero(inside)} "
+            f"epochs are left out: beside the run's, which are {time.epoch_interval_s:g} s apart"
+        )
     signals = [SIGNALS[name] for name in settings.signals]
     frequencies = _frequencies(file, shared.sky, marks_ns, signals)
     played = tracks(file, signals, epoch_of, int(vehicle.channels[0]), frequencies)
@@ -137,7 +148,7 @@ def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
 
 def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) -> I64:
     """(e,) number of the run's epoch for each of the file's, -1 for one that is left out."""
-    step_ns = np.diff(file.t_ns).min() if len(file.t_ns) > 1 else time.interval_ns
+    step_ns = _commonest_step_ns(file.t_ns) if len(file.t_ns) > 1 else time.interval_ns
     if abs(time.interval_ns / step_ns - 1) > NEAR:
         raise ScenarioError(
             f"{origin} has an epoch every {step_ns / NS_PER_S:g} s; "
@@ -147,6 +158,8 @@ def _epoch_of(file: rinex_obs.Observations, time: scenario.Time, origin: str) ->
     number = np.rint(since_ns / time.interval_ns).astype(np.int64)
     near = np.abs(since_ns - number * time.interval_ns) <= NEAR * time.interval_ns
     found = np.where((number >= 0) & (number < time.epochs) & near, number, -1)
+    # Of two epochs near one instant the first is played.
+    found[np.setdiff1d(np.arange(len(found)), np.unique(found, return_index=True)[1])] = -1
     if not (found >= 0).any():
         raise ScenarioError(f"{origin}: no epoch inside the run")
     return found

@@ -56,7 +56,7 @@ def build_world(
     )
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
-    measured = _orientation(time, resolve_path)
+    measured = _orientation(time, resolve_path, remarks.append)
     shared = Shared(
         given,
         session,
@@ -112,7 +112,9 @@ RECEIVER_KINDS = [
 """A craft has receivers of the first kind that it is of."""
 
 
-def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> finals.Orientation | None:
+def _orientation(
+    time: scenario.Time, resolve_path: Callable[[str], Path], tell: Tell
+) -> finals.Orientation | None:
     """The Earth's measured orientation over a run, if its scenario names a file."""
     if time.orientation is None:
         return None
@@ -121,6 +123,9 @@ def _orientation(time: scenario.Time, resolve_path: Callable[[str], Path]) -> fi
         found.check(*time.span_ns)
     except FileError as error:
         raise ScenarioError(f"time.orientation: {error}") from None
+    if found.measured_ns is not None and time.span_ns[1] > found.measured_ns:
+        since = gpstime.iso(found.measured_ns)[:10]
+        tell(f"time.orientation: {found.origin}: UT1 is predicted, not measured, after {since}")
     return found
 
 

@@ -63,6 +63,18 @@ class TabulatedAttitude:
                 f"{origin}: attitude from {first} to {last}; the run is from {begin} to {end} (GPS time)"
             )
 
+    def doubt_rad(self, begin_ns: int, end_ns: int) -> tuple[float, float]:
+        """About how far off the attitude may be at most between two rows that a run uses, by how much rates
+        change from row to row [rad], and how far apart those rows are [s]."""
+        step_s = np.diff(self._t_ns) / gpstime.NS_PER_S
+        change = np.linalg.norm(np.diff(self._rate_rps, axis=0), axis=1) / ((step_s[:-1] + step_s[1:]) / 2)
+        padded = np.concatenate(([0.0], change, [0.0]))
+        doubt = np.maximum(padded[:-1], padded[1:]) * step_s**2 / 8
+        first, last = np.searchsorted(self._t_ns, (begin_ns, end_ns), "right") - 1
+        used = slice(max(first, 0), min(last, len(step_s) - 1) + 1)
+        worst = int(np.argmax(doubt[used]))
+        return float(doubt[used][worst]), float(step_s[used][worst])
+
     def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
         """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
         row = min(max(bisect_right(self._t_ns, t_ns) - 1, 0), len(self._rate_rps) - 1)

@@ -5,16 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.attitude.profile import build_attitude
 from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
 from gnss_hil.emulator.config import tables as scenario
-from gnss_hil.emulator.config.tables import ScenarioError
+from gnss_hil.emulator.config.tables import ScenarioError, Tell, untold
 from gnss_hil.emulator.files import csv_table
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.dynamics import CraftState
 from gnss_hil.emulator.orbits.motion import Motion
+
+DOUBT_RAD = np.radians(1.0)
+"""A doubt of a tabulated attitude that is told."""
 
 
 class Attitude(Protocol):
@@ -35,6 +40,7 @@ def build_turning(
     time: scenario.Time,
     motion: Motion,
     measured: Orientation | None,
+    tell: Tell = untold,
 ) -> Attitude:
     """The attitude of a craft; ScenarioError with one line if its table does not serve."""
     if attitude.file is None:
@@ -44,4 +50,10 @@ def build_turning(
         table.check(*time.span_ns, attitude.file)
     except (FileError, AttitudeTableError) as error:
         raise ScenarioError(f"craft.{name}.attitude: {error}") from None
+    doubt_rad, step_s = table.doubt_rad(*time.span_ns)
+    if doubt_rad > DOUBT_RAD:
+        tell(
+            f"craft.{name}.attitude: {attitude.file}: rows are {step_s:g} s apart, too coarse a step for how "
+            f"the craft turns: between them it is uncertain by some {np.degrees(doubt_rad):.2g} deg"
+        )
     return table

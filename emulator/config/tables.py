@@ -197,10 +197,11 @@ class Clock(Strict):
 class TrajectoryFile(Strict):
     """A given orbit instead of one that is computed; one of the three.
 
-    oem     CCSDS orbit ephemeris message, keyword or XML
-    tle     two-line elements, propagated by SGP4
-    csv     table: UTC, position_x, _y, _z in celestial axes (J2000), in `unit`
-    object  whose elements of a file with several sets, by name or catalogue number
+    oem     CCSDS orbit ephemeris message, keyword or XML; about the Earth's centre; segments are kept apart
+    tle     two-line elements, propagated by SGP4; of a history the set nearest to the run
+    csv     table: UTC (an offset such as +03:00 counts), position_x, _y, _z in celestial axes (J2000), in
+            `unit`
+    object  whose elements of a file with several objects, by name or catalogue number
     unit    of the table
     """
 

@@ -38,7 +38,7 @@ def read(path: Path, wanted: Sequence[str]) -> Table:
 def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
     """The wanted columns in the text of a table; `origin` names it in errors."""
     lines = csv.reader(StringIO(text))
-    head = [name.strip() for name in next((cells for cells in lines if any(map(str.strip, cells))), [])]
+    head = [name.strip() for name in next((cells for cells in lines if _says_something(cells)), [])]
     column = {name.casefold(): place for place, name in reversed(list(enumerate(head)))}
     for name in (TIME, *wanted):
         if name.casefold() not in column:
@@ -48,7 +48,7 @@ def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
     times, rows = [], []
     for cells in lines:
         n = lines.line_num
-        if not any(map(str.strip, cells)):
+        if not _says_something(cells):
             continue
         if len(cells) != len(head):
             raise FileError(f"{origin}: line {n}: {len(cells)} columns; the first line names {len(head)}")
@@ -59,6 +59,11 @@ def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
     if len(rows) < 2:
         raise FileError(f"{origin}: {len(rows)} rows; two at least are needed")
     return Table(np.array(times), np.array(rows))
+
+
+def _says_something(cells: list[str]) -> bool:
+    """Whether a line is neither blank nor a comment (#)."""
+    return any(map(str.strip, cells)) and not cells[0].lstrip().startswith("#")
 
 
 def _time(text: str, where: str) -> int:

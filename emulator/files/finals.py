@@ -23,6 +23,11 @@ _ARCSEC_RAD = np.pi / 648_000
 # Name, first column (from 1), last column.
 _FIELDS = (("MJD", 8, 15), ("PM-x", 19, 27), ("PM-y", 38, 46), ("UT1-UTC", 59, 68))
 
+_PREDICTED = 57
+"""Column, from 0, of the flag of UT1-UTC: I measured, P predicted."""
+
+_LONGEST_STEP_NS = round(1.5 * gpstime.NS_PER_DAY)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Orientation:
@@ -32,12 +37,14 @@ class Orientation:
     ut1_gps_s     (n,) UT1 - GPS, which does not jump at leap seconds [s]
     pole_rad      (n, 2) x and y of the pole in terrestrial axes
     origin        the file's name, for errors
+    measured_ns   GPS time of the last day whose UT1 is measured, not predicted; None where all are
     """
 
     t_ns: I64
     ut1_gps_s: F64
     pole_rad: F64
     origin: str
+    measured_ns: int | None = None
 
     def at(self, t_ns: I64) -> tuple[F64, F64]:
         """UT1 - GPS (...,) [s] and pole (..., 2) [rad] at GPS times t_ns (...,), linear between days: tides
@@ -56,6 +63,12 @@ class Orientation:
                 f"{self.origin}: the Earth's orientation from {first} to {last}; the run is from "
                 f"{gpstime.iso(begin_ns)} to {gpstime.iso(end_ns)} (GPS time)"
             )
+        first, last = np.searchsorted(self.t_ns, (begin_ns, end_ns), "right") - 1
+        steps = np.diff(self.t_ns[first : last + 2])
+        if len(steps) and steps.max() > _LONGEST_STEP_NS:
+            gap = first + int(np.argmax(steps))
+            before, after = (gpstime.iso(int(self.t_ns[k]))[:10] for k in (gap, gap + 1))
+            raise FileError(f"{self.origin}: no day between {before} and {after}, in which the run is")
 
 
 def read(path: Path) -> Orientation:
@@ -65,13 +78,15 @@ def read(path: Path) -> Orientation:
 
 def parse(text: str, origin: str) -> Orientation:
     """The orientation in the text of a file; `origin` names it in errors."""
-    rows = []
+    rows, measured_mjd = [], np.inf
     for n, line in enumerate(text.splitlines(), 1):
         if not line[_FIELDS[-1][1] - 1 : _FIELDS[-1][2]].strip():
             break
         rows.append([_number(line, *field, f"{origin}: line {n}") for field in _FIELDS])
         if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
             raise FileError(f"{origin}: line {n}: MJD is {rows[-1][0]:g}, after {rows[-2][0]:g}")
+        if line[_PREDICTED] == "P":
+            measured_mjd = min(measured_mjd, rows[-1][0] - 1)
     table = np.reshape(rows, (-1, len(_FIELDS)))
     # Before GPS time began there are no leap seconds of it.
     mjd, x, y, ut1_utc_s = table[table[:, 0] >= _GPS_EPOCH_MJD].T
@@ -79,7 +94,11 @@ def parse(text: str, origin: str) -> Orientation:
         raise FileError(f"{origin}: {len(mjd)} days with UT1-UTC since 1980-01-06; two at least are needed")
     t_ns = np.array([gpstime.from_utc(_MJD_EPOCH + timedelta(days=float(day))) for day in mjd])
     leap_s = np.array([gpstime.leap_seconds(int(t)) for t in t_ns])
-    return Orientation(t_ns, ut1_utc_s - leap_s, _ARCSEC_RAD * np.stack((x, y), axis=1), origin)
+    measured_ns = None
+    if np.isfinite(measured_mjd):
+        measured_ns = gpstime.from_utc(_MJD_EPOCH + timedelta(days=measured_mjd))
+    pole_rad = _ARCSEC_RAD * np.stack((x, y), axis=1)
+    return Orientation(t_ns, ut1_utc_s - leap_s, pole_rad, origin, measured_ns)
 
 
 _LIMITS = {"MJD": (41_000, 100_000), "PM-x": (-2, 2), "PM-y": (-2, 2), "UT1-UTC": (-1, 1)}

@@ -20,6 +20,9 @@ from gnss_hil.emulator.files.text import FileError, read_text
 
 NO_VALUE = 9999
 DEFAULT_EXPONENT = -1
+_LEAST_TECU, _MOST_TECU = -10.0, 1000.0
+"""Content beyond is none: maps dip below zero by fractions, and the strongest storms made 300."""
+
 _A_LINE, _WIDTH = 16, 5
 _STEP = 1e-3
 """Grids are written to 0.1 deg."""
@@ -190,7 +193,15 @@ def _map(reader: _Reader, lat: F64, columns: int, exponent: int):
     if epoch is None or len(rows) != len(lat):
         raise reader.fault(f"map has {len(rows)} of {len(lat)} latitudes" if epoch else "map has no epoch")
     values = np.array(rows, float)
-    return epoch, np.where(values == NO_VALUE, np.nan, values * 10.0**exponent)
+    content = np.where(values == NO_VALUE, np.nan, values * 10.0**exponent)
+    odd = np.argwhere((content < _LEAST_TECU) | (content > _MOST_TECU))
+    if len(odd):
+        i, j = odd[0]
+        raise reader.fault(
+            f"map of {epoch:%Y-%m-%dT%H:%M} has {content[i, j]:g} TECU in its row {i + 1}; allowed is "
+            f"{_LEAST_TECU:g} to {_MOST_TECU:g}, and {NO_VALUE} where there is none"
+        )
+    return epoch, content
 
 
 def _row(reader: _Reader, columns: int) -> list[int]:

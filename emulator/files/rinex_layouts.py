@@ -28,6 +28,14 @@ GLONASS_FIELDS = (
 
 MAY_BE_BLANK = {"codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h", "message_time", "age_days"}
 
+UNKNOWN = 0.9999e9
+"""From here on a field that may be blank is unknown: RINEX writes .9999E9 and .999999999999E+09 for it (2.11,
+tables A4 and A11; 3.05, tables A6 and A10)."""
+
+
+UPLOADED = {"transmission", "message_time"}
+"""Fields that say when a record was sent: nan where it is unknown, since 0 is a time."""
+
 
 @dataclass(frozen=True, slots=True)
 class Layout:
@@ -45,6 +53,11 @@ class Layout:
     lines: tuple[int, ...]
     bytes: tuple[str, ...]
     ranges: dict[str, tuple[float, float]]
+
+    @property
+    def may_be_blank(self) -> tuple[int, ...]:
+        """Positions of the fields that may be blank or unknown."""
+        return tuple(k for k, name in enumerate(self.fields) if name in MAY_BE_BLANK)
 
 
 def _within(most: float, *names: str) -> dict[str, tuple[float, float]]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files.rinex_blocks import blocks
-from gnss_hil.emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, Layout
+from gnss_hil.emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, UNKNOWN, UPLOADED, Layout
 from gnss_hil.emulator.files.text import FileError, read_text
 
 _VERSION_2_TYPES = {"N": "G", "G": "R"}
@@ -76,7 +76,8 @@ def parse(text: str, origin: str) -> NavigationFile:
         letter = kind or block.letter
         if block.kind == "EPH" and letter in LAYOUTS and block.message in ("", LAYOUTS[letter].message):
             record = _record(lines, block.first, block.end, LAYOUTS[letter], version, origin)
-            found.setdefault(letter, []).append(record)
+            if _has_orbit(record, LAYOUTS[letter]):
+                found.setdefault(letter, []).append(record)
         elif block.kind == "STO" and lines[block.first][24:28] == "GLUT":
             # Its second line: time of transmission, then the offset, -tau_c as in version 3.
             to_utc_s = _number(lines[block.end - 1][23:42], "GLUT", block.end, origin)
@@ -99,7 +100,7 @@ def _version(line: str, origin: str) -> tuple[float, str]:
         version = float(line[:9])
     except ValueError:
         raise FileError(f"{origin}: line 1: RINEX version is {line[:9].strip()!r}, not a number") from None
-    kind = line[20:21]
+    kind = line[20:21].upper()
     if not 2 <= version < 5:
         raise FileError(f"{origin}: line 1: RINEX version is {version:.2f}; 2, 3 and 4 are read")
     allowed = _VERSION_2_TYPES if version < 3 else {"N": ""}
@@ -140,6 +141,9 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
     for line in lines[first + 1 : end]:
         texts += [line[c : c + 19] for c in (data, data + 19, data + 38, data + 57)]
     values = _values(texts, layout, first, origin)
+    for position in layout.may_be_blank:
+        if values[position] >= UNKNOWN:
+            values[position] = nan if layout.fields[position] in UPLOADED else 0.0
     for name in layout.bytes:
         position = layout.fields.index(name)
         values[position] -= 256 * (128 <= values[position] <= 255)
@@ -150,6 +154,15 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
             allowed = f"allowed is {least} to {greatest}"
             raise FileError(f"{origin}: line {line}: {name} is {values[position]:g}; {allowed}")
     return number, epoch, values
+
+
+def _has_orbit(record: _Record, layout: Layout) -> bool:
+    """Whether a record says where its satellite is: three zeros are no place."""
+    places = [record[2][layout.fields.index(name)] for name in layout.fields if name in _PLACE]
+    return not places or any(places)
+
+
+_PLACE = ("x_km", "y_km", "z_km")
 
 
 def _epoch(text: str) -> datetime:
@@ -185,7 +198,7 @@ def _line_of(first: int, position: int) -> int:
 def _number(text: str, name: str, line: int, origin: str) -> float:
     """One field the slow way: blanks, odd exponents, or the error."""
     if not text.strip() and name in MAY_BE_BLANK:
-        return 0.0
+        return nan if name in UPLOADED else 0.0
     match = _NUMBER.fullmatch(text)
     value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else nan
     if not isfinite(value):

@@ -324,3 +324,27 @@ def test_a_page_is_not_written_where_it_cannot_be(run, tmp_path, capsys):
     assert main(["report", str(run), "--out", str(tmp_path / "nowhere" / "a.html")]) == 2
     assert main(["report", str(run), "--out", str(tmp_path)]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 2
+
+
+def test_remarks_are_told_written_and_drawn(tmp_path, capsys):
+    """A run goes on with old elements: on the terminal even if quiet, in both JSON files, on the page."""
+    (tmp_path / "old.tle").write_text(
+        "1 99001U 12001A   12035.00000000  .00002000  00000-0  40000-4 0  9994\n"
+        "2 99001  51.6000 100.0000 0005000  90.0000  10.0000 15.50000000  1001\n"
+    )
+    (tmp_path / "old.toml").write_text(
+        'name = "old"\n[time]\nstart_gps = "2012-02-14T00:00:00"\nduration_s = 5\n[[craft]]\nname = "craft"\n'
+        'vehicle = "soyuz-ms.toml"\ntrajectory = {tle = "old.tle"}\n'
+    )
+    out = tmp_path / "run"
+    assert main(["run", str(tmp_path / "old.toml"), "--bus", "inline", "--quiet", "--out", str(out)]) == 0
+    remark = (
+        f"craft.craft.trajectory: {tmp_path / 'old.tle'}: elements of epoch 2012-02-04T00:00:15, 10.0 days"
+    )
+    assert f"gnss-hil: {remark}" in capsys.readouterr().err
+    for name in ("run.json", "summary.json"):
+        (told,) = json.loads((out / name).read_text())["remarks"]
+        assert told.startswith(remark)
+    assert (
+        "10.0 days from the run" in (out / "report.html").read_text("utf-8").split("Remarks on its files")[1]
+    )

@@ -9,6 +9,7 @@ Source: RINEX 3.04 (IGS/RTCM, 2018), tables A5, A6, A10
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import isnan
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
 from gnss_hil.emulator.constellation.registry import MAKERS, records_of
 from gnss_hil.emulator.constellation.sources import from_files, nominal
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
+from gnss_hil.emulator.files.rinex_layouts import UNKNOWN
 from gnss_hil.emulator.files.rinex_nav import Records
 from gnss_hil.tools.export.rinex_systems import navigation_lines, opening
 from gnss_hil.tools.export.rinex_text import labelled, leap_seconds
@@ -89,7 +91,7 @@ def text_of(found: Mapping[str, Records], t_ns: int, wgs84: bool) -> Iterator[st
 
 
 def _record(letter: str, number: int, epoch, values: list[float]) -> str:
-    cells = [f"{v:19.12E}".replace("E", "D") for v in values]
+    cells = [f"{UNKNOWN if isnan(v) else v:19.12E}".replace("E", "D") for v in values]
     lines = [f"{letter}{number:02d} {epoch:%Y %m %d %H %M %S}" + "".join(cells[:3])]
     lines += ["    " + "".join(cells[at : at + 4]) for at in range(3, len(cells), 4)]
     return "\n".join(lines) + "\n"

@@ -54,6 +54,8 @@ def write(
     if not alone:
         page.add(tag.h2("Bench"))
         page.add_plots([bench])
+    if summary.get("remarks"):
+        page.add(card("Remarks on its files", tag.ul(tag.li(remark) for remark in summary["remarks"])))
     page.add(card("What was run", summary_tables.about(facts.get("about", {}))))
     page.add(_foot(folder, kept is not None, channels.exists()))
     page.write(path)

@@ -189,7 +189,7 @@ def from_records(records: Records, glonass_to_utc_s: F64) -> GlonassConstellatio
     """
     f = records.fields
     tb_ns = np.array([gpstime.from_utc(moment) for moment in records.epoch], np.int64)
-    keep = latest_of_each(records.number, tb_ns, f["message_time"])
+    keep = latest_of_each(records.number, tb_ns, np.nan_to_num(f["message_time"], nan=-np.inf))
     metres = 1e3 * np.stack(
         [f[f"{p}{axis}_{u}"] for p, u in (("", "km"), ("v", "kmps"), ("a", "kmps2")) for axis in "xyz"], 1
     )

@@ -22,8 +22,8 @@ _RELATIVITY_F = -4.442807633e-10
 _URA_LIMITS_M = (2.4, 3.4, 4.85, 6.85, 9.65, 13.65, 24, 48, 96, 192, 384, 768, 1536, 3072, 6144)
 """Largest accuracy of URA index 0, 1, ... IS-GPS-200, 20.3.3.3.1.3."""
 
-_SHORTEST_FIT_H, _EXTENDED_FIT_H = 4.0, 6.0
-"""Fit intervals of flag 0 and, at least, of flag 1. IS-GPS-200, 20.3.4.4."""
+_SHORTEST_FIT_H, _EXTENDED_FIT_H, _LONGEST_FIT_H = 4.0, 6.0, 146.0
+"""Fit intervals of flag 0 and, at least, of flag 1; the longest. IS-GPS-200, 20.3.4.4, tables 20-XI, XII."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,8 +133,9 @@ def clock_s(eph: dict[str, F64], since_toc_s: F64, anomaly_rad: F64) -> F64:
 
 
 def _fit_h(written: F64) -> F64:
-    """Fit interval [h]; files write hours, or the bare flag 0 or 1."""
-    return np.where(written > 1, written, np.where(written == 1, _EXTENDED_FIT_H, _SHORTEST_FIT_H))
+    """Fit interval [h]; files write hours, or the bare flag 0 or 1. What no flag means is unknown."""
+    flag_h = np.where(written == 1, _EXTENDED_FIT_H, _SHORTEST_FIT_H)
+    return np.where((written > 1) & (written <= _LONGEST_FIT_H), written, flag_h)
 
 
 def from_records(records: Records) -> GpsConstellation:
@@ -149,7 +150,7 @@ def from_records(records: Records) -> GpsConstellation:
     toe_ns = toc_ns + (second_ns - toc_ns + half_week_ns) % gpstime.NS_PER_WEEK - half_week_ns
     # Transmission times are seconds of week as well; counted from toe they run on across its end.
     sent_s = (records.fields["transmission"] - records.fields["toe"] + 302_400) % 604_800
-    keep = latest_of_each(records.number, toe_ns, sent_s)
+    keep = latest_of_each(records.number, toe_ns, np.nan_to_num(sent_s, nan=-1.0))
     valid_ns = np.rint(_fit_h(records.fields["fit_h"]) * 1800 * gpstime.NS_PER_S).astype(np.int64)
     return GpsConstellation(
         index=satellites.index(satellites.GPS, np.unique(records.number)),

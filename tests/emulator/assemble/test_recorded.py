@@ -1,11 +1,24 @@
 """What cannot be asked of a receiver that is real."""
 
+from datetime import datetime
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
-from gnss_hil.dbc.common import vehicle
-from gnss_hil.emulator.assemble.recorded import _refuse
+from gnss_hil.dbc.common import satellites, vehicle
+from gnss_hil.emulator.assemble.recorded import (
+    _commonest_step_ns,
+    _epoch_of,
+    _frequencies,
+    _refuse,
+    _tell_unknown,
+)
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
+from gnss_hil.emulator.config.tables import Time
+from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
+from tests.support import emulated
 
 PLAYED = {"name": "grace", "vehicle": "observed.toml", "observations": {"file": "x.rnx"}}
 ONE = vehicle.load(vehicle.find("observed"))
@@ -27,3 +40,53 @@ def test_errors_of_emulated_receivers_are_refused(sky, craft, key):
 
 def test_errors_of_what_satellites_report_are_not():
     _refuse(scenario.Sky(factors={"ephemeris_error": True}), scenario.Craft(**PLAYED), ONE)
+
+
+SKY = emulated.world().sky
+MARKS_NS = np.array((1_035_676_816, 1_035_680_000)) * 10**9
+GLONASS = satellites.index(satellites.GLONASS, np.array((1, 2, 3)))
+
+
+def observed(sat, frequencies):
+    return SimpleNamespace(sat=sat, origin="x.obs", header=SimpleNamespace(frequencies=frequencies))
+
+
+def test_frequencies_are_those_of_the_messages_where_the_file_has_none():
+    """Version 2 has no header line for them; what the header has counts."""
+    broadcast = SKY.at(int(MARKS_NS[0])).broadcast
+    told = dict(zip(satellites.number_of(SKY.index).tolist(), broadcast.frequency.tolist(), strict=True))
+    signals = [SIGNALS["L1CA"], SIGNALS["L1OF"]]
+    found = _frequencies(observed(GLONASS, {2: -7}), SKY, MARKS_NS, signals)
+    assert found[2] == -7
+    for number in (1, 3, 24):
+        assert found[number] == told[number]
+
+
+def test_a_frequency_that_nobody_knows_is_a_fault_only_of_satellites_above():
+    silent = SimpleNamespace(index=GLONASS[:2], messages=np.zeros(2, bool))
+    words = r"x\.obs: neither GLONASS SLOT / FRQ # nor navigation messages \(--nav FILE\) have .* of R02"
+    with pytest.raises(ScenarioError, match=words):
+        _frequencies(observed(GLONASS, {1: 1}), silent, MARKS_NS, [SIGNALS["L1OF"]])
+    assert _frequencies(observed(GLONASS, {1: 1, 2: 0}), silent, MARKS_NS, [SIGNALS["L1OF"]]) == {1: 1, 2: 0}
+    assert not _frequencies(observed(GLONASS, {}), silent, MARKS_NS, [SIGNALS["L1CA"]])
+
+
+def test_satellites_that_the_sky_lacks_are_told():
+    told = []
+    sat = satellites.index(satellites.GPS, np.array((1, 2, 3, 3)))
+    sky = SimpleNamespace(index=sat[:1])
+    _tell_unknown(np.concatenate((sat, GLONASS)), [SIGNALS["L1CA"]], sky, "grace", told.append)
+    assert told == ["grace: G02 and G03 were observed, and are left out: the sky's files lack them"]
+    _tell_unknown(sat, [SIGNALS["L1CA"]], SimpleNamespace(index=sat), "grace", told.append)
+    assert len(told) == 1
+
+
+def test_an_odd_epoch_changes_no_interval_and_is_left_out():
+    start = datetime(2012, 10, 31)
+    time = Time(start_gps=start, duration_s=100, epoch_interval_s=10)
+    t_s = np.array((0, 10, 12.5, 20, 30, 30.5, 40, 50))
+    file = SimpleNamespace(t_ns=time.start_ns + (t_s * 1e9).astype(np.int64))
+    assert _commonest_step_ns(file.t_ns) == 10 * 10**9
+    assert _epoch_of(file, time, "x").tolist() == [0, 1, -1, 2, 3, -1, 4, 5]
+    with pytest.raises(ScenarioError, match="x has an epoch every 10 s; epoch_interval_s is 5"):
+        _epoch_of(file, time.model_copy(update={"epoch_interval_s": 5.0}), "x")

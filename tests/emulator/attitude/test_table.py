@@ -53,3 +53,23 @@ def test_what_is_no_attitude_or_too_short_is_refused():
         TabulatedAttitude(Table(t_ns, bad), "x.csv")
     with pytest.raises(AttitudeTableError, match=r"x\.csv: attitude from .*; the run is from"):
         TabulatedAttitude(table, "x.csv").check(START_NS, START_NS + 10**12, "x.csv")
+
+
+def test_the_doubt_is_what_a_changing_rate_makes_between_rows():
+    """About one axis, the angle's second derivative known: a chord is off by an eighth of it by the step's
+    square."""
+    t_s = np.delete(np.arange(0.0, 1000.0, 10.0), slice(40, 60))
+    angle = 0.2 * np.sin(t_s / 60)
+    quaternion = np.stack((np.cos(angle / 2), np.sin(angle / 2), 0 * angle, 0 * angle), 1)
+    attitude = TabulatedAttitude(Table(START_NS + (t_s * 1e9).astype(np.int64), quaternion), "x")
+    instant = START_NS + (np.array((100, 300, 300, 700)) * 10**9)
+    fine, step_s = attitude.doubt_rad(int(instant[0]), int(instant[1]))
+    assert step_s == 10
+    assert fine == pytest.approx(0.2 / 60**2 * 10**2 / 8, rel=0.1)
+    wide, step_s = attitude.doubt_rad(int(instant[2]), int(instant[3]))
+    assert step_s == 210
+    t = np.linspace(390, 600, 200)
+    chord = np.interp(t, [390, 600], 0.2 * np.sin(np.array((390, 600)) / 60))
+    assert wide > 0.5 * np.abs(0.2 * np.sin(t / 60) - chord).max()
+    still = TabulatedAttitude(Table(START_NS + np.array((0, 10**12)), quaternion[[0, 0]]), "x")
+    assert still.doubt_rad(START_NS, START_NS + 10**9) == (0.0, 1000.0)

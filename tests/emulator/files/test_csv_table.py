@@ -41,7 +41,10 @@ def test_offsets_may_change_from_row_to_row():
 
 
 def test_case_blanks_and_blank_lines_are_no_part_of_a_table():
-    text = "\n utc , B,A \n" + "2020-01-01T12:00:00,1, 2\n\n , , \n2020-01-01T12:00:01,3,4\n"
+    text = (
+        "# of a program\n\n utc , B,A \n"
+        + "2020-01-01T12:00:00,1, 2\n\n , , \n# on\n2020-01-01T12:00:01,3,4\n"
+    )
     found = csv_table.parse(text, ["a", "b"], "x")
     assert found.columns.tolist() == [[2, 1], [4, 3]]
 

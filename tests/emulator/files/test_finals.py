@@ -86,3 +86,25 @@ def test_beyond_the_table_its_ends_hold():
     ut1_gps_s, pole_rad = read.at(read.t_ns[[0, -1]] + np.array((-1, 1)) * 10**12)
     assert ut1_gps_s.tolist() == read.ut1_gps_s[[0, -1]].tolist()
     assert pole_rad.tolist() == read.pole_rad[[0, -1]].tolist()
+
+
+def test_a_run_where_days_are_missing_is_refused():
+    lines = TEXT.splitlines(True)
+    later = lines[2].replace("11 5 4 55685.00", "11 5 9 55690.00")
+    read = finals.parse("".join((*lines[:2], later)), "f")
+    read.check(int(read.t_ns[0]), int(read.t_ns[1]) - 1)
+    for begin_ns in (int(read.t_ns[0]), int(read.t_ns[1]), int(read.t_ns[1]) + 10**12):
+        with pytest.raises(
+            FileError, match=r"^f: no day between 2011-05-03 and 2011-05-09, in which the run is"
+        ):
+            read.check(begin_ns, int(read.t_ns[2]) - 1)
+
+
+def test_predicted_days_are_noted():
+    assert finals.parse(TEXT, "f").measured_ns is None
+    lines = TEXT.splitlines(True)
+    predicted = [line[:57] + "P" + line[58:] for line in lines]
+    found = finals.parse("".join((lines[0], *predicted[1:])), "f")
+    assert found.measured_ns == found.t_ns[0]
+    pole_alone = [line[:16] + "P" + line[17:] for line in lines]
+    assert finals.parse("".join(pole_alone), "f").measured_ns is None

@@ -112,3 +112,15 @@ def test_every_cut_is_read_or_refused_in_words():
         except FileError as error:
             assert str(error).startswith("maps: ")
     assert whole <= len(ERRORS.splitlines()) + 1
+
+
+@pytest.mark.parametrize(("value", "tecu"), [(-999, "-99.9"), (99999, "9999.9")])
+def test_content_that_is_none_is_refused(value, tecu):
+    odd = VALUES.copy()
+    odd[2, 3] = value
+    text = TEXT.replace(FIRST, a_map(1, "  2017     1     1    22     0     0", odd))
+    message = (
+        f"x: line .*: map of 2017-01-01T22:00 has {tecu} TECU in its row 3; allowed is -10 to 1000, and 9999"
+    )
+    with pytest.raises(FileError, match=message):
+        ionex.parse(text, "x")

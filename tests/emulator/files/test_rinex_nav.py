@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 from datetime import datetime
 
+import numpy as np
 import pytest
 
 from gnss_hil.emulator.files import rinex_nav
@@ -324,3 +325,30 @@ def test_every_cut_of_a_file_is_read_or_refused_in_words():
                 refused += 1
                 assert str(error).startswith("x: line ")
     assert refused > 300
+
+
+@pytest.mark.parametrize("unknown", ["0.999900000000D+09", ".999999999999E+09", ""])
+def test_fields_that_are_unknown_are_none(unknown):
+    """RINEX 2.11, table A4; 3.05, tables A6 and A10: .9999E9 where the time of transmission is not known."""
+    text = GPS_2.replace("0.259218000000D+06 0.400000000000D+01", f"{unknown:>18} {unknown:>18}")
+    found = rinex_nav.parse(text, "x").records["G"].fields
+    assert np.isnan(found["transmission"][0])
+    assert found["fit_h"].tolist() == [0.0]
+    text = GLONASS_2.replace("1.077000000000D+04", f"{unknown:>18}")
+    assert np.isnan(rinex_nav.parse(text, "x").records["R"].fields["message_time"][0])
+
+
+def test_a_record_without_a_place_is_none():
+    zero = " 0.000000000000D+00"
+    whole = rinex_nav.parse(GLONASS_2, "x").records["R"]
+    text = GLONASS_2
+    for axis in ("-2.380982128906D+04", "-8.908935546875D+03", " 2.209434082031D+03"):
+        assert axis in text
+        text = text.replace(axis, zero)
+    assert "R" not in rinex_nav.parse(text, "x").records
+    both = rinex_nav.parse(text + GLONASS_2[GLONASS_2.index(" 3 12 10") :], "x").records["R"]
+    assert len(both) == len(whole) == 1
+
+
+def test_types_in_small_letters_are_read():
+    assert len(rinex_nav.parse(GPS_2.replace("N: GPS NAV", "n: GPS NAV"), "x").records["G"]) == 1

@@ -137,7 +137,7 @@ def test_gps_broadcast_words():
     assert broadcast["frequency"].tolist() == [0] * 4
 
 
-@pytest.mark.parametrize(("written", "half_h"), [(0, 2), (4, 2), (1, 3), (6, 3), (8, 4)])
+@pytest.mark.parametrize(("written", "half_h"), [(0, 2), (4, 2), (1, 3), (6, 3), (8, 4), (999, 2)])
 def test_gps_fit_interval(written, half_h):
     sat = gps_of((7, TOE, {"fit_h": written}))
     edge = timedelta(hours=half_h)
@@ -267,3 +267,10 @@ def test_upload_order_runs_on_across_the_end_of_a_week():
         (7, sunday, {"toe": 0.0, "transmission": 30.0, "iode": 2.0}),
     )
     assert sat.fields["iode"].tolist() == [2.0]
+
+
+def test_a_record_whose_upload_is_unknown_gives_way_to_one_whose_is_known():
+    rows = [(7, TOE, {"transmission": sent, "iode": k}) for k, sent in enumerate((np.nan, 1.0, np.nan))]
+    for order in ((0, 1), (1, 2), (1, 0, 2)):
+        assert gps_of(*(rows[k] for k in order)).fields["iode"].tolist() == [1]
+    assert gps_of(rows[0], rows[2]).fields["iode"].tolist() == [2]
