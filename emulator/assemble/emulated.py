@@ -98,6 +98,8 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         lock_threshold_dbhz=settings.lock_threshold_dbhz,
         structure=shape,
         carriers=tracked,
+        others_db=settings.other_signals_gain_db,
+        others_m=1e-3 * settings.other_signals_centre_mm,
     )
     receivers = Receivers(
         session=shared.session,

@@ -158,6 +158,8 @@ class Receivers(Strict):
     gain_dbi        of the antennas along the boresight, without `receive_pattern`
     gain_at_90deg_dbi   the same at right angles; linear in the cosine between
     noise_temperature_k   of antenna and receiver together, without `link_budget`
+    other_signals_gain_db     of the antennas for the vehicle's `other_signals`, relative to the first ones
+    other_signals_centre_mm   phase centre for these, beyond the first ones' along the boresight
     """
 
     autonomous: Literal[tuple(RULES)] = "elevation"  # pyright: ignore[reportInvalidTypeForm]
@@ -171,6 +173,8 @@ class Receivers(Strict):
     gain_dbi: Annotated[float, Field(ge=-20, le=30)] = 4.0
     gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
     noise_temperature_k: Annotated[float, Field(gt=0, le=5000)] = 400.0
+    other_signals_gain_db: Annotated[float, Field(ge=-40, le=40)] = 0.0
+    other_signals_centre_mm: Annotated[float, Field(ge=-1000, le=1000)] = 0.0
     loops: Loops = Loops()
 
 

@@ -75,6 +75,8 @@ class Environment:
                   is off
     lock_threshold_dbhz   from which a signal is found
     carriers      signals that the receivers can track
+    others_db, others_m   of signals beside the first: gain of the antennas relative to the first ones', phase
+                  centre beyond the first ones' along the boresight
     """
 
     start_ns: int
@@ -94,6 +96,8 @@ class Environment:
     lock_threshold_dbhz: float
     structure: Structure | None
     carriers: Carriers
+    others_db: float
+    others_m: float
 
     def span(self, epoch: int) -> tuple[int, int]:
         """First epoch of the block of an epoch, and of the next."""
@@ -175,7 +179,9 @@ def _levels(env: Environment, at: EpochGeometry, in_sight: Bool) -> F64:
         sent = carriers.reaches[rank][:, at.sky.index]
         epoch, row = np.nonzero(in_sight if rank == 0 else in_sight & sent.any(axis=0))
         found = cn0_dbhz(env.link, at, epoch, row, signal[system[row]])
-        level[epoch, :, rank * n + row] = (found if rank == 0 else np.where(sent[:, row], found, -np.inf)).T
+        if rank > 0:
+            found = np.where(sent[:, row], found + env.others_db, -np.inf)
+        level[epoch, :, rank * n + row] = found.T
     return level
 
 
@@ -233,6 +239,9 @@ def channel_geometry(
     sat = at.sky.index[row]
     system = satellites.system_of(sat)
     signal = env.carriers.signal[rank, system]
+    antenna_m = at.antennas.pos_m[epoch, antenna]
+    if env.others_m:
+        antenna_m = antenna_m + env.others_m * (rank > 0)[:, None] * at.antennas.boresight[epoch, antenna]
     return ChannelGeometry(
         epochs=at,
         at=epoch,
@@ -244,9 +253,7 @@ def channel_geometry(
         wave_m=wavelength_m(signal, at.sky.broadcast.frequency[epoch, row]),
         chip_m=BY_SIGNAL.chip_m[signal],
         cn0_dbhz=level_dbhz[epoch, antenna, column],
-        path=geometry.path(
-            at.motion[epoch, row], at.antennas.pos_m[epoch, antenna], at.antennas.vel_mps[epoch, antenna]
-        ),
+        path=geometry.path(at.motion[epoch, row], antenna_m, at.antennas.vel_mps[epoch, antenna]),
         hidden=hidden[epoch, antenna, column],
         antennas=env.link.antennas,
     )

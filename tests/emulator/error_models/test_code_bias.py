@@ -136,3 +136,17 @@ def test_receivers_keep_their_biases_when_others_are_added():
     few, many = (receiver_code_m(InterchannelBias(), 3, 4, m) for m in (2, 8))
     assert (few[0] == many[0][:2]).all()
     assert (few[1] == many[1][:2]).all()
+
+
+def test_a_receivers_other_signals_differ_from_its_first_by_a_constant_and_by_frequencies_of_their_own():
+    """Over seeds: the difference of the common delays has the sigma told, frequencies are drawn anew."""
+    told = InterchannelBias(slope_m_per_channel=0.05, scatter_m=0.23, hardware_m=3.0, band_m=0.4)
+    drawn = [[receiver_code_m(told, seed, 7, 4, number) for number in (0, 6)] for seed in range(400)]
+    first, second = (np.array([pair[k][0] for pair in drawn]) for k in (0, 1))
+    assert (second - first).std() == pytest.approx(0.4, rel=0.06)
+    assert second.std() == pytest.approx(np.hypot(3.0, 0.4), rel=0.06)
+    one, two = (np.array([pair[k][1] for pair in drawn]) for k in (0, 1))
+    assert one.std() == pytest.approx(two.std(), rel=0.06)
+    assert abs(np.corrcoef(one.ravel(), two.ravel())[0, 1]) < 0.06
+    plain = receiver_code_m(told, 1, 7, 4)
+    assert all((a == b).all() for a, b in zip(plain, receiver_code_m(told, 1, 7, 4, 0), strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -207,6 +208,41 @@ def test_an_ephemeris_collected_by_one_signal_serves_the_other():
     _, blocks, _ = emulated.run(the_world, 9, emulated.orders({**silent, 8: wanted}))
     measures = {(sat, signal) for r, sat, signal in measured(blocks[8]) if r == 2}
     assert measures == set(zip(both, signals, strict=True))
+
+
+def test_antennas_have_another_gain_and_phase_centre_for_other_carriers():
+    """80 mm further out along the boresight: nearer by 80 mm times the cosine of the angle off it."""
+    told = {"other_signals_gain_db": -2.5, "other_signals_centre_mm": 80.0}
+    apart, one = world(receivers=told), world()
+    found, plain = pairs(last(apart)), pairs(last(one))
+    scene = emulated.epoch_at(one, 0)
+    index = [satellites.name(i) for i in scene.sky.index]
+    assert len(found) > 12
+    for key, (first, second) in found.items():
+        was = plain[key]
+        assert first == was[0]
+        nearer = 0.08 * np.cos(scene.view.angle_rad[key[0] - 1, index.index(key[1])])
+        assert was[1]["pseudorange_m"] - second["pseudorange_m"] == pytest.approx(nearer, abs=2e-4)
+        assert was[1]["cn0_dbhz"] - second["cn0_dbhz"] == pytest.approx(2.5, abs=0.26)
+    phase_m = [
+        (pairs(emulated.run(w, 3)[1][-1])[key][1]["phase_cyc"] * LIGHT / carrier_hz(SECOND[key[1][0]], first))
+        for w in (apart, one)
+    ]
+    assert abs(phase_m[0] - phase_m[1]) < 0.5, "the carrier's way is the code's"
+
+
+def test_slips_of_the_carriers_are_their_own():
+    slipping = {**emulated.QUIET, "cycle_slips": {"per_hour": 600.0, "costas": False}}
+    blocks = emulated.run(world(factors=slipping), 60)[1]
+    counts = [pairs(block) for block in blocks[5:]]
+    moved = [
+        [now[key][k]["slips"] != was[key][k]["slips"] for k in (0, 1)]
+        for was, now in pairwise(counts)
+        for key in now.keys() & was.keys()
+    ]
+    first, second = np.array(moved).T
+    assert first.mean() == pytest.approx(1 / 6, rel=0.3) == second.mean()
+    assert abs(np.corrcoef(first, second)[0, 1]) < 5 / np.sqrt(len(first))
 
 
 def test_a_vehicle_with_a_signal_that_nobody_sends_is_refused_by_name():
