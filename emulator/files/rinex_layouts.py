@@ -26,7 +26,13 @@ GLONASS_FIELDS = (
 )  # fmt: skip
 """Fields of a record in file order: three on the epoch's line, then four a line."""
 
-MAY_BE_BLANK = {"codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h", "message_time", "age_days"}
+GLONASS_MORE = ("status", "delta_tau", "urai", "health_flags")
+"""Of the fifth line; zero where there is none."""
+
+MAY_BE_BLANK = {
+    "codes_l2", "week", "l2p_flag", "iodc", "transmission", "fit_h", "message_time", "age_days",
+    *GLONASS_MORE,
+}  # fmt: skip
 
 UNKNOWN = 0.9999e9
 """From here on a field that may be blank is unknown: RINEX writes .9999E9 and .999999999999E+09 for it (2.11,
@@ -45,6 +51,7 @@ class Layout:
     lines   how many a record may have
     bytes   fields that some receivers write as unsigned bytes: 253 is -3
     ranges  field -> least and greatest value that a satellite can have
+    more    fields of the longest record's last line; unknown and missing ones are zero
     """
 
     name: str
@@ -53,6 +60,7 @@ class Layout:
     lines: tuple[int, ...]
     bytes: tuple[str, ...]
     ranges: dict[str, tuple[float, float]]
+    more: tuple[str, ...] = ()
 
     @property
     def may_be_blank(self) -> tuple[int, ...]:
@@ -79,7 +87,7 @@ _GPS_RANGES = {
 _GLONASS_RANGES = {
     "frequency": (-7, 13),
     **_within(0.1, "minus_tau"),
-    **_within(1e-6, "gamma"),
+    **_within(1e-6, "gamma", "delta_tau"),
     **_within(1e5, "x_km", "y_km", "z_km"),
     **_within(10.0, "vx_kmps", "vy_kmps", "vz_kmps"),
     **_within(1e-4, "ax_kmps2", "ay_kmps2", "az_kmps2"),
@@ -88,6 +96,6 @@ _GLONASS_RANGES = {
 
 LAYOUTS = {
     "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), _GPS_RANGES),
-    "R": Layout("GLONASS", "FDMA", GLONASS_FIELDS, (4, 5), ("frequency",), _GLONASS_RANGES),
+    "R": Layout("GLONASS", "FDMA", GLONASS_FIELDS, (4, 5), ("frequency",), _GLONASS_RANGES, GLONASS_MORE),
 }
 """By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""

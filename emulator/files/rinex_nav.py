@@ -88,7 +88,9 @@ def parse(text: str, origin: str) -> NavigationFile:
 def _columns(rows: list[_Record], layout: Layout) -> Records:
     numbers, epochs, values = zip(*rows, strict=True)
     return Records(
-        np.array(numbers), epochs, dict(zip(layout.fields, np.array(values).T.copy(), strict=True))
+        np.array(numbers),
+        epochs,
+        dict(zip((*layout.fields, *layout.more), np.array(values).T.copy(), strict=True)),
     )
 
 
@@ -144,11 +146,13 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
     for position in layout.may_be_blank:
         if values[position] >= UNKNOWN:
             values[position] = nan if layout.fields[position] in UPLOADED else 0.0
+    values += _more(texts, layout, first, origin)
+    names = (*layout.fields, *layout.more)
     for name in layout.bytes:
-        position = layout.fields.index(name)
+        position = names.index(name)
         values[position] -= 256 * (128 <= values[position] <= 255)
     for name, (least, greatest) in layout.ranges.items():
-        position = layout.fields.index(name)
+        position = names.index(name)
         if not least <= values[position] <= greatest:
             line = _line_of(first, position)
             allowed = f"allowed is {least} to {greatest}"
@@ -188,6 +192,18 @@ def _values(texts: list[str], layout: Layout, first: int, origin: str) -> list[f
         _number(text, name, _line_of(first, k), origin)
         for k, (name, text) in enumerate(zip(names, padded, strict=False))
     ]
+
+
+def _more(texts: list[str], layout: Layout, first: int, origin: str) -> list[float]:
+    """Values of the line that not every record has."""
+    begin = len(layout.fields)
+    found = texts[begin : begin + len(layout.more)]
+    values = [
+        _number(text, name, _line_of(first, begin + k), origin)
+        for k, (name, text) in enumerate(zip(layout.more, found, strict=False))
+    ]
+    values += [0.0] * (len(layout.more) - len(found))
+    return [0.0 if value >= UNKNOWN else value for value in values]
 
 
 def _line_of(first: int, position: int) -> int:

@@ -69,6 +69,7 @@ class GlonassConstellation:
     luni_solar (m, 3) acceleration by Sun and Moon [m/s^2]
     clock_s    (m,) satellite clock against GPS time less leap seconds at tb [s]; clock_rate (m,) [-]
     healthy    (m,) bool; frequency (m,) frequency number
+    band_delay_s   (m,) Delta tau_n, by which L2 leaves later than L1; 0 where files have none [s]
     datum      (m,) row of DATUMS
     """
 
@@ -83,6 +84,7 @@ class GlonassConstellation:
     healthy: Bool
     frequency: I64
     datum: I64
+    band_delay_s: F64
 
     @property
     def span_ns(self) -> tuple[int, int]:
@@ -111,8 +113,7 @@ class GlonassConstellation:
                 ura=np.full(rows.shape, URA),
                 ephemeris=rows,
                 group_delay_m=np.zeros(rows.shape),
-                # Files before RINEX 3.05 have no Delta tau, and those of 3.05 are read without it.
-                band_delay_m=np.zeros(rows.shape),
+                band_delay_m=LIGHT_MPS * self.band_delay_s[rows],
             ),
         )
 
@@ -207,4 +208,5 @@ def from_records(records: Records, glonass_to_utc_s: F64) -> GlonassConstellatio
         healthy=(f["health"] == 0)[keep],
         frequency=f["frequency"].astype(np.int64)[keep],
         datum=datum[keep],
+        band_delay_s=f.get("delta_tau", np.zeros(len(keep)))[keep],
     )

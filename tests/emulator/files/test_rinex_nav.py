@@ -140,9 +140,27 @@ def test_version_3_mixed_with_five_line_glonass_and_other_systems():
         new, before = file.records[letter], rinex_nav.parse(old, "y").records[letter]
         assert new.number.tolist() == before.number.tolist()
         assert new.epoch == before.epoch
-        same = set(new.fields) - {"fit_h"}
+        same = set(new.fields) - {"fit_h", "status", "delta_tau", "urai"}
         assert {n: value(new, n) for n in same} == {n: value(before, n) for n in same}
     assert value(file.records["G"], "fit_h") == 0
+
+
+def test_the_fifth_line_of_glonass_has_the_delay_of_l2():
+    """RINEX 3.05, table A10: status, Delta tau, accuracy, health; blank or .999999999999E+09: not known."""
+    slot = rinex_nav.parse(MIXED_3, "x").records["R"]
+    assert (value(slot, "status"), value(slot, "delta_tau"), value(slot, "urai")) == (
+        179,
+        9.313225746155e-10,
+        3,
+    )
+    for text in (" .999999999999E+09", " " * 18):
+        unknown = MIXED_3.replace(" 9.313225746155E-10 3.000000000000E+00", f"{text:>19} 3.000000000000E+00")
+        assert value(rinex_nav.parse(unknown, "x").records["R"], "delta_tau") == 0
+    four = "\n".join(MIXED_3.splitlines()[:-1]).replace("3.05", "3.04")
+    assert value(rinex_nav.parse(four, "x").records["R"], "delta_tau") == 0
+    strange = MIXED_3.replace("9.313225746155E-10 3.0000", "9.313225746155E-03 3.0000")
+    with pytest.raises(FileError, match=r"line 18: delta_tau is 0\.00931323; allowed is -1e-06 to 1e-06"):
+        rinex_nav.parse(strange, "x")
 
 
 def test_version_4():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -55,6 +56,15 @@ def at(constellation, moment, seconds=0.0):
     middle = np.array([gpstime.from_calendar(moment)])
     pos, clock, broadcast = constellation.sample(middle, np.array([seconds]))
     return pos[0, 0], clock[0, 0], {name: getattr(broadcast, name)[0] for name in broadcast.__slots__}
+
+
+def test_the_delay_of_glonass_l2_is_broadcast_beside_the_clock():
+    """ICD 5.1, 4.4: Delta tau_n = t_f2 - t_f1; the clock stays that of L1."""
+    plain, moment = glonass_of((3, datetime(2012, 10, 31, 0, 15), {})), datetime(2012, 10, 31, 0, 15, 16)
+    late = replace(plain, band_delay_s=np.array([4e-9]))
+    (_, clock, told), (_, same, said) = (at(c, moment) for c in (plain, late))
+    assert told["band_delay_m"].tolist() == [0] and clock == same
+    assert said["band_delay_m"] == pytest.approx([4e-9 * C])
 
 
 # --- GPS ----------------------------------------------------------------------------------------------
