@@ -49,7 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="an option of the policy, of the navigator, or of any flight",
     )
-    add("--boot-count", metavar="N", type=int, default=0, help="starts since commissioning")
+    add(
+        "--boot-count",
+        metavar="N",
+        type=command_line.whole(0, 2**31 - 1),
+        default=0,
+        help="starts since commissioning",
+    )
     add("--status", metavar="FILE|fd:N", help="write epochs and fixes flown here, a JSON line at a run's end")
     add("--once", action="store_true", help="leave when the first run is over, or the bus is gone")
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")

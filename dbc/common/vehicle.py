@@ -19,7 +19,25 @@ from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.signals import SIGNALS, beyond_first
 
-Vector = tuple[float, float, float]
+Component = Annotated[float, Field(ge=-1e6, le=1e6)]
+Direction = tuple[Component, Component, Component]
+"""Along an axis, body axes, of any length but zero."""
+
+Metres = Annotated[float, Field(ge=-1000, le=1000)]
+Place = tuple[Metres, Metres, Metres]
+"""From the centre of mass, body axes: no craft is larger."""
+
+_SHORTEST = 1e-6
+
+
+def unit_vector(name: str, direction: Direction) -> NDArray[np.float64]:
+    """(3,) of length 1; ValueError for what points nowhere."""
+    vector = np.array(direction, float)
+    norm = float(np.linalg.norm(vector))
+    if norm < _SHORTEST:
+        raise ValueError(f"{name} has length {norm:.4g}; it points nowhere")
+    return vector / norm
+
 
 _OTHERS = tuple(signal.name for signal in SIGNALS.values() if beyond_first()[signal.value])
 """Signals beside each system's first."""
@@ -58,7 +76,9 @@ class Antenna(Strict):
     receiver          number of its receiver on the bus
     channels          of the receiver
     clock_domain      number of the oscillator that the receiver works by; the same number, the same clock
-    boresight_body    unit vector of the antenna's axis, body axes
+    boresight_body    the antenna's axis in body axes, of any length; or its azimuth and elevation
+    boresight_azimuth_deg    the axis's angle from x (fore) towards y (starboard)
+    boresight_elevation_deg  the axis's angle from the x-y plane towards -z (zenith)
     lever_arm_body_m  phase centre relative to the centre of mass, body axes
     mask_deg          largest angle off the boresight at which the antenna is given a satellite
     other_signals     that the receiver tracks beside each system's first, each on a channel of its own
@@ -68,8 +88,10 @@ class Antenna(Strict):
     receiver: Annotated[int, Field(ge=1, le=MAX_RECEIVERS)]
     channels: Annotated[int, Field(ge=1, le=CHANNELS)]
     clock_domain: Annotated[int, Field(ge=0, le=7)] = 0
-    boresight_body: Vector
-    lever_arm_body_m: Vector
+    boresight_body: Direction | None = None
+    boresight_azimuth_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
+    boresight_elevation_deg: Annotated[float, Field(ge=-90, le=90)] | None = None
+    lever_arm_body_m: Place
     mask_deg: Annotated[float, Field(gt=0, le=180)]
     other_signals: tuple[Literal[_OTHERS], ...] = ()  # pyright: ignore[reportInvalidTypeForm]
 
@@ -80,11 +102,26 @@ class Antenna(Strict):
         return self
 
     @model_validator(mode="after")
-    def _boresight_is_a_direction(self):
-        norm = float(np.linalg.norm(self.boresight_body))
-        if abs(norm - 1) > 1e-3:
-            raise ValueError(f"boresight_body has length {norm:.4g}; a direction has length 1")
+    def _one_boresight(self):
+        angles = (self.boresight_azimuth_deg, self.boresight_elevation_deg)
+        if (self.boresight_body is None) is (None in angles):
+            raise ValueError(
+                "give boresight_body, or boresight_azimuth_deg and boresight_elevation_deg, one of the two"
+            )
+        if self.boresight_body is not None and angles != (None, None):
+            raise ValueError("boresight_body and an angle of it: one of the two")
+        self.boresight  # noqa: B018 - points somewhere
         return self
+
+    @property
+    def boresight(self) -> NDArray[np.float64]:
+        """(3,) unit vector of the axis, body axes."""
+        if self.boresight_body is not None:
+            return unit_vector("boresight_body", self.boresight_body)
+        assert self.boresight_azimuth_deg is not None and self.boresight_elevation_deg is not None
+        azimuth, elevation = np.deg2rad([self.boresight_azimuth_deg, self.boresight_elevation_deg])
+        level = np.cos(elevation)
+        return np.array([level * np.cos(azimuth), level * np.sin(azimuth), -np.sin(elevation)])
 
 
 class VehicleFile(Strict):
@@ -140,13 +177,12 @@ class VehicleError(ValueError):
 
 def from_model(model: VehicleFile) -> Vehicle:
     rows = sorted(model.antenna, key=lambda a: a.receiver)
-    boresight = np.array([a.boresight_body for a in rows])
     return Vehicle(
         model.name,
         tuple(a.name for a in rows),
         np.array([a.channels for a in rows]),
         np.array([a.clock_domain for a in rows]),
-        boresight / np.linalg.norm(boresight, axis=1, keepdims=True),
+        np.array([a.boresight for a in rows]),
         np.array([a.lever_arm_body_m for a in rows]),
         np.deg2rad([a.mask_deg for a in rows]),
         tuple(tuple(a.other_signals) for a in rows),
@@ -165,3 +201,22 @@ def parse(text: str, origin: str) -> Vehicle:
 def load(path: Path) -> Vehicle:
     """A vehicle from a file; VehicleError says what is wrong and where."""
     return from_model(FILES.checked(FILES.read(path), str(path)))
+
+
+def with_unit_vectors(text: str, origin: str) -> dict[str, Any] | None:
+    """The document of a vehicle file with every boresight as a unit vector, as programs of others expect it;
+    None if the file has them so."""
+    document = FILES.document(text, origin)
+    model = FILES.checked(document, origin)
+    given = [antenna.boresight_body for antenna in model.antenna]
+    if all(b is not None and abs(float(np.linalg.norm(b)) - 1) <= _ROUNDED for b in given):
+        return None
+    for row, antenna in zip(document["antenna"], model.antenna, strict=True):
+        row.pop("boresight_azimuth_deg", None)
+        row.pop("boresight_elevation_deg", None)
+        row["boresight_body"] = antenna.boresight.tolist()
+    return document
+
+
+_ROUNDED = 1e-3
+"""A unit vector may be written with as few as four digits."""

@@ -53,11 +53,17 @@ def option_value(text: str) -> Value:
     return text
 
 
+SHORTEST_S, LONGEST_S = 1e-3, 366 * 86400.0
+"""What a duration on a command line may be."""
+
+
 def seconds(text: str) -> float:
     """A positive duration. '600', '600s', '10m', '24h', '1d'."""
     units = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
     number, unit = (text[:-1], units[text[-1]]) if text[-1:] in units else (text, 1.0)
     try:
+        if not number.isascii() or "_" in number:
+            raise ValueError
         value = float(number) * unit
     except ValueError:
         raise argparse.ArgumentTypeError(
@@ -65,6 +71,8 @@ def seconds(text: str) -> float:
         ) from None
     if not (math.isfinite(value) and value > 0):
         raise argparse.ArgumentTypeError(f"{text} s; must be finite and greater than 0")
+    if not SHORTEST_S <= value <= LONGEST_S:
+        raise argparse.ArgumentTypeError(f"{text} s; from {SHORTEST_S:g} s to {LONGEST_S / 86400:g} days")
     return value
 
 

@@ -27,7 +27,6 @@ from gnss_hil.emulator.config.tables import (
     Attitude,
     Clock,
     Orbit,
-    Positive,
     ScenarioError,
     Time,
     TrajectoryFile,
@@ -167,12 +166,12 @@ class Receivers(Strict):
     warm_s: Annotated[float, Field(ge=0, le=120)] = 3.0
     cold_s: Annotated[float, Field(ge=0, le=600)] = 12.0
     ephemeris_s: Annotated[float, Field(ge=0, le=120)] = 24.0
-    ephemeris_age_s: Positive = 7200.0
+    ephemeris_age_s: Annotated[float, Field(ge=1, le=LONGEST_S)] = 7200.0
     almanac_cycle_s: Annotated[float, Field(ge=1, le=600)] = 20.0
     lock_threshold_dbhz: Annotated[float, Field(ge=10, le=50)] = 30.0
     gain_dbi: Annotated[float, Field(ge=-20, le=30)] = 4.0
     gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
-    noise_temperature_k: Annotated[float, Field(gt=0, le=5000)] = 400.0
+    noise_temperature_k: Annotated[float, Field(ge=1, le=5000)] = 400.0
     other_signals_gain_db: Annotated[float, Field(ge=-40, le=40)] = 0.0
     other_signals_centre_mm: Annotated[float, Field(ge=-1000, le=1000)] = 0.0
     loops: Loops = Loops()

@@ -13,7 +13,9 @@ from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.earth.gravity import HIGHEST_DEGREE
 
-Positive = Annotated[float, Field(gt=0)]
+Kilograms = Annotated[float, Field(ge=0.01, le=1e6)]
+SquareMetres = Annotated[float, Field(ge=1e-4, le=1e5)]
+"""From a chip-sized craft to a station twice the largest flown."""
 LONGEST_S = 31 * 86400
 """A run at most [s]."""
 Angle = Annotated[float, Field(ge=-360, le=360)]
@@ -113,11 +115,11 @@ class Orbit(Strict):
     true_anomaly_deg: Angle = 0.0
     forces: tuple[Force, ...] = ("j2", "j3", "j4")
     degree: Annotated[int, Field(ge=2, le=HIGHEST_DEGREE)] = 20
-    mass_kg: Positive = 1000.0
-    drag_area_m2: Positive = 10.0
-    drag_coefficient: Annotated[float, Field(gt=0, le=10)] = 2.2
+    mass_kg: Kilograms = 1000.0
+    drag_area_m2: SquareMetres = 10.0
+    drag_coefficient: Annotated[float, Field(ge=0.01, le=10)] = 2.2
     bulge_exponent: Annotated[float, Field(ge=2, le=6)] = 4.0
-    radiation_area_m2: Positive = 10.0
+    radiation_area_m2: SquareMetres = 10.0
     radiation_coefficient: Annotated[float, Field(ge=0, le=2)] = 1.3
 
     @model_validator(mode="after")
@@ -145,7 +147,7 @@ class Turn(Strict):
     roll_deg, pitch_deg, yaw_deg   about x fore, y starboard, z nadir; yaw first, roll last
     """
 
-    t_s: Annotated[float, Field(ge=0)]
+    t_s: Annotated[float, Field(ge=0, le=LONGEST_S)]
     roll_deg: Angle = 0.0
     pitch_deg: Angle = 0.0
     yaw_deg: Angle = 0.0
@@ -190,7 +192,7 @@ class Clock(Strict):
     """
 
     amplitude_ms: Annotated[float, Field(ge=0, le=10)] = 0.3
-    period_s: Annotated[float, Field(ge=60)] = 5400.0
+    period_s: Annotated[float, Field(ge=60, le=LONGEST_S)] = 5400.0
     mark_domain: Annotated[int, Field(ge=0, le=7)] | None = None
 
 

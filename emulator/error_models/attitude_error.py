@@ -31,7 +31,7 @@ class AttitudeError(Factor):
     angle_walk_deg_rth: Annotated[float, Field(ge=0, le=10)] = 0.003
     drift_walk_deg_h_rth: Annotated[float, Field(ge=0, le=100)] = 0.005
     star_interval_s: Annotated[float, Field(ge=0, le=86400)] = 60.0
-    star_sigma_arcsec: Annotated[float, Field(gt=0, le=36000)] = 10.0
+    star_sigma_arcsec: Annotated[float, Field(ge=0.001, le=36000)] = 10.0
     initial_deg: Annotated[float, Field(ge=0, le=10)] = 0.05
     initial_drift_deg_h: Annotated[float, Field(ge=0, le=100)] = 0.02
 

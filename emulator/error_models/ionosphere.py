@@ -23,7 +23,9 @@ from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
 from gnss_hil.emulator.signal.ionosphere.profile import Profile
 from gnss_hil.emulator.signal.ionosphere.slant import slant_tec_and_rate
 
-Four = tuple[float, float, float, float]
+Alpha = Annotated[float, Field(ge=-1e-5, le=1e-5)]
+Beta = Annotated[float, Field(ge=-1e7, le=1e7)]
+"""A message's eight bits carry at most 7.6e-6 and 8.4e6 (IS-GPS-200, table 20-X)."""
 Share = Annotated[float, Field(ge=0, lt=1)]
 
 
@@ -40,8 +42,8 @@ class Ionosphere(Factor):
 
     model: Literal["klobuchar", "ionex"] = "klobuchar"
     activity: Literal["low", "high"] = "low"
-    alpha: Four | None = None
-    beta: Four | None = None
+    alpha: tuple[Alpha, Alpha, Alpha, Alpha] | None = None
+    beta: tuple[Beta, Beta, Beta, Beta] | None = None
     files: tuple[str, ...] = ()
     peak_height_km: Annotated[float, Field(ge=150, le=600)] | None = None
     bottomside_scale_km: Annotated[float, Field(ge=10, le=150)] | None = None

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from gnss_hil.dbc.common.vehicle import Strict, Vector
+from gnss_hil.dbc.common.vehicle import Direction, Strict, unit_vector
 from gnss_hil.emulator.error_models.base import Context, Fixed, LinkTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.signal import jamming
@@ -25,8 +25,8 @@ class _Spectrum(Strict):
     """
 
     kind: Literal["noise", "tone", "matched"] = "noise"
-    centre_mhz: Annotated[float, Field(gt=0, le=100_000)] = 1575.42
-    bandwidth_mhz: Annotated[float, Field(gt=0, le=10_000)] = 2.046
+    centre_mhz: Annotated[float, Field(ge=1, le=100_000)] = 1575.42
+    bandwidth_mhz: Annotated[float, Field(ge=1e-6, le=10_000)] = 2.046
 
 
 class EarthJammer(_Spectrum):
@@ -46,18 +46,16 @@ class EarthJammer(_Spectrum):
 class BodyJammer(_Spectrum):
     """A jammer that keeps its direction in body axes.
 
-    direction_body   unit vector towards it
+    direction_body   towards it, of any length
     received_dbw     power that an isotropic antenna would receive
     """
 
-    direction_body: Vector
+    direction_body: Direction
     received_dbw: Level
 
     @model_validator(mode="after")
     def _is_a_direction(self):
-        norm = sum(x * x for x in self.direction_body) ** 0.5
-        if abs(norm - 1) > 1e-3:
-            raise ValueError(f"direction_body has length {norm:.4g}; a direction has length 1")
+        unit_vector("direction_body", self.direction_body)
         return self
 
 
@@ -84,7 +82,9 @@ def jammers_of(params: Jamming) -> Jammers:
     return Jammers(
         np.array(places).reshape(-1, 3),
         np.array([one.eirp_dbw for one in params.earth], float),
-        np.array([one.direction_body for one in params.body], float).reshape(-1, 3),
+        np.array([unit_vector("direction_body", one.direction_body) for one in params.body], float).reshape(
+            -1, 3
+        ),
         np.array([one.received_dbw for one in params.body], float),
         tuple(one.kind for one in every),
         np.array([one.centre_mhz * 1e6 for one in every], float),

@@ -33,11 +33,11 @@ class Loops(Strict):
                               counts for slips and loss of lock (modelled)
     """
 
-    code_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
-    carrier_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 15.0
-    frequency_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 2.0
+    code_bandwidth_hz: Annotated[float, Field(ge=0.001, le=50)] = 0.5
+    carrier_bandwidth_hz: Annotated[float, Field(ge=0.001, le=100)] = 15.0
+    frequency_bandwidth_hz: Annotated[float, Field(ge=0.001, le=100)] = 2.0
     correlator_spacing_chips: Annotated[float, Field(ge=0.05, le=1)] = 0.5
-    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    integration_s: Annotated[float, Field(ge=0.001, le=1)] = 0.02
     other_jitter_deg: Annotated[float, Field(ge=0, le=45)] = 2.0
 
 

@@ -7,7 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from gnss_hil.dbc.process.command_line import seconds
+from gnss_hil.dbc.process.command_line import seconds, whole
 from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 from gnss_hil.tools.common.whole_file import draft_of
 
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--factor", action="append", choices=FACTORS, metavar="FACTOR",
         help=f"only this one; repeatable (default: all): {', '.join(FACTORS)}",
     )  # fmt: skip
-    add("--jobs", type=int, default=2, metavar="N", help="runs at a time (default 2)")
+    add("--jobs", type=whole(1, 64), default=2, metavar="N", help="runs at a time (default 2)")
     add("--out", type=Path, default=Path("runs/study-factors"), metavar="DIR", help="folder for the results")
     add("--quiet", action="store_true", help="no progress")
 
@@ -42,8 +42,6 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.tools.study.factors import ALONE, Effect, figures
     from gnss_hil.tools.study.runs import Job, play_all
 
-    if arguments.jobs < 1:
-        raise Mistake(f"--jobs {arguments.jobs}: one at least")
     ready = [name for name, row in FACTORS.items() if row.ready]
     names = [ALONE, *dict.fromkeys(arguments.factor or ready)]
     jobs = [

@@ -11,6 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common.vehicle import with_unit_vectors
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common import toml
 from gnss_hil.tools.common.errors import Mistake
@@ -61,7 +62,9 @@ class RunFolder:
         the run again. What was taken in, as `provenance.take_inputs` has it."""
         names = [craft.name for craft in scenario.craft]
         for i, text in enumerate(vehicle_texts):
-            own = SCHEMA_LINE.sub("", text)  # it names a file beside the original
+            plain = with_unit_vectors(text, names[i])
+            # Its schema line names a file beside the original.
+            own = SCHEMA_LINE.sub("", text) if plain is None else toml.dumps(plain)
             (self / vehicle_name(names, i)).write_text(own, "utf-8")
         document = scenario.model_dump(mode="json", exclude_none=True)
         taken = take_inputs(document, self.path)

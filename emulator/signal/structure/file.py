@@ -15,11 +15,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common.shipped_files import Files
-from gnss_hil.dbc.common.vehicle import Strict, Vector
+from gnss_hil.dbc.common.vehicle import Direction, Place, Strict
 from gnss_hil.emulator.signal.structure.materials import MaterialName
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,31}$")]
-Length = Annotated[float, Field(gt=0, le=500)]
+Length = Annotated[float, Field(ge=0.001, le=500)]
 Angle = Annotated[float, Field(ge=-360, le=360)]
 
 UNIT_TOLERANCE = 1e-3
@@ -29,13 +29,13 @@ class StructureError(ValueError):
     """A structure file that cannot be used; the message is for people."""
 
 
-def _length_1(name: str, vector: Vector) -> None:
+def _length_1(name: str, vector: Direction) -> None:
     norm = float(np.linalg.norm(vector))
     if abs(norm - 1) > UNIT_TOLERANCE:
         raise ValueError(f"{name} has length {norm:.4g}; a direction has length 1")
 
 
-def _upright(name: str, vector: Vector, other: str, towards: Vector) -> None:
+def _upright(name: str, vector: Direction, other: str, towards: Direction) -> None:
     cosine = float(np.dot(vector, towards))
     if abs(cosine) > UNIT_TOLERANCE:
         raise ValueError(f"{name} is not at right angles to {other}: their product is {cosine:.4g}")
@@ -55,10 +55,10 @@ class Joint(Strict):
     """
 
     name: Name
-    point_m: Vector
-    axis_body: Vector
+    point_m: Place
+    axis_body: Direction
     turns: Literal["sun", "rate", "fixed"]
-    facing_body: Vector | None = None
+    facing_body: Direction | None = None
     angle_deg: Angle = 0.0
     rate_dps: Annotated[float, Field(ge=-10, le=10)] = 0.0
     parent: str | None = None
@@ -88,7 +88,7 @@ class Part(Strict):
     """
 
     name: Name
-    centre_m: Vector
+    centre_m: Place
     material: MaterialName = "metal"
     amplitude: Annotated[float, Field(ge=0, le=1)] = 1.0
     roughness_m: Annotated[float, Field(ge=0, le=1)] = 0.0
@@ -116,8 +116,8 @@ class Panel(Part):
     size_m        along that edge, and across
     """
 
-    normal_body: Vector
-    along_body: Vector
+    normal_body: Direction
+    along_body: Direction
     size_m: tuple[Length, Length]
 
     @model_validator(mode="after")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import tomli_w
 
-from gnss_hil.dbc.common.vehicle import FILES, VehicleError, find, load, parse
+from gnss_hil.dbc.common.vehicle import FILES, VehicleError, find, load, parse, with_unit_vectors
 
 pytestmark = pytest.mark.verifies(
     "dbc/common/vehicle.py",
@@ -40,9 +41,9 @@ def test_soyuz_tilts_35_deg_from_zenith_to_four_sides():
         ("receiver = 2", "receiver = 1", r"antenna receivers are \[1, 1, 3, 4\]; each of 1 to 4 once"),
         ('"starboard"', '"fore"', "antenna names are .* each must be different"),
         (
-            "-0.819152044288992]",
-            "-0.5]",
-            "antenna.0: boresight_body has length 0.7609; a direction has length 1",
+            "boresight_body = [0.573576436351046, 0.0, -0.819152044288992]",
+            "boresight_body = [0, 0.0, -1e-9]",
+            "antenna.0: boresight_body has length 1e-09; it points nowhere",
         ),
         (
             "mask_deg = 85.0",
@@ -93,6 +94,49 @@ def test_directions_have_length_one():
         TEXT.replace("0.573576436351046", "0.5736").replace("0.819152044288992", "0.8192"), "a file"
     )
     assert np.linalg.norm(vehicle.boresight_body, axis=1) == pytest.approx(1, abs=1e-12)
+
+
+AXIS = "boresight_body = [0.573576436351046, 0.0, -0.819152044288992]"
+
+
+@pytest.mark.parametrize(
+    ("written", "axis"),
+    [
+        ("boresight_body = [0.0, 0.0, -12.5]", (0, 0, -1)),
+        ("boresight_body = [3, 4, 0]", (0.6, 0.8, 0)),
+        ("boresight_azimuth_deg = 0\nboresight_elevation_deg = 0", (1, 0, 0)),
+        ("boresight_azimuth_deg = 90\nboresight_elevation_deg = 0", (0, 1, 0)),
+        ("boresight_azimuth_deg = -90\nboresight_elevation_deg = 30", (0, -(3**0.5) / 2, -0.5)),
+        ("boresight_azimuth_deg = 123\nboresight_elevation_deg = 90", (0, 0, -1)),
+        ("boresight_azimuth_deg = 0\nboresight_elevation_deg = 55.0", (0.573576436351, 0, -0.819152044289)),
+    ],
+)  # fmt: skip
+def test_a_boresight_has_any_length_or_is_azimuth_and_elevation(written, axis):
+    """Azimuth from fore towards starboard, elevation towards zenith (-z)."""
+    assert parse(TEXT.replace(AXIS, written), "a file").boresight_body[0] == pytest.approx(axis, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    "written",
+    ["", "boresight_azimuth_deg = 3", f"{AXIS}\nboresight_elevation_deg = 3",
+     f"{AXIS}\nboresight_elevation_deg = 3\nboresight_azimuth_deg = 3"],
+)  # fmt: skip
+def test_a_boresight_is_given_in_one_way(written):
+    with pytest.raises(VehicleError, match=r"antenna\.0: .*one of the two$"):
+        parse(TEXT.replace(AXIS, written), "a file")
+
+
+def test_programs_of_others_find_unit_vectors():
+    """What a run folder holds, and GNSS_HIL_VEHICLE names: examples/fsw_c knows nothing else."""
+    assert with_unit_vectors(TEXT, "a file") is None
+    angles = "boresight_azimuth_deg = 0\nboresight_elevation_deg = 55"
+    for written in (angles, "boresight_body = [5.73576436351046, 0, -8.19152044288992]"):
+        text = TEXT.replace(AXIS, written)
+        plain = tomli_w.dumps(with_unit_vectors(text, "a file"))
+        assert "azimuth" not in plain
+        meant, found = parse(text, "a file").boresight_body, parse(plain, "plain").boresight_body
+        assert found == pytest.approx(meant, abs=1e-15)
+        assert with_unit_vectors(plain, "plain") is None
 
 
 def test_rows_are_receivers_whatever_the_order_in_the_file():

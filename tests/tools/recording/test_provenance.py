@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from gnss_hil.dbc.common import vehicle
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.tools.recording import provenance
 from gnss_hil.tools.recording.run_folder import RunFolder
@@ -98,7 +99,7 @@ def test_a_moved_run_folder_is_enough_to_play_the_run(tmp_path):
     raw = scenarios.read(scenarios.shipped()["soyuz"])
     raw["craft"][0]["attitude"] = {"mode": "table", "file": str(csv)}
     folder = RunFolder(tmp_path / "run")
-    folder.describe(scenarios.parse(raw, "here"), ["name = 'v'"])
+    folder.describe(scenarios.parse(raw, "here"), [vehicle.find("soyuz-ms").read_text()])
     moved = folder.path.rename(tmp_path / "moved")
     csv.unlink()
     named = tomllib.loads((moved / "scenario.toml").read_text())["craft"][0]["attitude"]["file"]
