@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_AS_WRITTEN = "s ms us ns m km kg K deg Hz MHz dB dBi dBW chips epochs arcsec"
+_AS_WRITTEN = "s ms us ns mm m km kg K deg Hz MHz dB dBi dBW chips epochs arcsec"
 
 UNITS = {unit.lower(): unit for unit in _AS_WRITTEN.split()} | {
     "m2": "m²",
