@@ -93,6 +93,10 @@ def of_product(
     silent = index[placed & ~timed & ~unknown]
     if len(silent):
         yield f"no clock in the run's time of {satellites.listed(silent)}: left out"
+    zero = (product.clock_s[rows][:, column] == 0) | np.isnan(product.clock_s[rows][:, column])
+    still = index[placed & timed & zero.all(axis=0) & ~unknown]
+    if len(still):
+        yield f"clocks are exactly 0 of {satellites.listed(still)}: are they absent?"
     if product.predicted is not None and product.predicted[rows].any():
         first = int(product.t_ns[rows[np.argmax(product.predicted[rows])]])
         yield f"orbits are predicted, not measured, from {gpstime.iso(first)} on"

@@ -18,7 +18,8 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.files.text import FileError, read_text
 
-_LEAST_DB, _MOST_DB = -200.0, 100.0
+_LEAST_DB, _MOST_DB = -200.0, 60.0
+"""99 and 999 are ways to write that there is none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

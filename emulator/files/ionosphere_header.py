@@ -43,7 +43,10 @@ def parse(text: str, origin: str) -> IonosphereHeader:
     end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
     if end is None:
         raise FileError(f"{origin}: line {len(lines)}: file ends inside the header")
-    return IonosphereHeader(**{name: _four(lines[:end], name, origin) for name in _FORMS})
+    found = {name: _four(lines[:end], name, origin) for name in _FORMS}
+    if not any(any(four) for four in found.values()):
+        raise FileError(f"{origin}: all coefficients of the ionosphere are 0: none were received")
+    return IonosphereHeader(**found)
 
 
 def _four(header: list[str], name: str, origin: str) -> tuple[float, ...]:

@@ -170,7 +170,9 @@ def _xml(text: str, origin: str) -> Iterator[tuple[dict[str, str], list[_State]]
     for item in root.iter():
         # Which namespace a tag is in tells nothing: NDM/XML is written with and without one.
         item.tag = item.tag.rpartition("}")[2] if isinstance(item.tag, str) else item.tag
-    for segment in root.iter("segment"):
+    # A container (NDM) may hold messages of other kinds beside.
+    messages = list(root.iter("oem")) or [root]
+    for segment in (segment for message in messages for segment in message.iter("segment")):
         meta = {item.tag: (item.text or "").strip() for item in segment.iterfind("metadata/*")}
         states = []
         for vector in segment.iterfind("data/stateVector"):

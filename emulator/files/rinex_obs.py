@@ -38,7 +38,7 @@ class Observations:
     epoch    (p,) row of t_ns
     sat      (p,) satellite index
     obs      code -> (p,) value as written (m, cycles, Hz, ...), nan where there is none: blank, or 0.0,
-             which is how RINEX writes it too (2.11, table A2; 3.05, table A3)
+             which is how RINEX writes it too (2.11, table A2; 3.05, table A3), or nines alone, five and more
     lli      code -> (p,) loss of lock indicator, 0 where blank: bit 0 lock lost, bit 1 half cycles,
              bit 2 antispoofing (version 2) or BOC tracking (version 3)
     """
@@ -73,11 +73,19 @@ def parse(text: str, origin: str) -> Observations:
         rows = _rows_of(letter, epochs.sat)
         for k, code in enumerate(of_system):
             values, lost = _column(lines, epochs, rows, k, code)
-            obs[code][rows] = np.where(values == 0, np.nan, values) / header.scale_factors.get(
+            obs[code][rows] = np.where(_is_none(values), np.nan, values) / header.scale_factors.get(
                 (letter, code), 1.0
             )
             lli[code][rows] = lost
     return Observations(origin, header, epochs.t_ns, epochs.clock_s, epochs.epoch, epochs.sat, obs, lli)
+
+
+_NINES = np.array([10.0**digits - rest for digits in range(5, 11) for rest in (1.0, 0.1, 0.01, 0.001)])
+
+
+def _is_none(values: F64) -> Bool:
+    """Whether values as written stand for none: 0.0, or nothing but nines, which some programs write."""
+    return (values == 0) | np.isin(np.round(np.abs(values), 3), np.round(_NINES, 3))
 
 
 def _rows_of(letter: str, sat: I64) -> I64:

@@ -41,6 +41,9 @@ NEAREST_M, FARTHEST_M = 6.2e6, 2e9
 _STRANGE = 0.03
 """Share of gravity's pull by which a free orbit never differs from it: the bulge makes 0.2 %."""
 
+_NO_CRAFT = 5.0
+"""The same from which on no thrust explains it."""
+
 _FREE_BELOW_M = 1e8
 """Farther out, Sun and Moon have their part."""
 
@@ -232,10 +235,13 @@ def _judge_fall(arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None
     half_s = half_ns / gpstime.NS_PER_S
     share = max(unexplained(arc.over(t_ns + since_ns).pos_ecef_m, half_s) for t_ns in np.unique(middles_ns))
     if share > _STRANGE:
-        tell(
+        said = (
             f"{origin}: the craft's motion differs from a free fall about the Earth by up to {share:.0%} of "
             "gravity: unless it is under thrust, are units, axes, centre and times right?"
         )
+        if share > _NO_CRAFT:
+            raise TrajectoryError(said)
+        tell(said)
 
 
 def unexplained(pos_ecef_m: F64, half_s: float) -> float:

@@ -49,8 +49,10 @@ def run(arguments: Namespace) -> int:
         for name in names
         for turned in (False, True)
     ]
-    for job in jobs[::2]:  # every mistake before the first run
-        job.plan()
+    # Every mistake, and every remark, before the first run.
+    remarks = [remark for job in jobs[::2] for remark in job.plan().world.remarks]
+    for remark in dict.fromkeys(remarks):
+        print(f"{PROGRAM}: {remark}", file=sys.stderr)
     try:
         arguments.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -75,6 +75,8 @@ def test_satellites_without_a_clock_in_the_run_or_without_an_antenna_are_told():
     assert of_product(made) == ["no clock in the run's time of R11: left out"]
     assert not of_product(made, satellites.GPS)
     assert not of_product(made, begin_s=3600, end_s=7200)
+    made.clock_s[30:60, 1] = 0
+    assert of_product(made) == ["clocks are exactly 0 of R11: are they absent?"]
     offset_m = np.zeros((satellites.SATELLITES, 3))
     offset_m[satellites.parse("G05")] = np.nan
     assert of_product(product(), None, offset_m) == ["no antenna is known of G05: left out"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from gnss_hil.emulator.files import ionosphere_header
@@ -53,6 +55,10 @@ def test_both_versions_say_the_same(text):
         (
             THREE.replace("GPSB   1.1880E+05", "GPSB          nan"),
             "nav: line 4: GPSB 0 is 'nan', not a number",
+        ),
+        (
+            re.sub(r"[- ]0\.\d{4}D[-+]\d\d", " 0.0000D+00", TWO),
+            "nav: all coefficients of the ionosphere are 0: none were received",
         ),
         (TWO.replace(END, ""), "nav: line 3: file ends inside the header"),
         ("hello\n", "nav: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)"),

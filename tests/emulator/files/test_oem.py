@@ -194,3 +194,10 @@ def test_epochs_to_the_minute_and_leap_seconds():
     for odd in ("2020-000T00:00:00", "2020-367T00:00:00", "2020-01-01T00:00:61", "2020-01-01T00:00:00+03:00"):
         with pytest.raises(FileError, match="is not an epoch"):
             oem.parse(segment(ONE, TWO).replace("2020-01-01T00:00:00", odd), "x")
+
+
+def test_a_container_may_hold_other_messages():
+    declaration, rest = XML.split("?>")
+    other = "<opm><body><segment><metadata><OBJECT_NAME>OTHER</OBJECT_NAME></metadata></segment></body></opm>"
+    found = oem.parse(f"{declaration}?><ndm>{other}{rest}</ndm>", "x")
+    assert np.array_equal(found.pos_m, oem.parse(XML, "x").pos_m)

@@ -338,13 +338,22 @@ def test_any_character_anywhere_is_read_or_refused_in_words(text, place, charact
     tried(text[:place] + character + text[place + 1 :])
 
 
-@pytest.mark.parametrize("zero", ["         0.000", "          .000", "        -0.000", " " * 14])
+@pytest.mark.parametrize(
+    "zero",
+    [
+        "         0.000", "          .000", "        -0.000", " " * 14, "9999999999.999", "     99999.999",
+        "  99999999.000", " -99999999.990", "   9999999.900",
+    ],
+)  # fmt: skip
 def test_zero_stands_for_none_whatever_is_observed(zero):
     """RINEX 2.11, table A2; 3.05, table A3: missing observations are written as 0.0 or blanks."""
     for value, code in (("23456789.012", "C1C"), ("-1234.567", "D1C"), ("45.250", "S1C")):
         assert np.isfinite(rinex_obs.parse(MIXED_3, "x").obs[code][0])
         absent = rinex_obs.parse(MIXED_3.replace(f"{value:>14}", zero), "x")
         assert np.isnan(absent.obs[code][0])
+    for near in ("     99999.998", "      9999.999", "  99999999.001"):
+        read = rinex_obs.parse(MIXED_3.replace(f"{'-1234.567':>14}", near), "x")
+        assert read.obs["D1C"][0] == float(near)
 
 
 def test_definitions_that_an_event_repeats_in_other_words_are_read():
