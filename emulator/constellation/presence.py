@@ -41,7 +41,7 @@ def minutes_ns(begin_ns: int, end_ns: int) -> I64:
 
 def remarks(index: I64, there: Bool, middles_ns: I64) -> Iterator[str]:
     """What is missing of satellites (n,) that are there (s, n) or not in some minutes (s,), a line each."""
-    some = there.any(axis=1)
+    some = np.asarray(there.any(axis=1))
     if not some.any():
         yield "no satellite is known in the run"
         return

@@ -118,7 +118,7 @@ def of_table(
     parts = []
     if len(t_ns) > 1:
         parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, measured), None, (int(t_ns[0]), int(t_ns[-1])))]
-    return _believed(parts, np.count_nonzero(~there), origin, span_ns, tell)
+    return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell)
 
 
 def _present(vectors: F64) -> Bool:
