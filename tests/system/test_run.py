@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -152,6 +153,7 @@ def test_without_a_log_the_figures_are_the_same(inline, tmp_path):
 @pytest.mark.verifies(
     "tools/results/text.py",
     "tools/results/junit.py",
+    "tools/results/verdict.py",
     what="Verdict in words and as JUnit",
     by="limits and words are ours; the XML is read by Python's parser",
     status="modelled",
@@ -180,11 +182,38 @@ def test_expectations_give_the_verdict(tmp_path, capsys):
     suite = ElementTree.parse(verdict).getroot()
     assert (suite.get("tests"), suite.get("failures")) == ("3", "1")
     assert "soyuz.pdop.median" in suite.find("testcase/failure").get("message")
+    assert (suite.get("errors"), suite.get("skipped")) == ("0", "0")
+    run_case, *judged = suite.findall("testcase")
+    assert 0 < float(run_case.get("time")) <= float(suite.get("time"))
+    assert {case.get("time") for case in judged} == {"0.000"}
+    assert datetime.fromisoformat(suite.get("timestamp")).year >= 2020
+    properties = {row.get("name"): row.get("value") for row in suite.iter("property")}
+    assert properties["run folder"] == str(run)
+    assert properties["command"].startswith("gnss-hil run ")
     said = capsys.readouterr()
     (line,) = said.err.splitlines()
     assert line.startswith("gnss-hil: expectation missed: soyuz.pdop.median: found ")
     assert line.endswith("expected at most 0.01")
     assert [row["met"] for row in summary_of(tmp_path / "run")["expectations"]] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("more", "status", "words"),
+    [
+        (["--set", "seed=x"], 2, "--set seed: input should be a valid integer"),
+        (["--bus", "embedded", "--flight", "false"], 1, "flight software of soyuz ended with status 1"),
+        (["--policy", "patnet"], 2, "policy 'patnet': not known"),
+        (["--interval", "0.02"], 2, "the bus would overflow"),
+    ],
+)
+def test_a_verdict_is_written_also_of_a_run_that_never_began(tmp_path, more, status, words):
+    verdict = tmp_path / "verdict.xml"
+    folder = tmp_path / "run"
+    assert main(["run", "soyuz", *more, "--out", str(folder), "--junit", str(verdict), "--quiet"]) == status
+    suite = ElementTree.parse(verdict).getroot()
+    assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("1", "0", "1")
+    assert words in suite.find("testcase/error").get("message")
+    assert float(suite.get("time")) >= 0
 
 
 @pytest.mark.realdata

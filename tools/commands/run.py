@@ -51,15 +51,37 @@ def config_of(a: Namespace) -> RunConfig:
 def run(arguments: Namespace) -> int:
     """Plays it; what it showed on stdout; the exit status."""
     config = config_of(arguments)
+    if config.junit is None:
+        return _run(config, None)
+    _check_junit(config.junit)
+    from gnss_hil.tools.results.verdict import Verdict
+
+    verdict = Verdict(config.junit, Path(config.scenario).stem, config.command)
+    try:
+        return _run(config, verdict)
+    except BaseException as error:
+        verdict.write_error(_words(error))
+        raise
+
+
+def _words(error: BaseException) -> str:
+    """What an error is called in a verdict."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    return str(error) or type(error).__name__
+
+
+def _run(config: RunConfig, verdict) -> int:
     check_combination(config)
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.processes import run_session
-    from gnss_hil.tools.results import junit
     from gnss_hil.tools.results.text import missed, render
 
     stop = run_session.Interruptible()
     ran = run_session.play(config, stop)
     if ran is None:
+        if verdict:
+            verdict.write_error("interrupted before it began")
         return stop.status
     print(render(ran.summary))
     print(f"\nrun folder: {ran.folder}", flush=True)
@@ -69,11 +91,9 @@ def run(arguments: Namespace) -> int:
         print(f"{PROGRAM}: note: {note}", file=sys.stderr)
     if config.report:
         lines += report.draw(ran.folder, ran.facts, ran.summary, ran.digests)
-    if config.junit:
-        try:
-            junit.write(config.junit, ran.summary, lines)
-        except OSError as error:
-            lines.append(f"--junit {config.junit}: {error.strerror}")
+    if verdict:
+        ended = ["interrupted"] if ran.outcome.interrupted else []
+        lines += verdict.write(ran.summary, ran.folder, [*lines, *ended])
     lines += [] if ran.outcome.interrupted else missed(ran.summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
@@ -87,8 +107,6 @@ def check_combination(config: RunConfig) -> None:
             f"--pace {config.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
             "use --bus embedded"
         )
-    if config.junit:
-        _check_junit(config.junit)
     if (config.flight, config.emulator) != (OURS, OURS):
         from gnss_hil.tools.run_config import sides
 

@@ -14,6 +14,7 @@ from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.live.display import Display, open_display
+from gnss_hil.tools.processes import overload
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.recording import account, provenance
 from gnss_hil.tools.recording.recorder import Recorder
@@ -88,7 +89,10 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
         digests,
         outcome,
         tuple(line for row in told for line in account.faults(*row)) if whole else (),
-        tuple(line for row in told for line in account.notes(*row)),
+        (
+            *(line for row in told for line in account.notes(*row)),
+            *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
+        ),
     )
 
 
@@ -243,7 +247,7 @@ def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Out
         mark_late_ms=assemble.milliseconds(outcome.mark_late_s),
         latency_histogram=[list(bar) for bar in outcome.latency_histogram],
         frames_sent=outcome.frames_sent,
-        remarks=list(plan.remarks),
+        remarks=[*plan.remarks, *overload.notes(config.pace, scenario.time.epoch_interval_s, outcome)],
         bench_frames_refused=sum(sum(heard.refused.values()) for heard in outcome.heard),
         time_marks_refused=sum(heard.refused_marks for heard in outcome.heard),
         fixes_flown={name: told.fixes for name, told in zip(plan.names, outcome.counted, strict=False)},

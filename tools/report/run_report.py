@@ -81,6 +81,7 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any], began_ns: int | 
         tag.h1(s["scenario"]),
         lead(told) if others else lead(scenario.description) if scenario.description else None,
         lead(f"{'; '.join(facts)}."),
+        *(lead(f"Remark: {remark}.") for remark in s.get("remarks", [])),
         summary_tables.verdict(s),
         summary_tables.bus_tiles(s),
     )
