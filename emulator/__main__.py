@@ -65,6 +65,11 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         "--limit", metavar="S", type=command_line.seconds, default=10.0,
         help="lockstep: wait S for an answer (default: 10)",
     )  # fmt: skip
+    add(
+        "--unanswered", metavar="N", type=command_line.whole(0, 1_000_000), default=6,
+        help="end the run after N epochs in a row without an answer, at a pace after N times --limit of "
+        "silence (default: 6; 0: never)",
+    )  # fmt: skip
     add("--quiet", action="store_true", help="nothing on stderr but mistakes")
 
 
@@ -99,7 +104,7 @@ def _told(work: Callable[[], int]) -> int:
 
 def _play(arguments: argparse.Namespace, make: World, stop) -> int:
     from gnss_hil.dbc.contract.messages import node_names
-    from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, parse_pace
+    from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, Unanswered, parse_pace
     from gnss_hil.dbc.process.status_log import StatusLog
     from gnss_hil.emulator.journal import TruthLog
     from gnss_hil.emulator.truth import TRUTH
@@ -127,16 +132,22 @@ def _play(arguments: argparse.Namespace, make: World, stop) -> int:
             stack.callback(link.close)
             buses[craft.name] = Bus(link, craft.codec)
         master = MasterLoop(
-            buses, session, pace, scenario.time.epoch_interval_s, limit_s=arguments.limit, stop=stop
-        )
+            buses, session, pace, scenario.time.epoch_interval_s, limit_s=arguments.limit,
+            most_unanswered=arguments.unanswered or None, stop=stop,
+        )  # fmt: skip
         required = _required(arguments.require, node_names(max(len(c.vehicle.names) for c in world.craft)))
         status.tell("waiting", for_nodes=arguments.require)
         say(f"waiting for {arguments.require} on {', '.join(specs.values())}")
+
+        def tell(text: str) -> None:
+            status.tell("waiting", waiting=text)
+            say(text)
+
         try:
-            master.assemble(required, arguments.wait)
-        except MissingNodes as error:
+            master.assemble(required, arguments.wait, tell)
+            epochs = _epochs(world, scenario.time.epochs, master, truth, status, stop, say)
+        except (MissingNodes, Unanswered) as error:
             raise command_line.Broken(error) from None
-        epochs = _epochs(world, scenario.time.epochs, master, truth, status, stop, say)
     completed = epochs == scenario.time.epochs
     return 0 if completed else stop.status
 
@@ -222,6 +233,7 @@ def _join(spec: str, codec, stop, say, wait_s: float | None):
 def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
     """All epochs from first to last or to the interruption; how many were played."""
     from gnss_hil.dbc.contract.frames import EMPTY
+    from gnss_hil.dbc.lockstep.master_loop import Unanswered
     from gnss_hil.emulator.assemble import initial_state
     from gnss_hil.emulator.step import emulate_step
 
@@ -242,6 +254,9 @@ def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
                 status.tell("progress", **_standing(world, played, master, now_s - begun_s))
         reason = "COMPLETED" if played == epochs else "INTERRUPTED"
         master.end(played, reason)
+    except Unanswered:
+        master.end(played + 1, reason)
+        raise
     finally:
         standing = _standing(world, played, master, time.monotonic() - begun_s)
         status.tell("ended", reason=reason, **standing, **_tallied(master, state))

@@ -2,7 +2,8 @@
 
 A peer is a stream of `struct can_frame`. What one sends goes to all others and to the taps, never back.
 Everything passes through one thread, so all receivers and taps see the frames of all senders in the same
-order. A receiver that falls behind fills its queue; then no other is read until it catches up.
+order. A receiver that falls behind fills its queue; then no other is read until it catches up. One that does
+not for `HELD_BACK_S` is dropped: nobody waits for ever.
 """
 
 from __future__ import annotations
@@ -27,6 +28,12 @@ from gnss_hil.dbc.contract.frames import WIDTH
 
 QUEUE_BYTES = 1 << 20
 """A peer with more than this waiting for it holds the others back (65,536 frames)."""
+
+HELD_BACK_S = 60.0
+"""A peer that has held the others back for so long is dropped."""
+
+LOOK_S = 0.2
+"""While a peer holds the others back it is looked at as often."""
 
 ACCEPT_AGAIN_S = 0.2
 """How long those who connect wait at least where a process has no file descriptor left."""
@@ -87,12 +94,22 @@ class Hub:
     taps     see every frame, in bus order
     watch    is called with who joins and who is gone
     failure  what a tap or the watch raised; the bus was closed for it
+    dropped  number and process of peers that never read
+    clock    seconds, monotonic
     """
 
-    def __init__(self, path: Path, taps: Sequence[Tap] = (), watch: PeerWatch = lambda number, here: None):
+    def __init__(
+        self,
+        path: Path,
+        taps: Sequence[Tap] = (),
+        watch: PeerWatch = lambda number, here: None,
+        clock: Callable[[], float] = time.monotonic,
+    ):
         self.path = Path(path)
         self.failure: BaseException | None = None
         self.malformed = 0
+        self.dropped: list[tuple[int, int]] = []
+        self._clock = clock
         self._taps = tuple(taps)
         self._watch = watch
         self._peers: dict[int, _Peer] = {}
@@ -119,7 +136,7 @@ class Hub:
 
     def holding_back(self, seconds: float) -> list[tuple[int, int]]:
         """Number and process of peers that do not read and so have held everybody back for so long."""
-        since_s = time.monotonic() - seconds
+        since_s = self._clock() - seconds
         return [(peer.number, peer.process) for peer in list(self._peers.values()) if peer.full_s <= since_s]
 
     def close(self) -> None:
@@ -140,7 +157,8 @@ class Hub:
 
     def _turn(self) -> bool:
         refused = self._refusing
-        for key, events in self._selector.select(ACCEPT_AGAIN_S if self._refusing else None):
+        look_s = ACCEPT_AGAIN_S if self._refusing else LOOK_S if self._full else None
+        for key, events in self._selector.select(look_s):
             peer = key.data
             if peer is self:
                 return False
@@ -154,7 +172,16 @@ class Hub:
                 self._read(peer)
         if refused:
             self._refuse(False)
+        self._drop_deaf()
         return True
+
+    def _drop_deaf(self) -> None:
+        """Peers for whom the bus has waited long enough."""
+        for number in [*self._full]:
+            peer = self._peers[number]
+            if self._clock() - peer.full_s >= HELD_BACK_S:
+                self.dropped.append((peer.number, peer.process))
+                self._drop(peer)
 
     def _accept(self) -> None:
         """Accepts all connections that wait."""
@@ -225,7 +252,7 @@ class Hub:
         """Brings the selector in line with a peer's queue."""
         full = peer.queued > QUEUE_BYTES
         if full != (peer.number in self._full):
-            peer.full_s = time.monotonic() if full else math.inf
+            peer.full_s = self._clock() if full else math.inf
             (self._full.add if full else self._full.discard)(peer.number)
             self._apply_interest()
         elif bool(peer.queue) != bool(peer.interest & selectors.EVENT_WRITE):

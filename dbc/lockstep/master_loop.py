@@ -28,8 +28,19 @@ WORK_REMEMBERED, WORK_MARGIN = 16, 1.5
 half as long again."""
 
 
+WAITING_TOLD_S = 2.0
+"""Who waits at the barrier so long says for whom; what is wrong with a heartbeat is said when it is heard."""
+
+MOST_UNANSWERED = 6
+"""Epochs in a row that a run may go unanswered; at a pace, so many times the limit of an answer."""
+
+
 class MissingNodes(Exception):
-    """The barrier's limit passed; the message says who is missing."""
+    """The barrier's limit passed, or what was heard will not do; the message says who is missing, or why."""
+
+
+class Unanswered(Exception):
+    """A node has not answered for too long; the message says which and how long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +88,8 @@ class MasterLoop:
     interval_s  simulated time between epochs
     limit_s     lockstep: wall time after which an epoch goes on unanswered
     repeat_s    lockstep: silence after which SYNC is repeated
+    most_unanswered   epochs in a row without an answer after which `play` raises Unanswered; None: never. At
+                a pace that is of a node that has answered before, and that many times `limit_s` of wall time
     stop        asked between waits; True ends them early
     """
 
@@ -88,6 +101,7 @@ class MasterLoop:
         interval_s: float,
         limit_s: float = 10.0,
         repeat_s: float = 1.0,
+        most_unanswered: int | None = None,
         stop: Callable[[], bool] = lambda: False,
     ):
         self.tally = Tally()
@@ -95,6 +109,9 @@ class MasterLoop:
         self._session = session
         self._period_s = None if pace is None else interval_s / pace
         self._limit_s, self._repeat_s = limit_s, repeat_s
+        self._most_unanswered = most_unanswered
+        self._in_a_row = 0
+        self._answered_s = math.nan
         self._stop = stop
         self._exchanges = {name: self._exchange(bus, {}) for name, bus in self._buses.items()}
         self._start_s = -math.inf
@@ -117,14 +134,31 @@ class MasterLoop:
         """Answers that came when their epoch was over."""
         return sum(exchange.late for exchange in self._exchanges.values())
 
-    def assemble(self, required: Sequence[int] = (FLIGHT_NODE,), timeout_s: float | None = None) -> None:
-        """Waits until all required nodes were heard on every bus; MissingNodes after `timeout_s`."""
-        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+    def assemble(
+        self,
+        required: Sequence[int] = (FLIGHT_NODE,),
+        timeout_s: float | None = None,
+        tell: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        """Waits until all required nodes were heard on every bus.
+
+        tell  is handed what is wrong with a heartbeat when it is heard, and for whom it waits after a while
+        MissingNodes after `timeout_s`, and at once where a node speaks another contract and a limit was set.
+        """
+        begun_s = time.monotonic()
         for name, bus in self._buses.items():
-            barrier = Barrier(bus.codec, required)
+            barrier, told = Barrier(bus.codec, required), ""
             while barrier.missing and not self._stop():
-                if deadline is not None and time.monotonic() >= deadline:
-                    raise MissingNodes(f"craft {name}: {barrier.explain()} within {timeout_s:g} s")
+                waited_s = time.monotonic() - begun_s
+                wrong = barrier.wrong()
+                if timeout_s is not None and (waited_s >= timeout_s or barrier.foreign):
+                    raise MissingNodes(
+                        f"craft {name}: {wrong or f'{barrier.explain()} within {timeout_s:g} s'}"
+                    )
+                text = wrong or (barrier.explain() if waited_s >= WAITING_TOLD_S else "")
+                if text and text != told:
+                    told = text
+                    tell(f"waiting for {barrier.awaited()} of {name}: {text}")
                 barrier.hear(bus.link.receive(SLICE_S))
             self._exchanges[name] = self._exchange(bus, barrier.greetings)
 
@@ -148,6 +182,7 @@ class MasterLoop:
             inbox = self._listen(self._begin_s(epoch + 1, self._period_s), sent_s, meanwhile)
             self._handed_s = time.monotonic()
         self.tally.received += sum(len(frames) for frames in inbox.values())
+        self._give_up(epoch)
         return inbox
 
     def end(self, epochs: int, reason: str) -> None:
@@ -230,3 +265,22 @@ class MasterLoop:
             self.tally.latency.add(latency_s)
         elif not self._stop():
             self.tally.unanswered += 1
+        self._in_a_row = 0 if answered or self._stop() else self._in_a_row + 1
+        now_s = time.monotonic()
+        self._answered_s = now_s if answered else self._answered_s
+
+    def _give_up(self, epoch: int) -> None:
+        """Unanswered, if nobody has answered for too long."""
+        most = self._most_unanswered
+        if most is None or self._stop() or self._in_a_row < most:
+            return
+        silent = ", ".join(name for name, exchange in self._exchanges.items() if not exchange.answered)
+        since = f"FLIGHT of {silent} has not answered"
+        row = f"{self._in_a_row} epochs in a row, to epoch {epoch}"
+        if self._period_s is None:
+            raise Unanswered(f"{since} for {row}, each waited for {self._limit_s:g} s: the run ends")
+        silent_s = (
+            time.monotonic() - self._answered_s
+        )  # nan: never answered, a node that knows no bench frames
+        if silent_s >= most * self._limit_s:
+            raise Unanswered(f"{since} for {silent_s:.0f} s, {row}: the run ends")

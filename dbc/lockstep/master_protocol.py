@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract import e2e
-from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
-from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch, concat
-from gnss_hil.dbc.contract.messages import FLIGHT_NODE, node_names
+from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
+from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, WIDTH, FrameBatch, concat
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, MAX_RECEIVERS, node_names
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 
@@ -37,36 +37,67 @@ class Barrier:
         self._names = {number: name for name, number in node_names(codec.receivers).items()}
         self._required = tuple(required)
         self._strangers: dict[int, int] = {}
+        self._damaged: dict[int, str] = {}
         self.greetings: dict[int, bytes] = {}
 
     def hear(self, frames: FrameBatch) -> None:
         kind = self._codec.kinds["HEARTBEAT"].number
-        base = (frames.can_id <= SFF_MASK) & (frames.length == 8)
-        frames = frames[base]
+        frames = frames[frames.can_id <= SFF_MASK]
         frames = frames[self._codec.kind_of[frames.can_id] == kind]
-        frames = frames[frames.data[:, 0] == e2e.crc(frames.can_id, frames.data)]
-        hashes = self._codec.decode("HEARTBEAT", frames.data)["contract_hash"]
-        for row, spoken in enumerate(hashes.tolist()):
-            number = int(self._codec.number_of[frames.can_id[row]])
-            if spoken == self._codec.hash:
+        crc = e2e.crc(frames.can_id, frames.data)
+        hashes = self._codec.decode("HEARTBEAT", frames.data)["contract_hash"].tolist()
+        for row, number in enumerate(self._codec.number_of[frames.can_id].tolist()):
+            length, found = int(frames.length[row]), int(frames.data[row, 0])
+            if length != WIDTH:
+                self._damaged[number] = f"is of {length} bytes, not {WIDTH}"
+            elif found != crc[row]:
+                self._damaged[number] = f"is corrupted: CRC {found:02X}, {int(crc[row]):02X} is right"
+            elif hashes[row] == self._codec.hash:
                 self.greetings[number] = frames.data[row].tobytes()
             else:
-                self._strangers[number] = spoken
+                self._strangers[number] = hashes[row]
 
     @property
     def missing(self) -> tuple[int, ...]:
         return tuple(n for n in self._required if n not in self.greetings)
 
-    def explain(self) -> str:
-        """Which nodes are missing, for people: '' if none is."""
-        return "; ".join(self._complaint(number) for number in self.missing)
+    @property
+    def foreign(self) -> bool:
+        """Whether a node that is missing speaks another contract."""
+        return any(number in self._strangers for number in self.missing)
 
-    def _complaint(self, number: int) -> str:
-        name = self._names.get(number, f"node {number}")
+    def awaited(self) -> str:
+        """Names of the nodes that are missing."""
+        return ", ".join(map(self._name, self.missing))
+
+    def wrong(self) -> str:
+        """What is wrong with the heartbeats of missing nodes, for people: "" if none was heard."""
+        return "; ".join(self._fault(n) for n in self.missing if n in self._strangers or n in self._damaged)
+
+    def explain(self) -> str:
+        """Which nodes are missing, for people: "" if none is."""
+        known = [self._fault(n) or f"no heartbeat from {self._name(n)}" for n in self.missing]
+        return "; ".join(known)
+
+    def _name(self, number: int) -> str:
+        return self._names.get(number, f"node {number}")
+
+    def _fault(self, number: int) -> str:
+        name = self._name(number)
         if number in self._strangers:
-            spoken = self._strangers[number]
-            return f"{name} speaks contract {spoken:08x}, this bench speaks {self._codec.hash:08x}"
-        return f"no heartbeat from {name}"
+            spoken, own = self._strangers[number], self._codec
+            return (
+                f"{name} speaks contract 0x{spoken:08X}{_known_as(spoken, own)}, this bench 0x{own.hash:08X} "
+                f"({own.receivers} receivers)"
+            )
+        return f"the heartbeat of {name} {self._damaged[number]}" if number in self._damaged else ""
+
+
+def _known_as(spoken: int, own: Codec) -> str:
+    """What is known of another contract's hash: " (...)", or nothing."""
+    swapped = int.from_bytes(own.hash.to_bytes(4, "big"), "little")
+    receivers = {codec(n).hash: f" ({n} receivers)" for n in range(1, MAX_RECEIVERS + 1)}
+    return " (its bytes in another order)" if spoken == swapped else receivers.get(spoken, "")
 
 
 @dataclass(frozen=True, slots=True)

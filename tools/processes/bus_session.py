@@ -76,6 +76,7 @@ class BusSession:
         return Heard(
             self.recorded, sequencer.answers, dict(sequencer.refused), sequencer.refused_marks,
             sequencer.late, sequencer.lost, speakers.several, speakers.contested, sequencer.ended,
+            miscounts=sequencer.miscounts, miscount=sequencer.miscount,
         )  # fmt: skip
 
     @property

@@ -52,6 +52,7 @@ class BusTap:
     """Frames of the bus, from another thread to the supervisor's.
 
     holding_back  peers (number, process) that have held the bus back for so many seconds; a bus of ours knows
+    dropped       peers that never read
 
     Frames come out with the instant they were heard in `t_ns`: nanoseconds of `time.perf_counter_ns`.
     """
@@ -59,6 +60,7 @@ class BusTap:
     def __init__(self):
         self._pieces: queue.Queue[tuple[int, int, FrameBatch | bytes]] = queue.Queue(QUEUE_PIECES)
         self.holding_back: Callable[[float], list[tuple[int, int]]] = lambda seconds: []
+        self.dropped: list[tuple[int, int]] = []
         self.closing = False
         self.failure = ""
 
@@ -88,6 +90,7 @@ def embedded_bus(path: Path, tap: BusTap) -> Iterator[str]:
     """A hub of our own with the recorder inside; its specification."""
     hub = Hub(path, taps=(lambda peer, wire: tap.hear(wire, peer),))
     tap.holding_back = hub.holding_back
+    tap.dropped = hub.dropped
     try:
         yield f"embedded:{path}"
     finally:

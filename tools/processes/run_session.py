@@ -88,12 +88,22 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
         summary,
         digests,
         outcome,
-        tuple(line for row in told for line in account.faults(*row)) if whole else (),
+        (*_unanswered(config, outcome), *(line for row in told for line in account.faults(*row)))
+        if whole
+        else (),
         (
             *(line for row in told for line in account.notes(*row)),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
         ),
     )
+
+
+def _unanswered(config: RunConfig, outcome: Outcome) -> tuple[str, ...]:
+    """In lockstep every epoch has its answer; at a pace one may come late."""
+    if config.pace != "lockstep" or not outcome.unanswered:
+        return ()
+    many = f"{outcome.unanswered} epoch{'' if outcome.unanswered == 1 else 's'}"
+    return (f"{many} of {outcome.epochs} not answered in time: the run is not reproducible",)
 
 
 def _told(plan: Plan, outcome: Outcome, digests: Mapping[str, Digest]) -> list[account.Told]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from gnss_hil.dbc.bus import hub
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.bus_session import BusSession
@@ -50,10 +51,11 @@ class Figures:
 class Master(Protocol):
     """The emulator's side of a run.
 
-    reports  it tells itself what it played
+    reports  it tells itself what it played;  waiting  for whom, while it does
     """
 
     reports: bool
+    waiting: str
 
     @property
     def children(self) -> Sequence[Child]:
@@ -88,6 +90,12 @@ class ReportingMaster:
         self.children = [child]
         self._status = status
 
+    @property
+    def waiting(self) -> str:
+        """For whom it waits at the start barrier, and what is wrong; "" if it does not, or not long yet."""
+        last = self._status.last
+        return last.get("waiting", "") if last.get("event") == "waiting" else ""
+
     def look(self) -> None:
         self._status.poll()
 
@@ -121,6 +129,7 @@ class WatchedMaster:
     or when the scenario's time is up on the bus."""
 
     reports = False
+    waiting = ""
 
     def __init__(self, children: Sequence[Child], sessions: Sequence[BusSession], epochs: int):
         self.children = children
@@ -174,6 +183,8 @@ class Supervision:
     lockstep: bool
     advised: bool = False
     named: set[tuple[int, int]] = field(default_factory=set)
+    told_waiting: str = ""
+    told_dropped: dict[int, int] = field(default_factory=dict)
     begun: float = field(default_factory=time.perf_counter)
 
     def until_over(self, stop: Callable[[], bool]) -> str:
@@ -253,6 +264,9 @@ class Supervision:
             session.take()
             self._name_holding_back(session)
         self.master.look()
+        if self.master.waiting not in ("", self.told_waiting):
+            self.told_waiting = self.master.waiting
+            self.display.note(self.told_waiting)
         figures = self.master.figures()
         self._advise(figures)
         self.display.refresh(figures.unanswered)
@@ -266,6 +280,12 @@ class Supervision:
                     f"the bus has waited {HELD_BACK_S:g} s for peer {number} (process {process}) to read; "
                     "a peer that only sends shuts its reading side"
                 )
+
+        for number, process in session.tap.dropped[self.told_dropped.get(session.number, 0) :]:
+            self.told_dropped[session.number] = self.told_dropped.get(session.number, 0) + 1
+            self.display.note(
+                f"peer {number} (process {process}) did not read for {hub.HELD_BACK_S:g} s: dropped"
+            )
 
     def _advise(self, figures: Figures) -> None:
         """Once, when lockstep goes on without a single answer: it looks hung, and is not."""

@@ -18,6 +18,7 @@ class Heard:
     """What the recorder counted on one craft's bus.
 
     epochs       on record;  answers  of them that the flight software closed with DONE
+    miscounts    answers that say another number of frames than came;  miscount  the first: epoch, said, came
     refused      bench frames;  refused_marks  intact time marks that opened no epoch
     late         answers two epochs late or more;  lost_answers  of those, so late that they are not on record
     several      nodes for which more than one peer spoke;  contested  by turns
@@ -33,6 +34,8 @@ class Heard:
     several: tuple[str, ...] = ()
     contested: tuple[str, ...] = ()
     ended: bool = True
+    miscounts: int = 0
+    miscount: tuple[int, int, int] = (0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,15 @@ def faults(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iter
     """Why the record is not the flight, a line each."""
     if counted.epochs not in (None, heard.epochs):
         yield f"{craft}: {_many(heard.epochs, 'epoch')} on record, the time master played {counted.epochs}"
+    if heard.epochs and not decoded.answers:
+        yield f"{craft}: the flight software answered none of {_many(heard.epochs, 'epoch')}"
+    if heard.miscounts:
+        epoch, said, came = heard.miscount
+        more = f", the first of {heard.miscounts}" if heard.miscounts > 1 else ""
+        yield (
+            f"{craft}: BENCH_DONE of epoch {epoch} says {_many(said, 'frame')}, {came} came before it{more}: "
+            "it counts wrong, or frames were lost"
+        )
     if heard.contested:
         nodes = ", ".join(heard.contested)
         yield f"{craft}: several peers of the bus spoke by turns for {nodes}: the record may be of either"

@@ -13,11 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 from gnss_hil.dbc.lockstep.slave_protocol import Label
+from gnss_hil.tools.decoder.block import EPOCHS
 from gnss_hil.tools.decoder.decoder import HELD_BACK
 from gnss_hil.tools.decoder.time_marks import marks_in
 
@@ -54,6 +56,8 @@ class Sequencer:
     refused   bench frames that were not believed;  refused_marks  intact time marks that opened no epoch
     late      answers that came two epochs after their own or later
     lost      of those, answers so late that they are left out: their frames say the epoch modulo 16 only
+    miscounts   answers whose DONE says another number of frames than came;  miscount  the first: epoch, said,
+              came
     """
 
     def __init__(self, codec: Codec, lockstep: bool, session: int | None = None):
@@ -73,7 +77,8 @@ class Sequencer:
         self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
         self.ended = False
         self.refused: Counter[Refusal] = Counter()
-        self.refused_marks = self.late = self.lost = 0
+        self.refused_marks = self.late = self.lost = self.miscounts = 0
+        self.miscount = (0, 0, 0)
         self._declared = 0
 
     @property
@@ -281,13 +286,15 @@ class Sequencer:
         assert self._at is not None
         block = concat(self._pending)
         self._pending = []
-        before, block = block[: len(block) - count], block[max(len(block) - count, 0) :]
+        first = max(len(block) - count, 0)
+        before, block = block[:first], block[first:]
         before = self._without_announcements(before, start=not self._dones)
         if not self.ended:
             self._answers.append(before)
         if epoch <= self._answered:
             return
         self._answered = epoch
+        self._check_count(epoch, count, len(block) + self._strays_of(epoch, before, block))
         self._dones += 1
         self._declared += count
         behind = self._at.epoch - epoch
@@ -297,6 +304,18 @@ class Sequencer:
         else:
             self.lost += 1
             self._declared -= count
+
+    def _strays_of(self, epoch: int, before: FrameBatch, block: FrameBatch) -> int:
+        """Frames before a block that are of its epoch and intact, and not the block said once already."""
+        whole = before[(before.can_id <= SFF_MASK) & (before.data[:, 1] >> 4 == epoch % EPOCHS)]
+        whole = whole[e2e.crc(whole.can_id, whole.data) == whole.data[:, 0]]
+        said = {*zip(block.can_id.tolist(), block.words.tolist(), strict=True)}
+        return sum(one not in said for one in zip(whole.can_id.tolist(), whole.words.tolist(), strict=True))
+
+    def _check_count(self, epoch: int, said: int, came: int) -> None:
+        if came != said:
+            self.miscount = self.miscount if self.miscounts else (epoch, said, came)
+            self.miscounts += 1
 
     def _without_announcements(self, frames: FrameBatch, start: bool) -> FrameBatch:
         """Without the heartbeats by which a node that waits announces itself, at the start all there are,

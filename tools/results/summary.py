@@ -140,13 +140,19 @@ def load_percent(digests: Mapping[str, Digest], interval_s: float) -> dict[str, 
     return statistics(busiest, ("mean", "max"))
 
 
+def _unanswered(facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> int | None:
+    if facts["pace"] in ("lockstep", None):
+        return facts["epochs_unanswered"] if facts["pace"] else None
+    return sum(digest.epochs - len(digest.fixes.get("t_ns", ())) for digest in digests.values())
+
+
 def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth | None) -> dict[str, Any]:
     """The summary of a run.
 
     facts    what only the run itself knows: scenario, seed, policy, ..., real_time_factor, epoch_latency_ms
     digests  by craft name
 
-    At a free pace bench frames need no answer: there unanswered epochs are no figure.
+    At a free pace bench frames need no answer: there epochs are unanswered that have no NAV_STATUS on record.
     """
     rows = {name: truth.of(name) if truth and name in truth.craft else np.zeros(0) for name in digests}
     epochs, interval_ns = facts["epochs"], round(facts["epoch_interval_s"] * NS_PER_S)
@@ -155,7 +161,7 @@ def build(facts: Mapping[str, Any], digests: Mapping[str, Digest], truth: Truth 
     }
     summary = {
         **{k: v for k, v in facts.items() if k not in _OF_THE_RUN_ALONE},
-        "epochs_unanswered": facts["epochs_unanswered"] if facts["pace"] == "lockstep" else None,
+        "epochs_unanswered": _unanswered(facts, digests),
         "frames": total(d.counters for d in digests.values()).figures(facts.get("frames_sent")),
         "bus_load_percent": load_percent(digests, facts["epoch_interval_s"]),
         "expectations": [],

@@ -135,7 +135,8 @@ def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if s.get("mark_late_ms") is not None:
         yield "  time marks late", f"{small(s['mark_late_ms']):>7} ms at most"
     if s["epochs_unanswered"]:
-        yield "  epochs unanswered", f"{figure(s['epochs_unanswered'])}: the run is not reproducible"
+        why = ": the run is not reproducible" if s["pace"] == "lockstep" else " without a NAV_STATUS"
+        yield "  epochs unanswered", f"{figure(s['epochs_unanswered'])}{why}"
 
 
 def broken_off(s: Mapping[str, Any]) -> str:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import queue
+import threading
 
 import numpy as np
 
 from gnss_hil.dbc.bus.embedded import connect
-from gnss_hil.dbc.bus.hub import Hub
+from gnss_hil.dbc.bus.hub import HELD_BACK_S, LOOK_S, Hub
 from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.dbc.contract.frames import batch
-from tests.support.waiting import HANG_S, until
+from tests.support.waiting import HANG_S, finished, pause, until
 
 
 class Gate:
@@ -70,3 +72,36 @@ def test_a_peer_that_connected_before_bytes_were_sent_receives_them():
         assert 0x200 in heard
         for link in (*peers.values(), third):
             link.close()
+
+
+class Clock:
+    """Seconds as the test has them."""
+
+    def __init__(self):
+        self.now_s = 1000.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def test_a_peer_that_never_reads_is_dropped_and_the_others_go_on():
+    clock, heard = Clock(), []
+    many = batch(np.full(4096, 0x100), np.zeros((4096, 8), np.uint8))
+    with RuntimeDir() as folder, Hub(folder / "can0", (lambda *_: heard.append(1),), clock=clock) as hub:
+        sender, deaf = connect(str(hub.path)), connect(str(hub.path))
+        until(lambda: hub.peers == 2)
+        speaking = threading.Thread(target=lambda: [sender.send(many) for _ in range(60)], daemon=True)
+        speaking.start()
+        until(lambda: hub.holding_back(0.0))
+        clock.now_s += HELD_BACK_S - 1
+        pause(3 * LOOK_S)
+        assert (hub.peers, hub.dropped) == (2, [])
+        assert [number for number, _ in hub.holding_back(HELD_BACK_S - 1)] == [2]
+        clock.now_s += 1
+        until(lambda: hub.dropped)
+        finished(speaking)
+        assert hub.dropped == [(2, os.getpid())] and hub.peers == 1
+        sender.send(frame(0x123))
+        deaf.close()
+        sender.close()
+    assert heard

@@ -9,8 +9,9 @@ import pytest
 
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch
-from gnss_hil.dbc.lockstep import master_loop
-from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop
+from gnss_hil.dbc.lockstep import master_loop, messages
+from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, Unanswered
+from tests.support.lockstep_frames import SESSION, bench_in, done, heartbeat
 
 CODEC = codec(1)
 
@@ -112,3 +113,83 @@ def test_half_of_the_time_that_is_left_is_for_listening(clock):
         master.play(epoch, {"craft": EMPTY})
         left_s = link.sent_s[0] + epoch + 1 - link.sent_s[-1]
         assert left_s < 0 or clock.now_s - link.sent_s[-1] >= left_s / 2 - 1e-5
+
+
+class Answering(SilentLink):
+    """A bus with a flight node that answers epochs below `until`, and heartbeats before them."""
+
+    def __init__(self, clock: Clock, until: int, heartbeats: FrameBatch = EMPTY):
+        super().__init__(clock)
+        self._until, self._answers, self._heartbeats = until, [], heartbeats
+
+    def send(self, frames: FrameBatch) -> None:
+        super().send(frames)
+        for bench in bench_in(frames, SESSION, len(self.sent_s) - 1):
+            if bench.can_id == messages.SYNC_ID and bench.epoch < self._until:
+                self._answers.append(done(bench.epoch, 0))
+
+    def receive(self, timeout_s: float | None) -> FrameBatch:
+        if self._answers:
+            return self._answers.pop(0)
+        super().receive(timeout_s)
+        return self._heartbeats
+
+
+def frozen_at(clock: Clock, epoch: int, pace: float | None, **more) -> tuple[int, str]:
+    """The epoch with which a run ends whose flight software answers up to one, and why."""
+    master = MasterLoop({"soyuz": Bus(Answering(clock, epoch), CODEC)}, SESSION, pace, 1.0, **more)
+    for k in range(1000):
+        try:
+            master.play(k, {"soyuz": EMPTY})
+        except Unanswered as error:
+            return k, str(error)
+    return 1000, ""
+
+
+def test_a_frozen_node_ends_a_lockstep_run_after_a_number_of_epochs(clock):
+    begun_s = clock.now_s
+    assert frozen_at(clock, 5, None, most_unanswered=6) == (
+        10,
+        "FLIGHT of soyuz has not answered for 6 epochs in a row, to epoch 10, each waited for 10 s: "
+        "the run ends",
+    )
+    assert clock.now_s - begun_s == pytest.approx(60, abs=1)
+
+
+def test_at_a_pace_a_frozen_node_ends_the_run_after_as_much_time(clock):
+    last, why = frozen_at(clock, 5, 1.0, most_unanswered=6)
+    assert 63 <= last <= 66 and why.startswith("FLIGHT of soyuz has not answered for 60 s, ")
+
+
+@pytest.mark.parametrize(("pace", "answers", "most"), [(None, 1000, 6), (1.0, 0, 6), (0.5, 5, None)])
+def test_a_run_goes_on_where_answers_come_or_are_not_to_be_expected(clock, pace, answers, most):
+    """At a pace a flight software need not know bench frames."""
+    assert frozen_at(clock, answers, pace, most_unanswered=most) == (1000, "")
+
+
+def waited(clock: Clock, heartbeats: FrameBatch, timeout_s: float | None) -> tuple[float, list[str], str]:
+    """How long a master waits at the barrier, what it tells, and why it gives up."""
+    begun_s, told = clock.now_s, []
+    overdue = lambda: clock.now_s > begun_s + 100  # noqa: E731
+    link = Answering(clock, 0, heartbeats)
+    master = MasterLoop({"soyuz": Bus(link, CODEC)}, SESSION, None, 1.0, stop=overdue)
+    try:
+        master.assemble(timeout_s=timeout_s, tell=told.append)
+    except MissingNodes as error:
+        return clock.now_s - begun_s, told, str(error)
+    return clock.now_s - begun_s, told, ""
+
+
+def test_who_waits_says_for_whom_after_a_while(clock):
+    _, told, why = waited(clock, EMPTY, 60.0)
+    assert told == ["waiting for FLIGHT of soyuz: no heartbeat from FLIGHT"]
+    assert why == "craft soyuz: no heartbeat from FLIGHT within 60 s"
+
+
+def test_a_wrong_contract_is_told_at_the_first_heartbeat(clock):
+    wrong = heartbeat(contract_hash=0xDEADBEEF)
+    words = f"FLIGHT speaks contract 0xDEADBEEF, this bench 0x{CODEC.hash:08X} (1 receivers)"
+    waited_s, told, why = waited(clock, wrong, 60.0)
+    assert waited_s < 1 and why == f"craft soyuz: {words}"
+    waited_s, told, why = waited(clock, wrong, None)
+    assert waited_s >= 100 and told == [f"waiting for FLIGHT of soyuz: {words}"], "it may come again"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, ERR_FLAG, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, TIME_NODE
 from gnss_hil.dbc.lockstep import messages
@@ -67,7 +68,40 @@ def test_barrier_opens_when_every_required_node_spoke_this_contract():
 def test_barrier_names_a_node_of_another_contract():
     barrier = Barrier(CODEC)
     barrier.hear(heartbeat(contract_hash=0xDEADBEEF))
-    assert barrier.explain() == f"FLIGHT speaks contract deadbeef, this bench speaks {CODEC.hash:08x}"
+    assert barrier.foreign
+    assert barrier.explain() == barrier.wrong()
+    assert barrier.wrong() == (
+        f"FLIGHT speaks contract 0xDEADBEEF, this bench 0x{CODEC.hash:08X} (4 receivers)"
+    )
+    barrier.hear(heartbeat())
+    assert (barrier.foreign, barrier.wrong(), barrier.missing) == (False, "", ())
+
+
+@pytest.mark.parametrize(
+    ("spoken", "words"),
+    [
+        (codec(2).hash, f"0x{codec(2).hash:08X} (2 receivers)"),
+        (int.from_bytes(CODEC.hash.to_bytes(4, "big"), "little"), "(its bytes in another order)"),
+    ],
+)
+def test_a_contract_that_is_known_is_named(spoken, words):
+    barrier = Barrier(CODEC)
+    barrier.hear(heartbeat(contract_hash=spoken))
+    assert words in barrier.wrong()
+
+
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [
+        (lambda: changed(heartbeat(), bits=1), "the heartbeat of FLIGHT is corrupted: CRC "),
+        (lambda: batch(heartbeat().can_id, b"\x01\x02"), "the heartbeat of FLIGHT is of 2 bytes, not 8"),
+    ],
+)
+def test_a_damaged_heartbeat_is_told_as_that(frames, words):
+    barrier = Barrier(CODEC)
+    barrier.hear(frames())
+    assert barrier.wrong().startswith(words) and not barrier.foreign
+    assert barrier.explain() == barrier.wrong()
 
 
 def changed(frames: FrameBatch, flag: int = 0, bits: int = 0) -> FrameBatch:

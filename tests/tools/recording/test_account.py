@@ -42,10 +42,22 @@ def test_a_record_on_which_all_agree_is_silent():
         (replace(HEARD, contested=("FLIGHT", "TIME")), COUNTED, DECODED, "by turns for FLIGHT, TIME"),
         (replace(HEARD, lost_answers=2), COUNTED, Decoded(58, 25), "2 answers came so late that"),
         (HEARD, COUNTED, Decoded(59, 25), "answered 60 epochs, 59 NAV_STATUS are on record"),
+        (
+            replace(HEARD, answers=0),
+            COUNTED,
+            Decoded(0, 25),
+            "the flight software answered none of 60 epochs",
+        ),
+        (
+            replace(HEARD, miscounts=60, miscount=(3, 9, 8)),
+            COUNTED,
+            DECODED,
+            "BENCH_DONE of epoch 3 says 9 frames, 8 came before it, the first of 60: it counts wrong",
+        ),
         (HEARD, COUNTED, Decoded(60, 24), "fixes: 24 on record, 25 flown"),
         (HEARD, COUNTED, Decoded(60, 26), "fixes: 26 on record, 25 flown"),
     ],
-    ids=["epochs", "contested", "lost answers", "answers", "fewer fixes", "more fixes"],
+    ids=["epochs", "contested", "lost answers", "answers", "none", "miscount", "fewer fixes", "more fixes"],
 )
 def test_what_the_record_lacks_or_has_of_others_is_one_line(heard, counted, decoded, words):
     (line,) = faults(heard, counted, decoded)

@@ -231,11 +231,11 @@ def test_bench_frames_of_something_else_are_refused_and_change_nothing(lockstep)
 
 
 def test_the_record_is_of_the_known_session():
-    stray = time_mark(5, SESSION + 1)
+    strays = [time_mark(5, SESSION + 1), time_mark(6, SESSION + 1)]
     sequencer = Sequencer(CODEC, True, SESSION)
-    heard = sequencer.hear(concat([stray, *PLAIN]))
+    heard = sequencer.hear(concat([*strays, *PLAIN]))
     assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
-    assert sequencer.refused_marks == 1
+    assert sequencer.refused_marks == 2
 
 
 @pytest.mark.parametrize("stray", [time_mark(5, SESSION + 1), time_mark(5)], ids=["session", "epoch"])
@@ -270,3 +270,27 @@ def test_a_late_answer_is_told_as_late_and_beyond_what_frames_can_tell_left_out(
     kept = flown(0) if behind < 8 else EMPTY
     assert (last.number, last.frames) == (behind, concat([emulated(behind), kept]))
     assert (sequencer.late, sequencer.lost) == (behind > 1, behind >= 8)
+
+
+def sealed(frames: FrameBatch, epoch: int) -> FrameBatch:
+    return e2e.protect(CODEC, frames, e2e.fresh_counters(CODEC), epoch)[0]
+
+
+@pytest.mark.parametrize(
+    ("said", "miscount"), [(1, (1, 1, 2)), (2, (0, 0, 0)), (3, (1, 3, 2)), (9, (1, 9, 2))]
+)
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_wrong_count_of_done_is_told(lockstep, said, miscount):
+    answer = sealed(concat([frame("NAV_STATUS", 1), frame("NAV_X", 1)]), 1)
+    sequencer = Sequencer(CODEC, lockstep, SESSION)
+    heard = sequencer.hear(concat([*PLAIN[:6], answer, done(1, said)]))
+    assert [*heard, *sequencer.finish()][1].frames == concat([emulated(1), answer])
+    assert (sequencer.miscounts, sequencer.miscount) == (miscount[0], miscount)
+
+
+def test_an_answer_given_twice_counts_right():
+    """DONE was lost: the same frames come again."""
+    answer = sealed(concat([frame("NAV_STATUS", 1), frame("NAV_X", 1)]), 1)
+    sequencer = Sequencer(CODEC, True, SESSION)
+    sequencer.hear(concat([*PLAIN[:6], answer, sync(1), answer, done(1)]))
+    assert sequencer.miscounts == 0

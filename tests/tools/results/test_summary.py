@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 
 from gnss_hil.dbc.contract import codec
+from gnss_hil.dbc.contract.frames import concat
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results.summary import build
 from gnss_hil.tools.results.text import render
+from tests.support import live_runs
 
 CODEC = codec.codec(4)
 
@@ -42,9 +44,21 @@ def test_what_all_senders_declare_stands():
     assert (figures["sent"], figures["received"], figures["lost"]) == (2000, 1850, 150)
 
 
-@pytest.mark.parametrize("pace", ["realtime", "x20", None])
-def test_runs_at_a_free_pace_count_no_unanswered_epochs(pace):
-    summary = build(facts(pace, 100), {"a": counted(1, 0)}, None)
+@pytest.mark.parametrize("pace", ["realtime", "x20"])
+def test_at_a_free_pace_epochs_are_unanswered_that_have_no_answer_on_record(pace):
+    """Whatever bench frames say: who ignores them answers all the same."""
+    digest = Digest(CODEC)
+    digest.feed(concat([live_runs.epochs()[0][k] for k in range(6)]))
+    mute = live_runs.epochs()[0][6]
+    digest.feed(mute[[CODEC.sender_of[i] != "FLIGHT" for i in mute.can_id.tolist()]])
+    digest.finish()
+    summary = build(facts(pace, 100), {"a": digest}, None)
+    assert summary["epochs_unanswered"] == 1
+    assert "1 without a NAV_STATUS" in render(summary)
+
+
+def test_of_a_run_that_broke_off_nothing_is_known():
+    summary = build(facts(None, 100), {"a": counted(1, 0)}, None)
     assert summary["epochs_unanswered"] is None
     assert "unanswered" not in render(summary)
 
