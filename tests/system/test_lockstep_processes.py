@@ -213,7 +213,7 @@ def test_interrupting_the_emulator_ends_the_run_for_both(processes):
 
 def test_a_dead_flight_software_is_counted_and_time_goes_on(processes):
     flight = processes.fly()
-    emulator = processes.emulate("--limit", "0.02", duration_s=200)
+    emulator = processes.emulate("--limit", "0.02", "--unanswered", "0", duration_s=200)
     processes.at_epoch(10, flight.kill)
     assert exit_status(emulator) == 0
     ended = processes.status()[-1]

@@ -231,7 +231,8 @@ def test_bench_frames_of_something_else_are_refused_and_change_nothing(lockstep)
 
 
 def test_the_record_is_of_the_known_session():
-    strays = [time_mark(5, SESSION + 1), time_mark(6, SESSION + 1)]
+    of_another = messages.encode(messages.SYNC_ID, SESSION + 1, 5, 1)
+    strays = [time_mark(5, SESSION + 1), of_another, time_mark(6, SESSION + 1)]
     sequencer = Sequencer(CODEC, True, SESSION)
     heard = sequencer.hear(concat([*strays, *PLAIN]))
     assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
