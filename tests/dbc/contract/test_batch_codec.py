@@ -27,7 +27,7 @@ SHARED = [MEASUREMENT_KINDS, ("TIME_MARK", "TIME_GPS", "TIME_FINE"), ("TAG", "ST
 
 
 def message(can_id, name, *signals):
-    return Message(can_id, name, Kind(name, can_id, "A", ("B",), "", signals, protected=False), "A", ("B",))
+    return Message(can_id, name, Kind(name, can_id, "A", ("B",), "", signals), "A", ("B",))
 
 
 OFFSETS = of_messages(
