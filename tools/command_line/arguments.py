@@ -38,6 +38,27 @@ def seed(text: str) -> int:
     return int(text)
 
 
+_MOST_SEEDS = 10_000
+
+
+def seeds(text: str) -> tuple[int, ...]:
+    """'1:20', both included; '1:20:5' every fifth; '3,5,8'."""
+    parts = text.split(",") if "," in text else text.split(":")
+    if not all(part.isascii() and part.isdigit() for part in parts) or ("," not in text and len(parts) > 3):
+        raise argparse.ArgumentTypeError(f"'{text}': FIRST:LAST, FIRST:LAST:STEP, or A,B,C of whole numbers")
+    numbers = [seed(part) for part in parts]
+    if "," not in text and len(parts) > 1:
+        first, last, step = (*numbers, 1)[:3]
+        if last < first or step < 1:
+            raise argparse.ArgumentTypeError(f"'{text}': no seed is in it")
+        numbers = range(first, last + 1, step)
+    if len(numbers) > _MOST_SEEDS:
+        raise argparse.ArgumentTypeError(f"'{text}': {len(numbers)} seeds; {_MOST_SEEDS} at most")
+    if len(set(numbers)) < len(numbers):
+        raise argparse.ArgumentTypeError(f"'{text}': a seed twice")
+    return tuple(numbers)
+
+
 def option(text: str) -> tuple[str, Value]:
     """'hysteresis_deg=2', 'overflow=next', 'flag=true'."""
     key, equals, value = text.partition("=")

@@ -85,8 +85,9 @@ def draw(
     summary: Mapping[str, Any],
     digests: Mapping[str, Any],
     out: Path | None = None,
+    told: bool = True,
 ) -> list[str]:
-    """report.html, its path on stdout; a line if it cannot be written: the figures are safe by then."""
+    """report.html, its path on stdout if `told`; a line if it cannot be written: the figures are."""
     from gnss_hil.tools.recording.run_folder import SUMMARY
     from gnss_hil.tools.report import run_report
 
@@ -95,5 +96,6 @@ def draw(
         run_report.write(folder, facts, summary, digests, path)
     except OSError as error:
         return [f"{error.filename or path}: {error.strerror}; the figures are in {SUMMARY}"]
-    print(f"report:     {path}")
+    if told:
+        print(f"report:     {path}")
     return []

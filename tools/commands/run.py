@@ -8,8 +8,8 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from gnss_hil.tools.command_line.arguments import add_changes, add_scenario, bus, overrides_of, pace
-from gnss_hil.tools.common.errors import PROGRAM, Mistake
+from gnss_hil.tools.command_line.arguments import add_changes, add_scenario, bus, overrides_of, pace, seeds
+from gnss_hil.tools.common.errors import PROGRAM, Failed, Mistake
 from gnss_hil.tools.run_config.config import OURS, RunConfig
 
 
@@ -35,6 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add("--out", type=Path, metavar="DIR", help="run folder (default runs/<scenario>-<date>-<time>)")
     add("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML too")
+    add(
+        "--seeds", type=seeds, default=(), metavar="A:B",
+        help="a run for each seed, 1:20, 1:20:5 or 3,5,8, and a table of them; their folders are in --out",
+    )  # fmt: skip
     add("--no-log", action="store_true", help="no bus.log and no channels.parquet: for very long runs")
     add("--no-report", action="store_true", help="no report.html")
     add("--plain", action="store_true", help="one line of progress on a terminal too, not the live view")
@@ -45,6 +49,7 @@ def config_of(a: Namespace) -> RunConfig:
     return RunConfig(
         a.scenario, overrides_of(a), a.pace, a.bus, a.flight, a.emulator, a.out, a.junit,
         log=not a.no_log, report=not a.no_report, plain=a.plain, quiet=a.quiet, command=a.command_line,
+        seeds=a.seeds,
     )  # fmt: skip
 
 
@@ -73,6 +78,48 @@ def _words(error: BaseException) -> str:
 
 def _run(config: RunConfig, verdict) -> int:
     check_combination(config)
+    return _run_seeds(config, verdict) if config.seeds else _run_one(config, verdict)
+
+
+def _run_seeds(config: RunConfig, verdict) -> int:
+    """A run for each seed, each with its report; a line for each, and the table."""
+    from gnss_hil.tools.commands import report
+    from gnss_hil.tools.processes.run_session import Interruptible
+    from gnss_hil.tools.recording.run_folder import default_path
+    from gnss_hil.tools.report.summary_tables import aligned
+    from gnss_hil.tools.study import seeds as study
+
+    folder = config.out or default_path(Path(config.scenario).stem)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise Mistake(f"--out {folder}: exists and is not an empty folder")
+    lines: list[str] = []
+    rows: list[dict] = []
+    stop = Interruptible()
+    for seed, ran in study.play_each(config, folder, stop):
+        if isinstance(ran, Failed):
+            found = [str(ran)]
+            if verdict:
+                verdict.error_suite(seed, str(ran))
+        else:
+            found = study.wrong(ran)
+            if config.report:
+                found += report.draw(ran.folder, ran.facts, ran.summary, ran.digests, told=False)
+            if verdict:
+                verdict.suite(ran.summary, ran.folder, found)
+            rows += study.rows(seed, ran, found)
+            for note in ran.notes:
+                print(f"{PROGRAM}: seed {seed}: note: {note}", file=sys.stderr)
+        lines += [f"seed {seed}: {line}" for line in found]
+    if rows:
+        print(aligned(study.table(rows)))
+        print(f"\nrun folders: {folder}\ntable:       {study.write(rows, folder)}", flush=True)
+    lines += verdict.write_suites() if verdict else []
+    for line in lines:
+        print(f"{PROGRAM}: {line}", file=sys.stderr)
+    return stop.status if stop() else 1 if lines else 0
+
+
+def _run_one(config: RunConfig, verdict) -> int:
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.processes import run_session
     from gnss_hil.tools.results.text import missed, render
@@ -102,6 +149,9 @@ def _run(config: RunConfig, verdict) -> int:
 
 def check_combination(config: RunConfig) -> None:
     """Options that contradict each other."""
+    changes = config.overrides
+    if config.seeds and (changes.seed is not None or "seed" in dict(changes.sets)):
+        raise Mistake("--seeds with a seed: one of the two")
     if config.bus == "inline" and config.pace != "lockstep":
         raise Mistake(
             f"--pace {config.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
@@ -110,7 +160,6 @@ def check_combination(config: RunConfig) -> None:
     if (config.flight, config.emulator) != (OURS, OURS):
         from gnss_hil.tools.run_config import sides
 
-        changes = config.overrides
         own = {"policy": changes.policy, "navigator": changes.navigator, "option": changes.options}
         sides.check(config.flight, config.emulator, config.bus, own)
 

@@ -33,31 +33,52 @@ class Run:
 
 def write(path: Path, run: Run, summary: Mapping[str, Any], failures: Sequence[str]) -> None:
     """JUnit XML of a run; `failures` are what broke it off, expectations apart."""
-    rows = summary["expectations"]
-    judged = [(row["name"], "; ".join(missed({"expectations": [row]}))) for row in rows]
-    _write(path, run, [("run", "; ".join(failures)), *judged], "failure")
+    _write(path, suite(run, summary, failures))
 
 
 def write_error(path: Path, run: Run, text: str) -> None:
     """JUnit XML of a run that never came to a summary."""
-    _write(path, run, [("run", text)], "error")
+    _write(path, error_suite(run, text))
 
 
-def _write(path: Path, run: Run, cases: Sequence[Case], kind: str) -> None:
+def error_suite(run: Run, text: str) -> ElementTree.Element:
+    """The verdict of a run that never came to a summary."""
+    return _suite(run, [("run", text)], "error")
+
+
+def write_all(path: Path, suites: Sequence[ElementTree.Element]) -> None:
+    """JUnit XML of several runs."""
+    whole = ElementTree.Element("testsuites")
+    whole.extend(suites)
+    _write(path, whole)
+
+
+def suite(run: Run, summary: Mapping[str, Any], failures: Sequence[str]) -> ElementTree.Element:
+    """The verdict of one run."""
+    rows = summary["expectations"]
+    judged = [(row["name"], "; ".join(missed({"expectations": [row]}))) for row in rows]
+    return _suite(run, [("run", "; ".join(failures)), *judged], "failure")
+
+
+def _write(path: Path, root: ElementTree.Element) -> None:
+    path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
+
+
+def _suite(run: Run, cases: Sequence[Case], kind: str) -> ElementTree.Element:
     """kind: what it is called if the run itself is wrong, "failure" or "error"."""
     wrong = sum(bool(text) for _, text in cases)
     counts = {"tests": len(cases), "failures": 0, "errors": 0, "skipped": 0} | {f"{kind}s": wrong}
-    suite = ElementTree.Element(
+    found = ElementTree.Element(
         "testsuite",
         {"name": f"gnss-hil {run.name}", **{name: str(count) for name, count in counts.items()}},
         time=f"{run.wall_s:.3f}", timestamp=run.begun_utc.removesuffix("Z"), hostname=run.host,
     )  # fmt: skip
-    properties = ElementTree.SubElement(suite, "properties")
+    properties = ElementTree.SubElement(found, "properties")
     for name, value in run.properties.items():
         ElementTree.SubElement(properties, "property", name=name, value=value)
     for number, (name, text) in enumerate(cases):
         seconds = run.wall_s if number == 0 else 0.0  # an expectation is looked up
-        case = ElementTree.SubElement(suite, "testcase", classname=run.name, name=name, time=f"{seconds:.3f}")
+        case = ElementTree.SubElement(found, "testcase", classname=run.name, name=name, time=f"{seconds:.3f}")
         if text:
             ElementTree.SubElement(case, kind, message=text)
-    path.write_bytes(ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")
+    return found

@@ -58,6 +58,7 @@ class RunConfig:
     """A scenario played into a run folder, as `gnss-hil run` has it.
 
     command   the command line, for the record
+    seeds     a run of each, in folders of their own; none: one run
     """
 
     scenario: str
@@ -73,6 +74,7 @@ class RunConfig:
     plain: bool = False
     quiet: bool = False
     command: str = ""
+    seeds: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
