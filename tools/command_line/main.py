@@ -71,8 +71,12 @@ COMMANDS = {
             ),
         ),
         Command(
-            "convert", "write a recording in another format: candump .log, Vector .asc and .blf, ASAM .mf4",
-            ("convert runs/patent soyuz.blf", "convert trace.asc trace.log"),
+            "convert", "write a recording in another format (.log, .asc, .blf, .mf4), or its signals (.parquet)",
+            (
+                "convert runs/patent soyuz.blf",
+                "convert trace.asc trace.log",
+                "convert trace.blf signals.parquet --dbc mine.dbc",
+            ),
         ),
         Command(
             "export", "what a run measured, for other software: RINEX, CCSDS OEM, SP3",

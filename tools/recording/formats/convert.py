@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.formats.order import in_time_order
-from gnss_hil.tools.recording.formats.piece import Findings, kinds
+from gnss_hil.tools.recording.formats.piece import Findings, Piece, kinds
 from gnss_hil.tools.recording.formats.recording import Channels, Recording, format_of, open_writer
 
 
@@ -27,6 +27,11 @@ class Converted:
     found: Findings = field(default_factory=Findings)
     strayed: Counter[str] = field(default_factory=Counter)
     renamed: dict[str, str] = field(default_factory=dict)
+
+    def add(self, piece: Piece) -> None:
+        """Count what has been read and written."""
+        self.frames += len(piece.frames)
+        self.kinds += kinds(piece.frames)
 
     @property
     def summary(self) -> str:
@@ -66,8 +71,7 @@ def convert(
         try:
             for piece in pieces:
                 writer.write(piece)
-                done.frames += len(piece.frames)
-                done.kinds += kinds(piece.frames)
+                done.add(piece)
                 progress(done.frames, recording.found.share)
         finally:
             writer.close()

@@ -65,6 +65,8 @@ class Findings:
 def buses(channel: NDArray[np.integer]) -> NDArray[np.bytes_]:
     """(n,) names of channels (n,) from 0: channel n is the bus `can{n}`."""
     channel = np.clip(channel, 0, MOST_CHANNEL)
+    if len(channel) and channel.min() == channel.max():  # one name for all rows takes no room
+        return np.broadcast_to(np.array(b"can%d" % channel[0], f"S{NAME_BYTES}"), len(channel))
     names = np.zeros(int(channel.max(initial=0)) + 1, f"S{NAME_BYTES}")
     for number in np.flatnonzero(np.bincount(channel)).tolist():
         names[number] = b"can%d" % number
@@ -93,7 +95,9 @@ def sound(
     length = np.minimum(frames.length, WIDTH)
     remote = can_id & RTR_FLAG != 0
     used = np.where(remote, 0, length)
-    data = np.where(np.arange(WIDTH) < used[:, None], frames.data, 0).astype(np.uint8)
+    data = frames.data
+    if len(used) and used.min() < WIDTH:
+        data = np.where(np.arange(WIDTH) < used[:, None], data, 0).astype(np.uint8)
     piece = Piece(unix_us, buses(channel), FrameBatch(frames.t_ns, can_id, length, data), sent)
     beyond = (can_id & EFF_MASK > SFF_MASK) & (can_id & (EFF_FLAG | ERR_FLAG) == 0)
     if not beyond.any():

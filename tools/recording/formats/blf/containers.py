@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import struct
-import zlib
 from collections.abc import Iterator
 from typing import BinaryIO
+
+from isal import isal_zlib
 
 from gnss_hil.tools.recording.formats.blf.objects import BASE_BYTES, CONTAINER, MOST_GAP, SIGNATURE
 from gnss_hil.tools.recording.formats.piece import Findings, LogError
@@ -77,12 +78,12 @@ def _contents(file: BinaryIO, at: int, size: int, origin: str, found: Findings) 
 
 
 def _inflated(parts: Iterator[bytes], where: str) -> Iterator[bytes]:
-    inflate, amount = zlib.decompressobj(), 0
+    inflate, amount = isal_zlib.decompressobj(), 0
     for part in parts:
         while part and not inflate.eof:
             try:
                 stretch = inflate.decompress(part, STRETCH_BYTES)
-            except zlib.error as error:
+            except isal_zlib.error as error:
                 raise LogError(f"{where}: {error}") from None
             part, amount = inflate.unconsumed_tail, amount + len(stretch)
             if amount > MOST_BYTES:

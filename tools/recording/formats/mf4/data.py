@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import struct
-import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from isal import isal_zlib
 
+from gnss_hil.tools.recording.formats.ahead import in_order
 from gnss_hil.tools.recording.formats.mf4.blocks import Block, Blocks
 
 SLICE_BYTES = 1 << 22
@@ -38,16 +40,29 @@ def stretches(blocks: Blocks, at: int, found: list[str], open_end: bool = False)
     if block.name != "##DL":
         yield from _one(blocks, block, found, open_end)
         return
-    for part in blocks.listed(block.at, "##DL"):
-        for link in part.links[1:]:
-            if link:
-                yield from _one(blocks, blocks.block(link, *_PLAIN, "##DZ"), found, open_end)
+    links = (link for part in blocks.listed(block.at, "##DL") for link in part.links[1:] if link)
+    for parts in in_order(_tasks(blocks, links, found, open_end)):
+        yield from parts
+
+
+def _tasks(
+    blocks: Blocks, links: Iterator[int], found: list[str], open_end: bool
+) -> Iterator[Callable[[], Iterable[bytes]]]:
+    """What gives the stretches of each block; the file is read here, in turn."""
+    for link in links:
+        block = blocks.block(link, *_PLAIN, "##DZ")
+        if block.name == "##DZ":
+            blocks.once(block.at, block.name)
+            packed = _packed(blocks, block)
+            yield lambda packed=packed: [_inflated(blocks, packed, found)]
+        else:
+            yield lambda block=block: _one(blocks, block, found, open_end)
 
 
 def _one(blocks: Blocks, block: Block, found: list[str], open_end: bool) -> Iterator[bytes]:
     blocks.once(block.at, block.name)
     if block.name == "##DZ":
-        yield _inflated(blocks, block, found)
+        yield _inflated(blocks, _packed(blocks, block), found)
         return
     length = max(block.at + block.length - block.body, 0)
     if open_end and (length == 0 or block.at + block.length > blocks.size):
@@ -63,8 +78,20 @@ def _one(blocks: Blocks, block: Block, found: list[str], open_end: bool) -> Iter
         yield part
 
 
-def _inflated(blocks: Blocks, block: Block, found: list[str]) -> bytes:
-    _, way, _, columns, length, packed = blocks.data(block, _DZ)
+@dataclass(frozen=True, slots=True)
+class _Packed:
+    """A compressed block; missing  bytes of it that are not in the file."""
+
+    where: str
+    transposed: bool
+    columns: int
+    length: int
+    octets: bytes
+    missing: int
+
+
+def _packed(blocks: Blocks, block: Block) -> _Packed:
+    _, way, _, columns, length, size = blocks.data(block, _DZ)
     where = f"##DZ at byte {block.at}"
     if length > MOST_BYTES:
         raise blocks.fault(
@@ -72,23 +99,25 @@ def _inflated(blocks: Blocks, block: Block, found: list[str]) -> bytes:
         )
     if way not in (_DEFLATE, _TRANSPOSED):
         raise blocks.fault(f"{where} is compressed in way {way}; known are 0 and 1")
-    octets = blocks.bytes(block.body + _DZ.size, min(packed, blocks.size))
-    inflate = zlib.decompressobj()
-    try:
-        data = inflate.decompress(octets, length + 1)
-    except zlib.error as error:
-        raise blocks.fault(f"{where}: {error}") from None
+    octets = blocks.bytes(block.body + _DZ.size, min(size, blocks.size))
     blocks.read += len(octets)
-    if len(octets) < packed:
-        found.append(f"is cut short: {where} is missing {packed - len(octets)} bytes")
-        if way == _TRANSPOSED:
+    return _Packed(where, way == _TRANSPOSED and columns > 1, columns, length, octets, size - len(octets))
+
+
+def _inflated(blocks: Blocks, packed: _Packed, found: list[str]) -> bytes:
+    try:
+        data = isal_zlib.decompressobj().decompress(packed.octets, packed.length + 1)
+    except isal_zlib.error as error:
+        raise blocks.fault(f"{packed.where}: {error}") from None
+    if packed.missing:
+        found.append(f"is cut short: {packed.where} is missing {packed.missing} bytes")
+        if packed.transposed:
             return b""  # what is there is of some columns only
-    elif len(data) != length:
-        raise blocks.fault(
-            f"{where} amounts to {'more' if len(data) > length else len(data)} bytes of {length}"
-        )
-    if way == _DEFLATE or columns < 2:
+    elif len(data) != packed.length:
+        amount = "more" if len(data) > packed.length else len(data)
+        raise blocks.fault(f"{packed.where} amounts to {amount} bytes of {packed.length}")
+    if not packed.transposed:
         return data
-    rows = len(data) // columns
-    whole = np.frombuffer(data, np.uint8, rows * columns).reshape(columns, rows)
-    return whole.T.tobytes() + data[rows * columns :]
+    rows = len(data) // packed.columns
+    whole = np.frombuffer(data, np.uint8, rows * packed.columns).reshape(packed.columns, rows)
+    return whole.T.tobytes() + data[rows * packed.columns :]

@@ -51,6 +51,8 @@ def integers(records: Records, channel: Channel) -> NDArray[np.int64]:
     """(n,) raw values of a channel of whole numbers of at most 64 bits."""
     size = (channel.bit + channel.bits + 7) // 8
     order = ">" if channel.type in BIG_ENDIAN else "<"
+    if size in (1, 2, 4) and channel.bits == 8 * size and channel.type not in SIGNED:  # as most are
+        return records.column(f"{order}u{size}", channel.byte).astype(np.int64)
     if size in (1, 2, 4, 8):
         raw = records.column(f"{order}u{size}", channel.byte).astype(np.uint64)
     else:
@@ -93,11 +95,12 @@ def seconds(records: Records, origin: str) -> NDArray[np.float64]:
         values = records.column(f"{order}f{channel.bits // 8}", channel.byte).astype(float)
     else:
         values = integers(records, channel).astype(float)
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = values * channel.factor + channel.offset
-    wrong = ~(np.abs(values) < _MOST_S)
-    if wrong.any():
-        raise LogError(f"{origin}: is damaged: a frame at {values[wrong][0]:g} s")
+    if (channel.offset, channel.factor) != (0.0, 1.0):
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = values * channel.factor + channel.offset
+    if len(values) and not -_MOST_S < values.min() <= values.max() < _MOST_S:  # nan is none of it
+        wrong = values[~(np.abs(values) < _MOST_S)][0]
+        raise LogError(f"{origin}: is damaged: a frame at {wrong:g} s")
     return values
 
 
@@ -128,6 +131,9 @@ class Payloads:
 def fixed_payloads(records: Records) -> Payloads:
     """Payloads that lie in the records; of a number, its bytes as they lie there."""
     n, channel = len(records), records.group.channels.get("DataBytes")
+    if channel is not None and channel.bits == 8 * WIDTH:
+        data = np.ascontiguousarray(records.octet_rows(channel.byte, WIDTH))
+        return Payloads(data, np.full(n, WIDTH), np.zeros(n, bool))
     data = np.zeros((n, WIDTH), np.uint8)
     if channel is None:
         return Payloads(data, np.zeros(n, np.int64), np.zeros(n, bool))
@@ -148,13 +154,13 @@ def frames(records: Records, payloads: Payloads, start_us: int, origin: str, omi
         marked = invalid_one(records, channel)
         return values if marked is None else np.where(marked, otherwise, values)
 
-    raw_id = number("ID", 0)
-    beyond = (raw_id & EFF_MASK) > SFF_MASK
-    extended = number("IDE", (raw_id & EFF_FLAG != 0) | beyond).astype(bool) | (raw_id & EFF_FLAG != 0)
+    raw_id = number("ID", 0).astype(np.uint32)
+    flagged = raw_id & EFF_FLAG != 0
+    extended = number("IDE", flagged | (raw_id & EFF_MASK > SFF_MASK)).astype(bool) | flagged
     dlc = number("DLC", 0)
     by_dlc = _FD_LENGTHS[np.clip(dlc, 0, 255)]
     told = number("DataLength", by_dlc if "DLC" in channels else payloads.length)
-    can_id = raw_id & EFF_MASK | np.where(extended, EFF_FLAG, 0)
+    can_id = raw_id & EFF_MASK | extended.astype(np.uint32) << 31
     remote = kind == "CAN_RemoteFrame"
     if kind == "CAN_ErrorFrame":
         can_id |= ERR_FLAG
@@ -174,10 +180,12 @@ def frames(records: Records, payloads: Payloads, start_us: int, origin: str, omi
         & (payloads.missing | (length > payloads.length) | (length < 0))
     )
     omitted.update({INVALID: int(marked.sum()), FD: int(is_fd.sum()), CUT: int(cut.sum())})
-    rows = np.flatnonzero(~marked & ~is_fd & ~cut)
+    left_out = marked | is_fd | cut
+    rows = np.flatnonzero(~left_out) if left_out.any() else slice(None)
     elapsed_us = np.rint(seconds(records, origin) * 1e6).astype(np.int64)
+    ids = can_id[rows]
     frames = FrameBatch(
-        np.zeros(len(rows), np.int64), can_id[rows].astype(np.uint32),
+        np.zeros(len(ids), np.int64), ids,
         np.clip(length[rows], 0, 255).astype(np.uint8), payloads.data[rows],
     )  # fmt: skip
     channel, sent = np.clip(number("BusChannel", 0)[rows], 0, _WIDE), number("Dir", 0)[rows] == 1

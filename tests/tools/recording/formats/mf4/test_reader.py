@@ -36,6 +36,7 @@ from tests.tools.recording.formats.mf4.assembly import (
 )
 
 pytestmark = pytest.mark.verifies(
+    "tools/recording/formats/ahead.py",
     "tools/recording/formats/mf4/reader.py",
     "tools/recording/formats/mf4/blocks.py",
     "tools/recording/formats/mf4/data.py",

@@ -1,0 +1,1 @@
+"""Signals of any contract: frames decoded by a DBC file, many at a time."""
