@@ -71,7 +71,7 @@ COMMANDS = {
             ),
         ),
         Command(
-            "convert", "write a recording in another format (.log, .asc, .blf, .mf4), or its signals (.parquet)",
+            "convert", "a recording in another format: .log, .asc, .blf, .mf4; or its signals: .parquet",
             (
                 "convert runs/patent soyuz.blf",
                 "convert trace.asc trace.log",
