@@ -24,6 +24,9 @@ from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 
 FOREIGN = -1
 
+OLDEST_COMMAND = 3
+"""Epochs by which a command may be late: docs/contract.md, Commands."""
+
 
 class Barrier:
     """Nothing flows until every required node was heard with this contract.
@@ -167,7 +170,14 @@ class Exchange:
             self._keep(frames[start:row])
             start = row + 1
             found = messages.judge(frames, row, self.session, self._epoch)
-            if not isinstance(found, Bench) or not self._closes(found):
+            late = (
+                messages.late_answer(frames, row, found, self._epoch, self.session)
+                if isinstance(found, Refusal)
+                else None
+            )
+            if late is not None:
+                self._take_late(late)
+            elif not isinstance(found, Bench) or not self._closes(found):
                 self._refuse(found)
         self._keep(frames[start:])
         return self.answered
@@ -192,10 +202,14 @@ class Exchange:
         return frames
 
     def everything(self) -> FrameBatch:
-        """All that was heard, answered or not (free-running paces); forgets it."""
+        """All that was heard, answered or not (free-running paces); forgets it. Of a node that closes its
+        answers what is not closed yet waits: only DONE says of which epoch it is."""
         answers = [a for a in self._answers if a is not None]
-        unfinished = [piece for pieces in self._heard for piece in pieces]
-        self._heard = [[] for _ in self._nodes]
+        waiting = [closed >= 0 for closed in self._answered]
+        unfinished = [
+            piece for pieces, waits in zip(self._heard, waiting, strict=True) if not waits for piece in pieces
+        ]
+        self._heard = [pieces if waits else [] for pieces, waits in zip(self._heard, waiting, strict=True)]
         self._foreign, foreign = [], self._foreign
         return concat(answers + unfinished + foreign)
 
@@ -212,6 +226,17 @@ class Exchange:
         for k in senders:
             own = frames if len(senders) == 1 else frames[node == k]
             (self._foreign if k == FOREIGN else self._heard[k]).append(own)
+
+    def _take_late(self, done: Bench) -> None:
+        """An answer more than one epoch late. At a pace its commands may count, as long as frames, which
+        carry the epoch modulo 16, are sure to be told from those of this epoch."""
+        self.late += 1
+        self._mixed = True
+        k = next((k for k, node in enumerate(self._nodes) if node.done_id == done.can_id), None)
+        if self._keep_late and k is not None:
+            block = concat(self._heard[k])
+            self._heard[k] = []
+            self._foreign += [block] if self._epoch - done.epoch <= OLDEST_COMMAND else []
 
     def _refuse(self, found: Bench | Refusal) -> None:
         """A bench frame that closes nothing. The frames before it may be of an answer to something else: they

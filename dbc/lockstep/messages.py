@@ -94,13 +94,14 @@ def judge(frames: FrameBatch, row: int, session: int, expected: int) -> Bench | 
     return Bench(can_id, spoken, expected + ahead, count)
 
 
-def late_answer(frames: FrameBatch, row: int, refusal: Refusal, expected: int) -> Bench | None:
+def late_answer(frames: FrameBatch, row: int, refusal: Refusal, expected: int, session: int) -> Bench | None:
     """What a DONE says that was refused because it is of an epoch before the last; None for all others."""
     if frames.can_id[row] != DONE_ID or refusal is not Refusal.OTHER_EPOCH:
         return None
     _, _, low, spoken, count = _LAYOUT.unpack(frames.data[row].tobytes())
     ahead = _ahead(low, expected)
-    return Bench(DONE_ID, spoken, expected + ahead, count) if ahead < 0 <= expected + ahead else None
+    known = spoken == session and ahead < 0 <= expected + ahead
+    return Bench(DONE_ID, spoken, expected + ahead, count) if known else None
 
 
 def _ahead(low: int, expected: int) -> int:

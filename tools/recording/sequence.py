@@ -249,9 +249,11 @@ class Sequencer:
         if frames.can_id[row] == messages.SYNC_ID and not self.ended:
             return self._on_sync(frames, row, found)
         late = (
-            messages.late_answer(frames, row, found, self._at.epoch) if isinstance(found, Refusal) else None
+            messages.late_answer(frames, row, found, self._at.epoch, self._at.session)
+            if isinstance(found, Refusal)
+            else None
         )
-        if late is not None and late.session == self._at.session:
+        if late is not None:
             self._take_answer(late.epoch, late.count)
         elif isinstance(found, Bench) and found.can_id == messages.END_ID and not self.ended:
             self.ended = True

@@ -242,9 +242,9 @@ BYTES = BENCH.data[0].tobytes()
         (sealed_anew(BENCH, bytes([BYTES[1] | 0x0F]) + BYTES[2:]), Refusal.CORRUPTED),
         (sealed_anew(BENCH, bytes([BYTES[1] ^ 0x10]) + BYTES[2:]), Refusal.CORRUPTED),
         (done(5, 3, session=SESSION + 1), Refusal.OTHER_SESSION),
-        (done(3, 3), Refusal.OTHER_EPOCH),
+        (sync(3, 3), Refusal.OTHER_EPOCH),
         (done(7, 3), Refusal.OTHER_EPOCH),
-        (done(2**32 - 1, 3), Refusal.OTHER_EPOCH),
+        (done(30_000, 3), Refusal.OTHER_EPOCH),
     ],
     ids=["unknown", "empty", "short", "CRC", "UDS", "counter 15", "nibble", "session", "-2", "+2", "far"],
 )
@@ -294,3 +294,37 @@ def test_refusals_are_told_with_their_reasons():
     e.hear(concat((done(9, 3), done(9, 3), done(5, 3, session=1))))
     assert messages.explain(e.refused) == "3 bench frames refused: 2 of another epoch, 1 of another session"
     assert messages.explain({}) == ""
+
+
+@pytest.mark.parametrize("behind", [2, 3, 4, 15, 16, 17, 40])
+@pytest.mark.parametrize("keep_late", [False, True], ids=["lockstep", "at a pace"])
+def test_an_answer_some_epochs_late_is_told_and_at_a_pace_heard_while_commands_may_count(behind, keep_late):
+    """Sixteen epochs late its frames look like those of the open epoch."""
+    e = exchange(keep_late=keep_late)
+    e.open(0, block(0))
+    e.hear(concat((navigation(0), done(0, 3))))
+    assert (e.everything() if keep_late else e.inbox()) == navigation(0)
+    for k in range(1, 101):
+        e.open(k, block(k))
+    late = 100 - behind
+    assert not e.hear(concat((navigation(late), done(late, 3))))
+    assert (e.late, e.refused) == (1, {})
+    if keep_late:
+        assert e.everything() == (navigation(late) if behind <= 3 else EMPTY)
+    assert e.hear(concat((navigation(100), done(100, 3))))
+    assert (e.everything() if keep_late else e.inbox()) == navigation(100)
+
+
+def test_at_a_pace_what_is_not_closed_waits_for_its_done():
+    e = exchange(keep_late=True)
+    e.open(0, block(0))
+    assert e.everything() == EMPTY
+    e.hear(navigation(0)[:2])
+    assert e.everything() == navigation(0)[:2], "who never closed an answer may know no bench frames"
+    e.hear(concat((navigation(0)[2:], done(0, 1))))
+    assert e.everything() == navigation(0)[2:]
+    e.open(1, block(1))
+    e.hear(navigation(1))
+    assert e.everything() == EMPTY
+    e.hear(done(1, 3))
+    assert e.everything() == navigation(1)
