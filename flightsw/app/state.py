@@ -14,6 +14,7 @@ from gnss_hil.flightsw.app.modes import Mode
 from gnss_hil.flightsw.attitude.attitude import Attitude
 from gnss_hil.flightsw.io import encode
 from gnss_hil.flightsw.io.frame_statistics import no_rejections
+from gnss_hil.flightsw.measurement.ionosphere_filter import Delays, nothing_known
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.receivers import channel_manager
 from gnss_hil.flightsw.receivers.channel_manager import ChannelManager
@@ -34,6 +35,7 @@ class FlightState:
     predictions    where satellites are
     channels       what the receivers were commanded and acknowledged
     without_fix    epochs since the last fix, or since the first time mark; those without a mark count
+    delays         what the ionosphere delays, where it is followed
     single_fixes   fixes by one signal of each satellite where pairs were wanted and too few
     """
 
@@ -50,6 +52,7 @@ class FlightState:
     channels: ChannelManager
     without_fix: int
     single_fixes: int
+    delays: Delays
 
 
 def heartbeat(config: FlightConfig) -> FrameBatch:
@@ -73,6 +76,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         channels=channel_manager.autonomous(config.vehicle.channels, MAX_RECEIVERS),
         without_fix=0,
         single_fixes=0,
+        delays=nothing_known(),
     )
 
 

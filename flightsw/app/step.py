@@ -40,7 +40,8 @@ from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.io import decode, encode
-from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
+from gnss_hil.flightsw.measurement.ionosphere_filter import Delays
+from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
 from gnss_hil.flightsw.measurement.noise import NO_URA
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.measurement.registry import other_measurements
@@ -88,7 +89,7 @@ def flight_step(
     sound = in_orbit & (m.lock == FULL_LOCK) & (m.ura < NO_URA)
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
-    z = _form(offered, options)
+    delays, z = _form(offered, options, state.delays, t_ns)
     inputs = _fix_inputs(config, decoded, mark, attitude)
 
     nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
@@ -118,6 +119,7 @@ def flight_step(
         channels=channels,
         without_fix=without_fix,
         single_fixes=state.single_fixes + (single and solution.fix is not None),
+        delays=delays,
     ), frames
 
 
@@ -137,9 +139,13 @@ def _received(
     return state, received, rejected, decoded
 
 
-def _form(m: Measurements, options: Options) -> Ranges:
-    """Measurements as ranges, one row for each antenna and satellite."""
-    return (ionosphere_free if options.ionosphere_free else of_one_signal)(m, options.noise)
+def _form(m: Measurements, options: Options, delays: Delays, t_ns: int) -> tuple[Delays, Ranges]:
+    """Measurements as ranges, one row for each antenna and satellite, and the delays followed until then."""
+    if not options.ionosphere_free:
+        return delays, of_one_signal(m, options.noise)
+    if not options.ionosphere_change_mps2:
+        return delays, ionosphere_free(m, options.noise)
+    return filtered(m, options.noise, delays, t_ns, options.ionosphere_change_mps2)
 
 
 def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None) -> FixInputs:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, Index
+from gnss_hil.flightsw.measurement.ionosphere_filter import Delays, follow
 from gnss_hil.flightsw.measurement.noise import Noise
 from gnss_hil.flightsw.measurement.observables import antenna_satellite, of_each_channel
 from gnss_hil.flightsw.measurement.signals import PAIRS, carrier_hz
@@ -48,6 +49,42 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
         clock_drift_mps=of("clock_drift_mps"),
         code_variance_m2=noise_of("code_variance_m2"),
         rate_variance_m2ps2=noise_of("rate_variance_m2ps2"),
+    )
+
+
+def filtered(
+    m: Measurements, noise: Noise, delays: Delays, t_ns: int, change_mps2: float
+) -> tuple[Delays, Ranges]:
+    """The same ranges with less noise: of the first signal, less the delay that has been followed from epoch
+    to epoch (`gnss_hil.flightsw.measurement.ionosphere_filter`); and the delays after this one.
+
+    A delay is (P2 - P1) / (g - 1), each with its own clock added. Errors of P1 are in both the range and, by
+    its share, the delay; variances say so. Without a past it is the combination of one epoch.
+    """
+    first, second = paired(m)
+    hz = carrier_hz(m.signal, m.frequency)
+    per_metre = 1 / (hz[first] ** 2 / hz[second] ** 2 - 1)
+    whole = of_each_channel(m, noise)
+    a, b = whole[first], whole[second]
+    measured_m = per_metre * (b.pseudorange_m + b.clock_m - a.pseudorange_m - a.clock_m)
+    variance_m2 = per_metre**2 * (a.code_variance_m2 + b.code_variance_m2)
+    delays, followed = follow(delays, t_ns, a.sat, measured_m, variance_m2, change_mps2)
+    own = followed.share * per_metre
+    return delays, Ranges(
+        receiver=a.receiver,
+        sat=a.sat,
+        channels=a.channels | b.channels,
+        ura=np.maximum(a.ura, b.ura),
+        pseudorange_m=a.pseudorange_m - followed.delay_m,
+        range_rate_mps=a.range_rate_mps + followed.rate_mps,
+        pos_sv_m=a.pos_sv_m,
+        vel_sv_mps=a.vel_sv_mps,
+        clock_m=a.clock_m,
+        clock_drift_mps=a.clock_drift_mps,
+        code_variance_m2=(1 + own) ** 2 * a.code_variance_m2
+        + own**2 * b.code_variance_m2
+        + followed.others_m2,
+        rate_variance_m2ps2=a.rate_variance_m2ps2 + followed.rate_variance,
     )
 
 

@@ -1,0 +1,139 @@
+"""The filter of ionospheric delays: against a Kalman filter in matrices, and what its variances promise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.flightsw.measurement import ionosphere_filter
+from gnss_hil.flightsw.measurement.ionosphere_filter import FIRST_RATE_MPS, LONGEST_NS, follow, nothing_known
+from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
+from gnss_hil.flightsw.measurement.noise import Noise
+from gnss_hil.flightsw.records.epoch import Measurements
+
+pytestmark = pytest.mark.verifies(
+    "flightsw/measurement/ionosphere_filter.py",
+    what="Ionospheric delays followed from epoch to epoch",
+    by="a Kalman filter in matrices, of delays that walk as it assumes: errors have the variances it states",
+    status="validated",
+)
+
+S = 10**9
+SAT, OTHER = np.array([5]), np.array([70])
+
+
+def in_matrices(times_s, measured, variance, q):
+    """State and covariance after each measurement; x = F x + w, Q of a white acceleration."""
+    x, p, last = np.array([measured[0], 0.0]), np.diag([variance[0], FIRST_RATE_MPS**2]), times_s[0]
+    out = [(x.copy(), p.copy())]
+    for t, z, r in zip(times_s[1:], measured[1:], variance[1:], strict=True):
+        dt, last = t - last, t
+        f = np.array([[1, dt], [0, 1]])
+        x, p = f @ x, f @ p @ f.T + q**2 * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
+        s = p[0, 0] + r
+        k = p[:, 0] / s
+        x, p = x + k * (z - x[0]), (np.eye(2) - np.outer(k, [1, 0])) @ p
+        out.append((x.copy(), p.copy()))
+    return out
+
+
+def test_it_is_the_textbooks_filter():
+    rng = np.random.default_rng(1)
+    times_s = np.cumsum(rng.choice([1.0, 1.0, 7.0], 60))
+    measured = 12 + 0.05 * times_s + rng.normal(0, 0.5, 60)
+    variance = rng.uniform(0.2, 0.6, 60)
+    delays = nothing_known()
+    for t, z, r, (x, p) in zip(
+        times_s, measured, variance, in_matrices(times_s, measured, variance, 0.02), strict=True
+    ):
+        delays, followed = follow(delays, int(t * S), SAT, np.array([z]), np.array([r]), 0.02)
+        assert [followed.delay_m[0], followed.rate_mps[0]] == pytest.approx(x, abs=1e-9)
+        assert followed.rate_variance[0] == pytest.approx(p[1, 1])
+        assert followed.share[0] ** 2 * r + followed.others_m2[0] == pytest.approx(p[0, 0])
+
+
+def test_satellites_do_not_meet_and_antennas_of_one_are_weighed():
+    both = nothing_known()
+    sat, z, r = np.array([70, 5, 5]), np.array([3.0, 10.0, 16.0]), np.array([1.0, 1.0, 2.0])
+    both, found = follow(both, S, sat, z, r, 0.01)
+    assert found.delay_m == pytest.approx([3, 12, 12])
+    assert found.share == pytest.approx([1, 2 / 3, 1 / 3])
+    assert found.others_m2 == pytest.approx([0, 2 / 9, 4 / 9])
+    alone, _ = follow(nothing_known(), S, OTHER, z[:1], r[:1], 0.01)
+    both, after = follow(both, 2 * S, OTHER, np.array([4.0]), np.ones(1), 0.01)
+    alone, same = follow(alone, 2 * S, OTHER, np.array([4.0]), np.ones(1), 0.01)
+    assert after.delay_m == same.delay_m and both.delay_m[5] == 12
+
+
+@pytest.mark.parametrize(
+    ("t_ns", "z", "begins"),
+    [(2 * S, 10.5, False), (2 * S, 60.0, True), (S + LONGEST_NS, 10.5, False),
+     (S + LONGEST_NS + 1, 10.5, True), (S, 10.5, True), (0, 10.5, True)],
+)  # fmt: skip
+def test_what_is_far_off_or_long_ago_or_not_later_begins_anew(t_ns, z, begins):
+    delays, _ = follow(nothing_known(), S, SAT, np.array([10.0]), np.ones(1), 0.001)
+    _, found = follow(delays, t_ns, SAT, np.array([z]), np.ones(1), 0.001)
+    assert (found.share[0] == 1) == begins
+    assert (found.delay_m[0] == z) == begins
+
+
+def measurements(p1, p2, cn0=(45.0, 42.0)):
+    """Of one satellite of GPS on one antenna by L1 C/A and L2C, its clocks 7 m and 9 m."""
+    zero, one = np.zeros(2), np.ones(2, np.int64)
+    return Measurements(
+        receiver=0 * one, channel=np.array([0, 1]), sat=5 * one, pseudorange_m=np.array([p1 - 7, p2 - 9]),
+        range_rate_mps=np.array([-3.0, -3.1]), cn0_dbhz=np.array(cn0), lock=5 + zero, health=zero, ura=zero,
+        pos_sv_m=np.full((3, 2), 1.5e7), vel_sv_mps=np.zeros((3, 2)), clock_m=np.array([7.0, 9.0]),
+        clock_drift_mps=zero, signal=np.array([0, 4]), frequency=zero,
+    )  # fmt: skip
+
+
+def test_the_first_epoch_is_the_combination_of_that_epoch():
+    m = measurements(2.2e7 + 10, 2.2e7 + 16.5)
+    _, one = filtered(m, Noise(), nothing_known(), S, 0.01)
+    plain = ionosphere_free(m, Noise())
+    assert one.pseudorange_m + one.clock_m == pytest.approx(plain.pseudorange_m + plain.clock_m, abs=1e-6)
+    assert one.code_variance_m2 == pytest.approx(plain.code_variance_m2)
+    assert one.channels.tolist() == plain.channels.tolist() == [3]
+
+
+def test_errors_have_the_variances_that_are_stated():
+    """Delays that walk as assumed, noise as assumed: the errors of 400 satellites' ranges after 40 epochs."""
+    rng, q, g = np.random.default_rng(5), 0.01, (77 / 60) ** 2
+    noise, errors, rates, late = Noise(), [], [], []
+    for _ in range(400):
+        delay, rate, delays = 15.0, rng.normal(0, FIRST_RATE_MPS), nothing_known()
+        for k in range(40):
+            walk = rng.multivariate_normal([0, 0], q**2 * np.array([[1 / 3, 1 / 2], [1 / 2, 1]]))
+            delay, rate = delay + rate + walk[0], rate + walk[1]
+            v = ionosphere_free(measurements(0, 0), noise)
+            one, two = sigmas(noise)
+            p1, p2 = delay + rng.normal(0, one), g * delay + rng.normal(0, two)
+            delays, found = filtered(measurements(p1, p2), noise, delays, (k + 1) * S, q)
+        errors.append((found.pseudorange_m[0] + found.clock_m[0]) / np.sqrt(found.code_variance_m2[0]))
+        late.append(found.code_variance_m2[0])
+        rates.append((delays.rate_mps[5] - rate) / np.sqrt(delays.variances[2, 5]))
+    assert np.std(errors) == pytest.approx(1, abs=0.12) and abs(np.mean(errors)) < 0.2
+    assert np.std(rates) == pytest.approx(1, abs=0.12)
+    assert late[0] < 0.45 * v.code_variance_m2[0], "less noise than one epoch's combination"
+
+
+def sigmas(noise):
+    """1 sigma of both codes, as the flight software has them."""
+    from gnss_hil.flightsw.measurement.noise import variances
+
+    return np.sqrt(variances(np.array([45.0, 42.0]), np.array([5, 5]), noise)[0])
+
+
+def test_rates_are_those_of_the_first_carrier_with_the_delays_rate_taken_out():
+    delays = nothing_known()
+    for k in range(50):
+        m = measurements(10 + 0.05 * k, (10 + 0.05 * k) * (77 / 60) ** 2)
+        delays, found = filtered(m, Noise(), delays, (k + 1) * S, 0.01)
+    assert found.range_rate_mps[0] == pytest.approx(-3.0 + 0.05, abs=1e-3)
+    assert (
+        found.rate_variance_m2ps2[0]
+        > ionosphere_filter.follow(delays, 60 * S, SAT, np.array([12.5]), np.ones(1), 0.01)[1].rate_variance[
+            0
+        ]
+    )
