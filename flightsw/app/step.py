@@ -143,9 +143,9 @@ def _form(m: Measurements, options: Options, delays: Delays, t_ns: int) -> tuple
     """Measurements as ranges, one row for each antenna and satellite, and the delays followed until then."""
     if not options.ionosphere_free:
         return delays, of_one_signal(m, options.noise)
-    if not options.ionosphere_change_mps2:
+    if not options.ionosphere_walk_mps_rts:
         return delays, ionosphere_free(m, options.noise)
-    return filtered(m, options.noise, delays, t_ns, options.ionosphere_change_mps2)
+    return filtered(m, options.noise, delays, t_ns, options.ionosphere_walk_mps_rts)
 
 
 def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None) -> FixInputs:

@@ -4,8 +4,8 @@ What two carriers of a satellite say of the delay in an epoch has more than twic
 the delay itself changes slowly. So it is followed by a Kalman filter of two states, delay and rate, for each
 satellite, all antennas together: they are metres apart. A range is then that of the first signal less the
 filtered delay, and has little more noise than the first signal alone. The model is a delay whose rate walks:
-a white acceleration of a given power density. From 415 km at high activity the emulator's rates change by
-0.022 m/s in ten seconds and 0.063 m/s in thirty (rms; 0.11 m/s themselves): 0.007 to 0.012 m/s^2/sqrt(Hz).
+a white acceleration. From 415 km at high activity the emulator's rates change by
+0.022 m/s in ten seconds and 0.063 m/s in thirty (rms; 0.11 m/s themselves): 0.007 to 0.012 m/s/sqrt(s).
 
 Source of the formulas: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation
 (2001), 6.2.2: the continuous white noise acceleration model; scalar measurements
@@ -71,18 +71,18 @@ class Followed:
 
 
 def follow(
-    delays: Delays, t_ns: int, sat: I64, measured_m: F64, variance_m2: F64, change_mps2: float
+    delays: Delays, t_ns: int, sat: I64, measured_m: F64, variance_m2: F64, walk_mps_rts: float
 ) -> tuple[Delays, Followed]:
     """Delays after measurements of satellites (n,) at t_ns, of which one satellite may have several.
 
-    change_mps2  root of the power density of the acceleration [m/s^2 / sqrt(Hz)]
+    walk_mps_rts  of the rate [m/s/sqrt(s)]
     """
     found, place = np.unique(sat, return_inverse=True)
     weight = np.bincount(place, 1 / variance_m2, len(found))
     z, r = np.bincount(place, measured_m / variance_m2, len(found)) / weight, 1 / weight
     dt = (t_ns - delays.t_ns[found]) / NS_PER_S
     rate, (p, pv, v) = delays.rate_mps[found], delays.variances[:, found]
-    q = change_mps2**2
+    q = walk_mps_rts**2
     with np.errstate(over="ignore", invalid="ignore"):
         x = delays.delay_m[found] + rate * dt
         p = p + dt * (2 * pv + dt * v) + q * dt**3 / 3

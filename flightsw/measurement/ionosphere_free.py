@@ -53,7 +53,7 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
 
 
 def filtered(
-    m: Measurements, noise: Noise, delays: Delays, t_ns: int, change_mps2: float
+    m: Measurements, noise: Noise, delays: Delays, t_ns: int, walk_mps_rts: float
 ) -> tuple[Delays, Ranges]:
     """The same ranges with less noise: of the first signal, less the delay that has been followed from epoch
     to epoch (`gnss_hil.flightsw.measurement.ionosphere_filter`); and the delays after this one.
@@ -68,7 +68,7 @@ def filtered(
     a, b = whole[first], whole[second]
     measured_m = per_metre * (b.pseudorange_m + b.clock_m - a.pseudorange_m - a.clock_m)
     variance_m2 = per_metre**2 * (a.code_variance_m2 + b.code_variance_m2)
-    delays, followed = follow(delays, t_ns, a.sat, measured_m, variance_m2, change_mps2)
+    delays, followed = follow(delays, t_ns, a.sat, measured_m, variance_m2, walk_mps_rts)
     own = followed.share * per_metre
     return delays, Ranges(
         receiver=a.receiver,

@@ -31,10 +31,12 @@ class MeasurementOptions(Strict):
         bool,
         Field(description="ranges made of two signals of a satellite, without ionosphere"),
     ] = False
-    ionosphere_change_mps2: Annotated[
+    ionosphere_walk_mps_rts: Annotated[
         float,
         Field(
-            ge=0, le=10, description="how the ionosphere's delays change (0.01: a low orbit); 0: not followed"
+            ge=0,
+            le=10,
+            description="how the rates of the ionosphere's delays walk (0.01: a low orbit); 0: not followed",
         ),
     ] = 0.0
     without_pairs: Annotated[

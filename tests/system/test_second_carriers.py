@@ -28,7 +28,7 @@ SECOND = {"L1CA": "L2C", "L1OF": "L2OF"}
 def played(folder: Path, *more: str) -> dict:
     """Without noise, each epoch's pairs by themselves."""
     quiet = [word for name in NOISE for word in ("--off", name)]
-    return noisy(folder, *quiet, "--option", "ionosphere_change_mps2=0", *more)
+    return noisy(folder, *quiet, "--option", "ionosphere_walk_mps_rts=0", *more)
 
 
 def noisy(folder: Path, *more: str) -> dict:
@@ -58,7 +58,7 @@ def test_without_noise_pairs_put_the_craft_where_it_is(summary):
 def test_delays_that_are_followed_take_most_of_the_noise_away(tmp_path):
     """As shipped; against the pairs of each epoch by themselves, 150 epochs of one seed."""
     followed = noisy(tmp_path / "followed")
-    alone = noisy(tmp_path / "alone", "--option", "ionosphere_change_mps2=0")
+    alone = noisy(tmp_path / "alone", "--option", "ionosphere_walk_mps_rts=0")
     assert followed["fixes"] == alone["fixes"]
     for figure in ("position_error_m", "velocity_error_mps"):
         assert followed[figure]["median"] < 0.7 * alone[figure]["median"]

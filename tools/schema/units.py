@@ -13,6 +13,7 @@ UNITS = {unit.lower(): unit for unit in _AS_WRITTEN.split()} | {
     "per_channel": "m per frequency number",
     "per_hour": "1/h",
     "mps": "m/s",
+    "mps_rts": "m/s/√s",
     "deg_h": "deg/h",
     "deg_rth": "deg/√h",
     "deg_h_rth": "deg/h/√h",
