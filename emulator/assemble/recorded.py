@@ -178,7 +178,9 @@ def _reference(
 ) -> Trajectory | None:
     if settings.reference is None:
         return None
-    return read_trajectory(settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key, tell)
+    return read_trajectory(
+        settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key, tell, whole=False
+    )
 
 
 def _frequencies(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -35,52 +36,75 @@ OLD_ELEMENTS_NS = gpstime.NS_PER_DAY
 
 Flown = Trajectory | Segments
 
-Maker = Callable[[str, scenario.TrajectoryFile, Span, Orientation | None, Tell], Flown]
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a reader is asked.
+
+    name, given   the file, and what else the scenario says of it
+    span_ns       the run
+    measured      the Earth's orientation, None without a file of it
+    whole         whether the run needs all of the orbit;  tell takes remarks
+    """
+
+    name: str
+    given: scenario.TrajectoryFile
+    span_ns: Span
+    measured: Orientation | None
+    whole: bool
+    tell: Tell
 
 
-def _oem(
-    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, tell: Tell
-) -> Segments:
-    return tabulated.of_ephemeris(oem.read(Path(name)), name, measured, span_ns, tell)
+Maker = Callable[[Asked], Flown]
 
 
-def _tle(
-    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, tell: Tell
-) -> Trajectory:
-    begin_ns, end_ns = span_ns
-    chosen = tle.choose(tle.read(Path(name)), given.object, name, (begin_ns + end_ns) // 2)
+def _oem(asked: Asked) -> Segments:
+    message = oem.read(Path(asked.name))
+    return tabulated.of_ephemeris(message, asked.name, asked.measured, asked.span_ns, asked.tell, asked.whole)
+
+
+def _tle(asked: Asked) -> Trajectory:
+    begin_ns, end_ns = asked.span_ns
+    sets = tle.read(Path(asked.name))
+    chosen = tle.choose(sets, asked.given.object, asked.name, (begin_ns + end_ns) // 2)
     age_ns = max(abs(begin_ns - chosen.epoch_ns), abs(end_ns - chosen.epoch_ns))
     if age_ns > OLD_ELEMENTS_NS:
         epoch, days = gpstime.iso(chosen.epoch_ns)[:19], age_ns / gpstime.NS_PER_DAY
-        tell(
-            f"{name}: elements of epoch {epoch}, {days:.1f} days from the run: SGP4 is off by 1 to 3 km a day"
-        )
-    return trajectory.of_elements(chosen.line1, chosen.line2, *span_ns, measured)
+        said = f"{asked.name}: elements of epoch {epoch}, {days:.1f} days from the run"
+        asked.tell(f"{said}: SGP4 is off by 1 to 3 km a day")
+    return trajectory.of_elements(chosen.line1, chosen.line2, begin_ns, end_ns, asked.measured)
 
 
-def _csv(
-    name: str, given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, tell: Tell
-) -> Segments:
-    table = csv_table.read(Path(name), _AXES)
-    pos_m = _METRES[given.unit] * table.columns
-    return tabulated.of_table(table.t_ns, pos_m, "J2000", name, measured, span_ns, tell)
+def _csv(asked: Asked) -> Segments:
+    table = csv_table.read(Path(asked.name), _AXES)
+    pos_m = _METRES[asked.given.unit] * table.columns
+    return tabulated.of_table(
+        table.t_ns, pos_m, "J2000", asked.name, asked.measured, asked.span_ns, asked.tell
+    )
 
 
 KINDS: dict[str, Maker] = {"oem": _oem, "tle": _tle, "csv": _csv}
-"""Kind of file -> its trajectory over a run, from the file's name and what else is given."""
+"""Kind of file -> its trajectory over a run."""
 
 
 def read_trajectory(
-    given: scenario.TrajectoryFile, span_ns: Span, measured: Orientation | None, key: str, tell: Tell
+    given: scenario.TrajectoryFile,
+    span_ns: Span,
+    measured: Orientation | None,
+    key: str,
+    tell: Tell,
+    whole: bool = True,
 ) -> Flown:
     """The trajectory a scenario names for a run; ScenarioError with one line under `key` if there is none.
 
     measured  the Earth's orientation, None without a file of it
     tell      takes remarks
+    whole     the run needs all of it; else gaps between the segments of a message are told
     """
     kind, name = next((kind, name) for kind in KINDS if (name := getattr(given, kind)) is not None)
     try:
-        found = KINDS[kind](name, given, span_ns, measured, lambda remark: tell(f"{key}: {remark}"))
+        asked = Asked(name, given, span_ns, measured, whole, lambda remark: tell(f"{key}: {remark}"))
+        found = KINDS[kind](asked)
         found.check(*span_ns, name)
     except (FileError, TrajectoryError) as error:
         raise ScenarioError(f"{key}: {error}") from None

@@ -80,8 +80,12 @@ def of_ephemeris(
     measured: Orientation | None = None,
     span_ns: Span | None = None,
     tell: Tell = untold,
+    whole: bool = True,
 ) -> Segments:
-    """The orbit of an ephemeris message over a run, or all of it; TrajectoryError if there is none."""
+    """The orbit of an ephemeris message over a run, or all of it; TrajectoryError if there is none.
+
+    whole  a gap between segments in the run is a fault; else it is told
+    """
     frame = frame_of(ephemeris, origin)
     bounds, parts, absent = [*ephemeris.begins, len(ephemeris.t_ns)], [], 0
     for number, (begin, end) in enumerate(pairwise(bounds)):
@@ -99,7 +103,7 @@ def of_ephemeris(
                 ephemeris.useable_ns[number] if ephemeris.useable_ns else (int(t_ns[0]), int(t_ns[-1])),
             )
         )
-    return _believed(parts, absent, origin, span_ns, tell)
+    return _believed(parts, absent, origin, span_ns, tell, whole)
 
 
 def of_table(
@@ -118,7 +122,7 @@ def of_table(
     parts = []
     if len(t_ns) > 1:
         parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, measured), None, (int(t_ns[0]), int(t_ns[-1])))]
-    return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell)
+    return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell, whole=True)
 
 
 def _present(vectors: F64) -> Bool:
@@ -127,7 +131,7 @@ def _present(vectors: F64) -> Bool:
 
 
 def _believed(
-    parts: Sequence[States], absent: int, origin: str, span_ns: Span | None, tell: Tell
+    parts: Sequence[States], absent: int, origin: str, span_ns: Span | None, tell: Tell, whole: bool
 ) -> Segments:
     if not parts:
         raise TrajectoryError(f"{origin}: fewer than two states; an orbit needs two at least")
@@ -136,16 +140,27 @@ def _believed(
     if absent:
         tell(f"{origin}: {absent} states are left out: the same number three times is none")
     arcs = [Trajectory(part.t_ns, part.pos_ecef_m) for part in parts]
-    whole = Segments(arcs, [part.useable_ns for part in parts])
-    begin_ns, end_ns = span_ns or whole.span_ns
+    found = Segments(arcs, [part.useable_ns for part in parts])
+    begin_ns, end_ns = span_ns or found.span_ns
     if span_ns:
-        whole.check(begin_ns, end_ns, origin)
+        found.check(begin_ns, end_ns, origin)
+        _judge_gaps(found, span_ns, origin, tell, whole)
     for number, part in enumerate(parts):
         used_ns = max(begin_ns, part.useable_ns[0]), min(end_ns, part.useable_ns[1])
         if used_ns[0] <= used_ns[1]:
             arcs[number] = _best(part, used_ns)
             _judge(part, arcs[number], used_ns, origin, tell)
-    return Segments(arcs, whole.useable_ns)
+    return Segments(arcs, found.useable_ns)
+
+
+def _judge_gaps(found: Segments, span_ns: Span, origin: str, tell: Tell, whole: bool) -> None:
+    """TrajectoryError if a run that needs all of an orbit is in a gap between segments; else it is told."""
+    for gap_ns in found.gaps_ns(*span_ns):
+        held, first, begin, end = map(gpstime.iso, (*gap_ns, *span_ns))
+        said = f"{origin}: no state between {held} and {first}, where one segment ends and the next begins"
+        if whole:
+            raise TrajectoryError(f"{said}; the run is from {begin} to {end} (GPS time)")
+        tell(f"{said}: nothing is known there")
 
 
 def _check_distance(part: States, origin: str) -> None:

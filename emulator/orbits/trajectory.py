@@ -10,7 +10,7 @@ across the segments of a message. How far a table can be believed: `gnss_hil.emu
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
 import numpy as np
@@ -129,6 +129,10 @@ class Trajectory:
         inside = np.clip(at_s, 0.0, self._end_s)
         return self._joined(inside.ravel(), POINTS).reshape(*at_s.shape, 3)
 
+    def holds(self, t_ns: int) -> bool:
+        """Whether the table holds GPS time t_ns."""
+        return self.span_ns[0] <= t_ns <= self.span_ns[1]
+
     def check(self, begin_ns: int, end_ns: int, origin: str) -> None:
         """TrajectoryError unless the table holds all of a run."""
         if begin_ns < self.span_ns[0] or end_ns > self.span_ns[1]:
@@ -176,19 +180,22 @@ class Segments:
         last_inside = len(self.arcs) - 1 - np.argmax(inside[::-1], axis=0)
         return np.where(inside.any(axis=0), last_inside, begun)
 
-    def check(self, begin_ns: int, end_ns: int, origin: str) -> None:
-        """TrajectoryError unless the segments hold all of a run."""
-        if begin_ns < self.span_ns[0] or end_ns > self.span_ns[1]:
-            raise _beyond(self.span_ns, (begin_ns, end_ns), origin)
+    def holds(self, t_ns: int) -> bool:
+        """Whether a segment is for use at GPS time t_ns."""
+        return any(first <= t_ns <= last for first, last in self.useable_ns)
+
+    def gaps_ns(self, begin_ns: int, end_ns: int) -> Iterator[tuple[int, int]]:
+        """GPS times between which a run from begin_ns to end_ns has no state [ns]."""
         held_ns = self.useable_ns[0][1]
         for first_ns, last_ns in self.useable_ns[1:]:
             if first_ns > held_ns and begin_ns < first_ns and end_ns > held_ns:
-                held, first, begin, end = map(gpstime.iso, (held_ns, first_ns, begin_ns, end_ns))
-                raise TrajectoryError(
-                    f"{origin}: no state between {held} and {first}, where one segment ends and the next "
-                    f"begins; the run is from {begin} to {end} (GPS time)"
-                )
+                yield held_ns, first_ns
             held_ns = max(held_ns, last_ns)
+
+    def check(self, begin_ns: int, end_ns: int, origin: str) -> None:
+        """TrajectoryError unless the segments reach from a run's begin to its end."""
+        if begin_ns < self.span_ns[0] or end_ns > self.span_ns[1]:
+            raise _beyond(self.span_ns, (begin_ns, end_ns), origin)
 
 
 def _earth_fixed(t_ns: I64, measured: Orientation | None) -> F64:

@@ -17,6 +17,7 @@ import polars as pl
 import pytest
 
 from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded, session_of
 from tests.support.outside import c_tools
@@ -344,3 +345,15 @@ def test_a_bus_that_goes_away_during_a_run_is_a_failure(fsw, epochs, tmp_path):
         bench.play(epochs[0])
         bench.bus.close()
         assert bench.leave()[0] == 1
+
+
+def test_ends_of_lines_are_no_part_of_the_contract(tmp_path):
+    c_tools("make", "sha256sum")
+    dbc = tmp_path / "crlf.dbc"
+    dbc.write_bytes(codec(4).text.replace("\n", "\r\n").encode("ascii"))
+    target = tmp_path / "build" / "contract_hash.h"
+    made = ["make", "-C", EXAMPLE, f"BUILD={target.parent}", f"DBC={dbc}", target]
+    done = subprocess.run(list(map(str, made)), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert f"CONTRACT_HASH 0x{codec(4).hash:08x}U" in target.read_text()
+    assert "CONTRACT_RECEIVERS 4" in target.read_text()

@@ -243,3 +243,15 @@ def test_it_is_a_third_partys():
         names |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
         assert not {name.partition(".")[0] for name in names} & {"dbc", "emulator", "flightsw", "tools"}, file
         assert text.count("\n") <= 120, file
+
+
+def test_ends_of_lines_are_no_part_of_the_contract(tmp_path):
+    for name in ("bench.py", "gnss.dbc"):
+        (tmp_path / name).write_bytes((EXAMPLE / name).read_bytes().replace(b"\n", b"\r\n"))
+    told = subprocess.run(
+        [sys.executable, "-c", "import bench; print(bench.HASH)"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert told.stdout.strip() == str(codec(1).hash), told.stderr

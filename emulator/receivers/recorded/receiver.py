@@ -54,6 +54,8 @@ class Trajectory(Protocol):
 
     def at(self, t_ns: int) -> CraftState: ...
 
+    def holds(self, t_ns: int) -> bool: ...
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedCraft:
@@ -178,13 +180,13 @@ def play(
 
 
 def truth(craft: RecordedCraft, epoch: int) -> NDArray:
-    """One row of truth: the reference orbit at the mark, nan without one; what the clocks showed is unknown.
+    """One row of truth: the reference orbit at the mark, nan without one; what clocks showed is unknown.
     In view are the satellites that were observed."""
     row = np.zeros((), TRUTH)
     row["t_gps_ns"] = craft.marks_ns[epoch]
     for name in ("position_ecef_m", "velocity_ecef_mps", "clock_s"):
         row[name] = np.nan
-    if craft.orbit is not None:
+    if craft.orbit is not None and craft.orbit.holds(int(craft.marks_ns[epoch])):
         state = craft.orbit.at(int(craft.marks_ns[epoch]))
         row["position_ecef_m"], row["velocity_ecef_mps"] = state.pos_ecef_m, state.vel_ecef_mps
     row["quaternion_body_from_ecef"] = AS_ECEF

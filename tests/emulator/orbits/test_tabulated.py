@@ -146,6 +146,23 @@ def test_a_run_between_two_segments_is_refused():
             read(given, begin, end)
 
 
+def test_a_reference_may_have_gaps_and_knows_where():
+    given, told = message(stretch(0, 1200, 60), stretch(7200, 8400, 60)), []
+    span_ns = tuple(ns((600, 7800)).tolist())
+    orbit = tabulated.of_ephemeris(given, "x.oem", None, span_ns, told.append, whole=False)
+    assert told == [
+        "x.oem: no state between 2020-01-01T00:20:18 and 2020-01-01T02:00:18, where one segment ends and the "
+        "next begins: nothing is known there"
+    ]
+    assert [orbit.holds(int(t)) for t in ns((-1, 0, 1200, 1201, 7199, 7200, 8400, 8401))] == [
+        False, True, True, False, False, True, True, False,
+    ]  # fmt: skip
+    assert off_m(orbit, np.linspace(7200, 7800, 9)) < 1e-3
+    with pytest.raises(TrajectoryError, match="states from"):
+        beyond_ns = tuple(ns((600, 9000)).tolist())
+        tabulated.of_ephemeris(given, "x.oem", None, beyond_ns, told.append, whole=False)
+
+
 def test_segments_that_meet_are_kept_apart_and_the_later_one_counts_from_there():
     """A burn: the same place and instant, another velocity."""
     first = stretch(0, 1200, 60)
