@@ -15,8 +15,7 @@ import cantools
 
 DBC = Path(__file__).with_name("gnss.dbc")
 DB = cantools.database.load_file(DBC)
-# Ends of lines are no part of the contract: git and mail may have made them CR LF.
-HASH = int.from_bytes(hashlib.sha256(DBC.read_bytes().replace(b"\r\n", b"\n")).digest()[:4], "big")
+HASH = int.from_bytes(hashlib.sha256(DBC.read_text("ascii").encode()).digest()[:4], "big")  # lines end in LF
 HEARD = {DB.get_message_by_name(n).frame_id: n for n in ("FLIGHT_HEARTBEAT", "RX1_COMMAND", "BENCH_DONE")}
 
 
