@@ -90,6 +90,10 @@ COMMANDS = {
             "study", "many runs compared: error factors one at a time, on two craft",
             ("study factors", "study factors --factor ephemeris_error --duration 6000 --interval 10"),
         ),
+        Command(
+            "completion", "a script by which bash, zsh or fish complete commands and options",
+            ("completion bash > ~/.local/share/bash-completion/completions/gnss-hil",),
+        ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
             "schema", "JSON schemas of scenario, vehicle and structure files, for editors",

@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--pz90", action="store_true",
         help="rinex: GLONASS messages in PZ-90 as of their date; without in WGS-84, as on the bus",
     )  # fmt: skip
+    add("--force", action="store_true", help="overwrite files of an earlier export")
     add("--no-navigation", action="store_true", help="rinex: observation files only")
 
 
@@ -54,6 +55,10 @@ def run(arguments: Namespace) -> int:
 
         files = orbit_files.files_of(kind, folder, scenario.name, craft, arguments.truth)
     out = arguments.out or folder / FOLDER
+    taken = [out / file.name for file in files if (out / file.name).exists()]
+    if taken and not arguments.force:
+        more = f" and {len(taken) - 1} more" if len(taken) > 1 else ""
+        raise Mistake(f"{taken[0]}{more}: exists; --force overwrites")
     out.mkdir(parents=True, exist_ok=True)
     for file in files:
         _write(out / file.name, file.text)

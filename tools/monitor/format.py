@@ -91,6 +91,8 @@ def _writers(codec: Codec, kind: str) -> list[tuple[str, Callable[[float], str]]
 def _writer(name: str, labels: dict[int, str] | None, decimals: int) -> Callable[[float], str]:
     if labels is not None:
         return lambda value: f"{name}={labels.get(int(value), value)}"
+    if name == "contract_hash":
+        return lambda value: f"{name}={int(value):08x}"
     return lambda value: f"{name}={value:.{decimals}f}"
 
 

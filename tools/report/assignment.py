@@ -33,6 +33,7 @@ def assignment(craft: Craft) -> Plot:
         if doubled
         else "No satellite was held by two antennas at once."
     )
+    note += "".join(f" {words}" for words in _empty(craft))
     if craft.bridge_ns:
         note += f" Breaks of up to {craft.bridge_ns / 1e9:g} s are not drawn."
     data = [_bars(craft, cut, rows, receiver) for receiver in range(1, craft.vehicle.antennas + 1)]
@@ -45,6 +46,31 @@ def assignment(craft: Craft) -> Plot:
         "layout": {"xaxis": time_axis(craft.t_ns), "yaxis": y, "barmode": "overlay", "bargap": 0},
     }
     return Plot(title, note, figure, height=150 + 15 * len(rows), wide=True)
+
+
+_SAME_AXIS_DEG = 0.01
+
+
+def _empty(craft: Craft) -> list[str]:
+    """Of each antenna that measured nothing: that it did, and why where its axis tells."""
+    assert craft.holds is not None
+    used, names, axes = set(craft.holds.receiver.tolist()), craft.vehicle.names, craft.vehicle.boresight_body
+    told = []
+    for a, name in enumerate(names):
+        if a + 1 in used:
+            continue
+        twins = [b for b in range(a) if _angle_deg(axes[a], axes[b]) < _SAME_AXIS_DEG]
+        why = (
+            f": it looks where {names[twins[0]]} does, and at a tie the lower antenna is given the satellite"
+            if twins and craft.handed_out
+            else ""
+        )
+        told.append(f"Antenna {name} measured nothing{why}.")
+    return told
+
+
+def _angle_deg(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
 
 
 def _bars(craft: Craft, cut: Lanes, rows: np.ndarray, receiver: int) -> Json:

@@ -36,6 +36,7 @@ class Craft:
     holds, strength, sightings None where no channels were kept
     bridge_ns                  breaks up to this long are not drawn in `holds`
     handed                     handovers: (t_ns, satellite, receiver before, after)
+    handed_out                 whether satellites were commanded at all
     without_fix                stretches of epochs without a fix
     """
 
@@ -54,6 +55,7 @@ class Craft:
     strength: dict[int, Strength] | None
     sightings: Sightings | None
     handed: list[tuple[int, int, int, int]]
+    handed_out: bool
     without_fix: Stretches
 
 
@@ -91,7 +93,7 @@ def gather(
         name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns, position_m=position, here_m=here,
         visible=visible, error_m=error, sigma_m=sigma, counts=counts, holds=held, bridge_ns=bridge,
         strength=strength, sightings=sightings, handed=digest.commands.handed,
-        without_fix=stretches(t_ns, digest.fixes, interval_ns),
+        handed_out=digest.commands.commands > 0, without_fix=stretches(t_ns, digest.fixes, interval_ns),
     )  # fmt: skip
 
 

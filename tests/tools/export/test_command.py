@@ -25,6 +25,16 @@ def test_files_go_where_they_are_wanted(run, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_what_is_there_is_overwritten_only_when_asked(run, tmp_path, capsys):
+    arguments = ["export", "oem", str(run), "--truth", "--out", str(tmp_path)]
+    (tmp_path / "soyuz.oem").write_text("mine")
+    assert main(arguments) == 2
+    assert capsys.readouterr().err == f"gnss-hil: {tmp_path}/soyuz.oem: exists; --force overwrites\n"
+    assert (tmp_path / "soyuz.oem").read_text() == "mine"
+    assert main([*arguments, "--force"]) == 0
+    assert (tmp_path / "soyuz.oem").read_text() != "mine"
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

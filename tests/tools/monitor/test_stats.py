@@ -73,7 +73,9 @@ def test_values_are_what_cantools_says():
         for signal in message.signals:
             if signal.name not in HEADER_NAMES:
                 value = decoded[signal.name]
-                if isinstance(value, (int, float)):
+                if signal.name == "contract_hash":
+                    assert int(shown[signal.name], 16) == value
+                elif isinstance(value, (int, float)):
                     assert float(shown[signal.name]) == pytest.approx(value, abs=float(signal.scale) * 0.01)
                 else:
                     assert shown[signal.name] == str(value)
@@ -232,3 +234,14 @@ def test_a_choice_of_nothing_is_a_mistake(pattern, says):
     with pytest.raises(Mistake, match=says.replace("(", r"\(")) as raised:
         FrameFilter(CODEC, FORMATTER, [pattern])
     assert "\n" not in str(raised.value)
+
+
+def test_contract_hashes_are_shown_as_everywhere_in_hex():
+    """As `gnss-hil icd hash` and the message of a node that speaks another."""
+    from gnss_hil.dbc.contract import codec
+    from gnss_hil.flightsw.io.encode import NodeState, heartbeat
+    from gnss_hil.tools.monitor.format import Formatter
+
+    four = codec.codec(4)
+    (text,) = Formatter(four).values(heartbeat(four, NodeState.READY, 0, 0), np.zeros(1, np.uint8))
+    assert f"contract_hash={four.hash:08x}" in text

@@ -1,0 +1,41 @@
+"""Antennas that stayed empty are named, with the reason where their axes tell."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gnss_hil.tools.report.assignment import _empty
+
+pytestmark = pytest.mark.verifies(
+    "tools/report/assignment.py",
+    what="Report: antennas without a satellite",
+    by="craft made by hand",
+    status="modelled",
+)
+
+UP, FORE = (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)
+
+
+def craft(axes, used, commanded=True):
+    vehicle = SimpleNamespace(names=("a", "b", "c")[: len(axes)], boresight_body=np.array(axes))
+    return SimpleNamespace(
+        vehicle=vehicle, holds=SimpleNamespace(receiver=np.array(used)), handed_out=commanded
+    )
+
+
+@pytest.mark.parametrize(
+    ("axes", "used", "commanded", "said"),
+    [
+        ((UP, FORE), [1, 2, 1], True, []),
+        ((UP, UP), [1], True, ["Antenna b measured nothing: it looks where a does, and at a tie the lower "
+                               "antenna is given the satellite."]),
+        ((UP, UP), [1], False, ["Antenna b measured nothing."]),
+        ((UP, FORE), [1], True, ["Antenna b measured nothing."]),
+        ((UP, UP), [2], True, ["Antenna a measured nothing."]),
+    ],
+)  # fmt: skip
+def test_an_empty_antenna_is_named(axes, used, commanded, said):
+    assert _empty(craft(axes, used, commanded)) == said
