@@ -24,6 +24,8 @@ _LEAP_STEPS = (
     (datetime(1999, 1, 1), 13), (datetime(2006, 1, 1), 14), (datetime(2009, 1, 1), 15),
     (datetime(2012, 7, 1), 16), (datetime(2015, 7, 1), 17), (datetime(2017, 1, 1), 18),
 )  # fmt: skip
+LEAPS_UNIX_S = tuple(int(utc.replace(tzinfo=UTC).timestamp()) for utc, _ in _LEAP_STEPS)
+"""UNIX times behind the leap seconds, in order."""
 _LEAP_GPS_NS = tuple(
     (((utc - _GPS_EPOCH) // timedelta(seconds=1) + leap) * NS_PER_S, leap) for utc, leap in _LEAP_STEPS
 )

@@ -210,7 +210,7 @@ def batches_of_craft(path: Path, craft: str, names: Sequence[str]) -> Iterator[d
 def numbers(batch: Columns, name: str) -> NDArray:
     """A column of numbers (n,)."""
     column = batch[name]
-    assert not isinstance(column, Labelled)
+    assert isinstance(column, np.ndarray)
     return column
 
 

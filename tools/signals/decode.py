@@ -99,13 +99,11 @@ def by_message(
 def columns(message: Message, words: NDArray[np.uint64], undecoded: Undecoded) -> list[Column]:
     """All signals of a message from the payloads (k,) of its frames, each one little-endian word."""
     swapped = words.byteswap() if any(s.swapped for s in message.signals) else words
-    found: list[Column] = []
     raws = [_bits(s, swapped if s.swapped else words) for s in message.signals]
-    present: list[NDArray[np.bool_] | None] = []
-    for s in message.signals:
-        present.append(_present(s, message, raws, present))
-    for s, raw, there in zip(message.signals, raws, present, strict=True):
-        found.append(Column(s, _physical(s, raw), raw, there))
+    found = [
+        Column(s, _physical(s, raws[i]), raws[i], _present(message, i, raws))
+        for i, s in enumerate(message.signals)
+    ]
     _count_unselected(message, found, undecoded)
     return found
 
@@ -134,16 +132,15 @@ def _physical(s: Signal, raw: NDArray[np.int64]) -> NDArray:
     return number.astype(float) * s.factor + s.offset
 
 
-def _present(s: Signal, message: Message, raws, present) -> NDArray[np.bool_] | None:
-    """(k,) whether each frame has the signal: its selector is there and has one of its values."""
-    if s.selector is None:
-        return None
-    there = np.isin(raws[s.selector], s.selected)
-    above = message.signals[s.selector]
-    if above.selector is None:
-        return there
-    known = present[s.selector] if s.selector < len(present) else None
-    return there & (_present(above, message, raws, present) if known is None else known)
+def _present(message: Message, number: int, raws: list[NDArray[np.int64]]) -> NDArray[np.bool_] | None:
+    """(k,) whether each frame has a signal: its selector is there and has one of its values. None: all."""
+    there, seen, s = None, set(), message.signals[number]
+    while s.selector is not None and s.selector not in seen:
+        seen.add(s.selector)
+        mine = np.isin(raws[s.selector], s.selected)
+        there = mine if there is None else there & mine
+        s = message.signals[s.selector]
+    return there
 
 
 def _count_unselected(message: Message, found: list[Column], undecoded: Undecoded) -> None:
@@ -152,6 +149,7 @@ def _count_unselected(message: Message, found: list[Column], undecoded: Undecode
         if not below:
             continue
         known = np.isin(found[i].raw, sorted({value for values in below for value in values}))
-        strange = ~known if found[i].present is None else ~known & found[i].present
+        present = found[i].present
+        strange = ~known if present is None else ~known & present
         if strange.any():
             undecoded.selected[f"{message.name}.{s.name}"] += int(strange.sum())

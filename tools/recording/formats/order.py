@@ -6,12 +6,19 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract.frames import concat
 from gnss_hil.tools.recording.formats.piece import Piece
 
 HOLD_US = 10_000_000
 """How far a frame may stand behind a later one."""
+_SECOND_US = 1_000_000
+_LEAPS_US = np.array(gpstime.LEAPS_UNIX_S) * _SECOND_US
+"""UNIX times that come twice: the leap second has the stamps of the second behind it."""
+_STEP_US = 100
+"""A bus whose stamps go back by more than this in such a second is in it for the second time."""
 
 LATE = "out of order"
 
@@ -19,23 +26,52 @@ LATE = "out of order"
 def in_time_order(pieces: Iterable[Piece], strayed: Counter[str]) -> Iterator[Piece]:
     """The same frames by time; those of one instant stay as they were.
 
-    Frames that come more than HOLD_US too late stay late, and are counted.
+    Frames that come more than HOLD_US too late stay late, and are counted. The order is that of time, which
+    goes on through a leap second, where the stamps do not.
     """
     held: list[Piece] = []
+    waiting = np.zeros(0, np.int64)
     written_us = np.iinfo(np.int64).min
+    clock = _Clock()
     for piece in pieces:
-        ordered = _sorted([*held, piece])
-        stamps = ordered.unix_us
-        if not len(stamps):
+        if not len(piece.unix_us):
             continue
-        if late := int((stamps < written_us).sum()):
+        ordered, at_us = joined([*held, piece]), np.r_[waiting, clock.uniform_us(piece)]
+        if (np.diff(at_us) < 0).any():
+            rows = np.argsort(at_us, kind="stable")
+            ordered, at_us = ordered.rows(rows), at_us[rows]
+        if late := int((at_us < written_us).sum()):
             strayed[LATE] += late
-        n = int(np.searchsorted(stamps, stamps[-1] - HOLD_US))
-        held = [ordered.rows(slice(n, None))]
+        n = int(np.searchsorted(at_us, at_us[-1] - HOLD_US))
+        held, waiting = [ordered.rows(slice(n, None))], at_us[n:]
         if n:
-            written_us = max(written_us, int(stamps[n - 1]))
+            written_us = max(written_us, int(at_us[n - 1]))
             yield ordered.rows(slice(0, n))
     yield from held
+
+
+class _Clock:
+    """Which of the two seconds that have the same stamps each bus is in."""
+
+    def __init__(self):
+        self._before_us: dict[bytes, int] = {}
+        self._again: dict[bytes, int] = {}
+
+    def uniform_us(self, piece: Piece) -> NDArray[np.int64]:
+        """(n,) UNIX times [us], and a second for every leap second since."""
+        unix_us = piece.unix_us
+        over = np.searchsorted(_LEAPS_US, unix_us - _SECOND_US, "right")  # leap seconds that are surely over
+        twice = over != np.searchsorted(_LEAPS_US, unix_us, "right")
+        for name in np.unique(piece.bus[twice]).tolist() if twice.any() else ():
+            rows = np.flatnonzero(twice & (piece.bus == name))
+            before_us = np.r_[self._before_us.get(name, 0), unix_us[rows[:-1]]]
+            back = unix_us[rows] < before_us - _STEP_US
+            back[0] |= self._again.get(name) == over[rows[0]]
+            over[rows] += np.logical_or.accumulate(back)
+            self._before_us[name] = int(unix_us[rows[-1]])
+            if back.any():
+                self._again[name] = int(np.searchsorted(_LEAPS_US, unix_us[rows[-1]], "right")) - 1
+        return unix_us + over * _SECOND_US
 
 
 def joined(pieces: Sequence[Piece]) -> Piece:
@@ -58,6 +94,12 @@ def merged(streams: Iterable[Iterator[Piece]]) -> Iterator[Piece]:
     """
     held = [(stream, piece) for stream in streams if (piece := _some(stream)) is not None]
     while held:
+        if len(held) == 1:  # as it is: a leap second may be in it
+            ((stream, piece),) = held
+            yield piece
+            yield from stream
+            return
+        held = [(stream, _sorted([piece])) for stream, piece in held]
         until_us = min(piece.unix_us[-1] for _, piece in held)
         parts, after = [], []
         for stream, piece in held:
@@ -71,5 +113,5 @@ def merged(streams: Iterable[Iterator[Piece]]) -> Iterator[Piece]:
 
 
 def _some(stream: Iterator[Piece]) -> Piece | None:
-    """The next piece that has a frame, in its time order."""
-    return next((_sorted([piece]) for piece in stream if len(piece.unix_us)), None)
+    """The next piece that has a frame."""
+    return next((piece for piece in stream if len(piece.unix_us)), None)

@@ -6,6 +6,7 @@ import logging
 import random
 import subprocess
 from collections import Counter
+from datetime import datetime
 from importlib import resources
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import can
 import numpy as np
 import pytest
 
+from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, batch, concat
 from gnss_hil.tools.command_line.main import main
@@ -116,6 +118,22 @@ def test_two_buses_get_one_time_line(tmp_path, suffix):
     assert back == sorted(log.read_bytes().splitlines(), key=lambda line: line[:19])
     for bus in (b" can0 ", b" can1 "):
         assert [x for x in back if bus in x] == [x for x in log.read_bytes().splitlines() if bus in x]
+
+
+@pytest.mark.parametrize("suffix", OTHERS)
+@pytest.mark.parametrize("buses", [1, 2])
+def test_a_leap_second_keeps_its_order(tmp_path, suffix, buses):
+    """The end of 2016: a second of UNIX time comes twice, and frames stay in the order of the bus."""
+    epochs = [gpstime.from_utc(datetime(2017, 1, 1)) + k * gpstime.NS_PER_S for k in range(-4, 4)]
+    lines = [(gpstime.to_unix_ns(t) // 1000 + 111 * i, f"can{bus}", f"10{bus}#{k:02X}{i:02X}")
+             for k, t in enumerate(epochs) for bus in range(buses) for i in range(20)]  # fmt: skip
+    assert sorted(t for t, *_ in lines) != [t for t, *_ in lines]
+    log = written(tmp_path / "leap.log", *lines)
+    back = there_and_back(log, suffix).splitlines()
+    wanted = log.read_bytes().splitlines()
+    for bus in range(buses):
+        assert [x for x in back if b" can%d " % bus in x] == [x for x in wanted if b" can%d " % bus in x]
+    assert [line.split(b"#")[1][:2] for line in back] == sorted(line.split(b"#")[1][:2] for line in wanted)
 
 
 def test_frames_that_come_far_too_late_are_told():

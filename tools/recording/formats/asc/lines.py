@@ -84,7 +84,7 @@ class _Words:
     first: NDArray[np.int64]
     count: NDArray[np.int64]
 
-    def place(self, number: int, rows=slice(None)) -> tuple[NDArray, NDArray]:
+    def place(self, number: int, rows: slice | NDArray = slice(None)) -> tuple[NDArray, NDArray]:
         """(k,) start and length of the lines' words of a number."""
         word = self.first[rows] + number
         return self.starts[word], self.stops[word] - self.starts[word]

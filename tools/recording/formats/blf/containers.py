@@ -83,7 +83,7 @@ def _inflated(parts: Iterator[bytes], where: str) -> Iterator[bytes]:
         while part and not inflate.eof:
             try:
                 stretch = inflate.decompress(part, STRETCH_BYTES)
-            except isal_zlib.error as error:
+            except isal_zlib.IsalError as error:  # pyright: ignore[reportGeneralTypeIssues]: its stub is wrong
                 raise LogError(f"{where}: {error}") from None
             part, amount = inflate.unconsumed_tail, amount + len(stretch)
             if amount > MOST_BYTES:

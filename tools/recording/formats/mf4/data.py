@@ -107,7 +107,7 @@ def _packed(blocks: Blocks, block: Block) -> _Packed:
 def _inflated(blocks: Blocks, packed: _Packed, found: list[str]) -> bytes:
     try:
         data = isal_zlib.decompressobj().decompress(packed.octets, packed.length + 1)
-    except isal_zlib.error as error:
+    except isal_zlib.IsalError as error:  # pyright: ignore[reportGeneralTypeIssues]: its stub is wrong
         raise blocks.fault(f"{packed.where}: {error}") from None
     if packed.missing:
         found.append(f"is cut short: {packed.where} is missing {packed.missing} bytes")

@@ -13,7 +13,7 @@ from gnss_hil.tools.recording.formats.mf4.blocks import Blocks
 from gnss_hil.tools.recording.formats.mf4.data import stretches
 from gnss_hil.tools.recording.formats.mf4.frames import Payloads, Records, fixed_payloads, integers
 from gnss_hil.tools.recording.formats.mf4.groups import VLSD, DataGroup, Group
-from gnss_hil.tools.recording.formats.mf4.variable import LENGTH_BYTES, Values
+from gnss_hil.tools.recording.formats.mf4.variable import LENGTH_BYTES, Values, lengths
 
 MOST_VALUE = 1 << 26
 """No value of variable length is longer."""
@@ -161,8 +161,7 @@ def _collect(raw: NDArray[np.uint8], part: bytes, places: list[int], id_bytes: i
     if not places:
         return
     begin = np.array(places, np.int64) + id_bytes
-    length = sum((raw[begin + i].astype(np.int64) << 8 * i for i in range(LENGTH_BYTES)), np.int64(0))
-    size = LENGTH_BYTES + length
+    size = LENGTH_BYTES + lengths(raw, begin)
     if (size == size[0]).all():
         values.add(raw[begin[:, None] + np.arange(size[0])].tobytes())
     else:

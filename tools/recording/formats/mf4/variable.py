@@ -16,6 +16,12 @@ MOST_HELD = 1 << 28
 """What is held at a time: offsets go up through a sound file."""
 
 
+def lengths(octets: NDArray[np.uint8], at: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) lengths that stand at places (n,)."""
+    words = octets[at[:, None] + np.arange(LENGTH_BYTES)].astype(np.int64)
+    return (words << 8 * np.arange(LENGTH_BYTES)).sum(axis=1)
+
+
 class Values:
     """A stream of values of which a stretch is held.
 
@@ -60,7 +66,7 @@ class Values:
         at = offset - self._begin
         missing = (at < 0) | (at + LENGTH_BYTES > len(self._held))
         at = np.where(missing, 0, at)
-        length = sum((held[at + i].astype(np.int64) << 8 * i for i in range(LENGTH_BYTES)), np.int64(0))
+        length = lengths(held, at)
         missing |= at + LENGTH_BYTES + np.minimum(length, WIDTH) > len(self._held)
         data = held[at[:, None] + LENGTH_BYTES + np.arange(WIDTH)]
         data[np.arange(WIDTH) >= length[:, None]] = 0

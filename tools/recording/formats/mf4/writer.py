@@ -148,7 +148,7 @@ def _head(start_ns: int, lists: Mapping[str, tuple[int, int]]) -> bytes:
     comment = blocks.text(f"<FHcomment><TX>created</TX>{_TOOL}</FHcomment>", "##MD")
     history = blocks.put("##FH", [0, comment], struct.pack("<Q2hB3x", start_ns, 0, 0, 0))
     group = 0
-    for name, (cycles, data) in reversed(lists.items()):
+    for name, (cycles, data) in reversed(list(lists.items())):
         group = _data_group(blocks, name, cycles, data, group)
     identity = struct.pack("<8s8s8s4xH30x2H", b"MDF     ", b"4.10    ", b"gnss-hil", 410, 0, 0)
     body = struct.pack("<Q2h4B2d", start_ns, 0, 0, 0, 0, 0, 0, 0.0, 0.0)
