@@ -73,10 +73,13 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
             joined.link(models),
         )
         tracking = joined.tracking(models, None)
-        tracked = carriers(vehicle.other_signals, _sent(link, time))
         oscillator = joined.only(models, Stage.OSCILLATOR)
     except (ValueError, FileError) as error:
         raise ScenarioError(f"craft.{craft.name}.factors: {error}") from None
+    try:
+        tracked = carriers(vehicle.other_signals, _sent(link, time))
+    except ValueError as error:
+        raise ScenarioError(f"craft.{craft.name}: vehicle '{vehicle.name}': other_signals: {error}") from None
     mark_domain = _mark_domain(craft, vehicle)
     contract = codec.codec(vehicle.antennas)
     nodes = _sensors(craft, contract, context)

@@ -246,5 +246,7 @@ def test_slips_of_the_carriers_are_their_own():
 
 
 def test_a_vehicle_with_a_signal_that_nobody_sends_is_refused_by_name():
-    with pytest.raises(ScenarioError, match=r"soyuz\.factors: signal L2P is sent by no emulated satellite"):
+    with pytest.raises(
+        ScenarioError, match="vehicle 'soyuz-ms-l1l2': other_signals: signal L2P is sent by no"
+    ):
         world(flown=replace(VEHICLE, other_signals=(("L2P",), (), (), ())))
