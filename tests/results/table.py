@@ -222,9 +222,9 @@ def carriers(name: str, what: str, more: str) -> Result:
 
 CARRIERS = Section(
     "Two carriers",
-    "`soyuz-l1l2`, an hour of March 2023, high solar activity, nominal sky: pairs of channels on four antennas "
-    "of twelve. The fixes that are missing are the cold start. `interchannel_bias` delays each receiver by 3 m "
-    "(1 sigma), which four receivers of one clock cannot tell from the place.",
+    "`soyuz-l1l2`, an hour of March 2023, high solar activity, nominal sky: pairs of channels on four "
+    "antennas of twelve. The fixes that are missing are the cold start. `interchannel_bias` delays each "
+    "receiver by 3 m (1 sigma), which four receivers of one clock cannot tell from the place.",
     ("what", "fixes", "3-D error, median", "95 %"),
     (
         carriers("one", "by one carrier", "--option ionosphere_free=false --option inconsistent=fix"),
