@@ -54,10 +54,11 @@ LINE_BYTES = 1 << 16
 """No line of a log is longer."""
 
 _LINE = re.compile(
-    rb"\((\d{1,12})\.(\d{6})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
-    rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?: ([RT]))?"
+    rb"\((\d{1,12})\.(\d{6,9})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
+    rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?:(?<=R8)_[9A-Fa-f]|(?<=[0-9A-Fa-f]{16})_[9A-Fa-f])?"
 )
-_FD_LINE = re.compile(rb"\(\d+\.\d{6}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+(?: [RT])?")
+"""Behind eight bytes there may be the length code of a classical frame that said more than eight."""
+_FD_LINE = re.compile(rb"\(\d+\.\d{6,9}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+")
 
 
 def format_lines(unix_us: NDArray[np.int64], frames: FrameBatch, bus: str) -> bytes:
@@ -120,33 +121,37 @@ def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None =
     if not n:
         return Piece(unix_us, bus, frames, sent)
     starts = np.r_[0, ends[:-1] + 1]
+    marked = (ends - starts >= 2) & (raw[ends - 2] == ord(" ")) & np.isin(raw[ends - 1], list(b"RT"))
+    sent[:] = marked & (raw[ends - 1] == ord("T"))
+    ends = ends - 2 * marked
     lengths = ends - starts
     width = int(np.bincount(lengths).argmax())
     name_length = width - len("(1351642484.000111)  123#0011223344556677")
     usual = lengths == width if 0 < name_length <= NAME_BYTES else np.zeros(n, bool)
     if usual.any():
         kind = _line_type(name_length)
-        if usual.all():
+        if usual.all() and not marked.any():
             lines = raw.view(kind)
         else:
             lines = raw[starts[usual, None] + np.arange(width + 1)].view(kind)[:, 0]
         good = _parse_records(lines, np.flatnonzero(usual), unix_us, bus, frames)
         usual[np.flatnonzero(usual)[~good]] = False
-    too_long = np.zeros(n, bool)
+    left_out = np.zeros(n, bool)
     for i in np.flatnonzero(~usual):
         line = text[starts[i] : ends[i]]
-        if omitted is not None and _FD_LINE.fullmatch(line):
-            too_long[i] = True
-            continue
-        unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload, sent[i] = _parse_line(
+        if omitted is not None:
+            line = line.rstrip()  # as mail and editors leave them
+            too_long = _FD_LINE.fullmatch(line)
+            omitted[FD] += bool(too_long)
+            left_out[i] = too_long or not line
+            if left_out[i]:
+                continue
+        unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload = _parse_line(
             line, f"{origin}: line {i + 1}"
         )
         frames.data[i] = list(payload.ljust(WIDTH, b"\0"))
     piece = Piece(unix_us, bus, frames, sent)
-    if omitted is None or not too_long.any():
-        return piece
-    omitted[FD] += int(too_long.sum())
-    return piece.rows(~too_long)
+    return piece.rows(~left_out) if left_out.any() else piece
 
 
 def _parse_records(lines: NDArray, rows: NDArray, unix_us, bus, frames: FrameBatch) -> NDArray[np.bool_]:
@@ -181,21 +186,21 @@ def _columns(lines: NDArray, name: str) -> list[NDArray[np.uint8]]:
     return list(np.ascontiguousarray(field.view(np.uint8).reshape(len(lines), -1).T))
 
 
-def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes, bool]:
+def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
     match = _LINE.fullmatch(line)
     if match is None and _FD_LINE.fullmatch(line):
         raise LogError(f"{where}: a CAN FD frame; this bench's are classical")
     if match is None:
         raise LogError(f"{where}: not a candump line: {line[:60].decode('ascii', 'replace')!r}")
-    second, micro, bus, digits, remote, count, payload, direction = match.groups()
-    unix_us, sent = int(second) * 1_000_000 + int(micro), direction == b"T"
+    second, fraction, bus, digits, remote, count, payload = match.groups()
+    unix_us = (int(second) * 10**9 + int(fraction.ljust(9, b"0")) + 500) // 1000
     can_id = int(digits, 16)
     if len(digits) == 8 and not can_id & ERR_FLAG:
         can_id |= EFF_FLAG
     if remote:
-        return unix_us, bus, can_id | RTR_FLAG, int(count or 0), b"", sent
+        return unix_us, bus, can_id | RTR_FLAG, int(count or 0), b""
     octets = bytes.fromhex(payload.decode())
-    return unix_us, bus, can_id, len(octets), octets, sent
+    return unix_us, bus, can_id, len(octets), octets
 
 
 def read_chunks(
@@ -214,7 +219,7 @@ def read_chunks(
             text = whole + newline
             yield parse_lines(text, f"{origin} (after line {lines})" if lines else origin, omitted)
             lines += text.count(b"\n")
-    if rest and omitted is not None:
+    if rest.strip(b" \t\r\x1a") and omitted is not None:  # MS-DOS ends text with a control Z
         omitted[CUT] += 1
 
 

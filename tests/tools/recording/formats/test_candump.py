@@ -11,8 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
-from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines, read_chunks
-from gnss_hil.tools.recording.formats.piece import LogError
+from gnss_hil.tools.recording.formats.candump import (
+    CandumpWriter,
+    format_lines,
+    parse_lines,
+    read,
+    read_chunks,
+)
+from gnss_hil.tools.recording.formats.piece import FD, Findings, LogError
 
 START_US = 1_351_642_484_000_000
 
@@ -102,3 +108,48 @@ def test_pieces_of_any_size_give_the_same_frames(chunk_bytes):
     cut = io.BytesIO(text + b"(1351642500.0000")  # a last line that the crash cut short
     heard = concat([frames for _, _, frames, _ in read_chunks(cut, "bus.log", chunk_bytes)])
     assert heard == sent
+
+
+def test_lines_as_other_programs_leave_them(tmp_path):
+    """CR LF, a byte order mark, blanks behind lines, empty lines, directions, nanoseconds, length codes."""
+    log, found = tmp_path / "a.log", Findings()
+    log.write_bytes(
+        b"\xef\xbb\xbf(1.000000) can0 101#0102030405060708\r\n"
+        b"(1.000001) can0 102#0102030405060708 R\r\n(1.000002) can0 103#0102030405060708 T\r\n"
+        b"\r\n(1.000003) can0 104#0102030405060708_B \t\r\n(1.000003600) can0 105#R8_9\r\n"
+        b"(1.000005) can0 106##1AABB T\r\n(1.000006) can0 12345678#01 T\r\n\x1a"
+    )
+    (piece,) = read(log, found)
+    assert piece.frames.can_id.tolist() == [
+        0x101, 0x102, 0x103, 0x104, 0x105 | RTR_FLAG, 0x12345678 | EFF_FLAG,
+    ]  # fmt: skip
+    assert piece.unix_us.tolist() == [1_000_000, 1_000_001, 1_000_002, 1_000_003, 1_000_004, 1_000_006]
+    assert piece.sent.tolist() == [False, False, True, False, False, True]
+    assert piece.frames.length.tolist() == [8, 8, 8, 8, 8, 1]
+    assert dict(+found.omitted) == {FD: 1}
+
+
+@pytest.mark.parametrize(
+    "line", [b"123#01_B", b"123#R4_B", b"123#0102030405060708_8", b"123#0102030405060708 X"]
+)
+def test_codes_and_marks_that_cannot_be(line):
+    with pytest.raises(LogError, match="not a candump line"):
+        parse_lines(b"(1.000000) can0 " + line + b"\n")
+
+
+def test_directions_of_whole_logs(tmp_path):
+    """candump -x marks every line; what comes back has a mark behind what was sent."""
+    sent = np.arange(500) % 3 == 0
+    text = format_lines(stamps(500), batch(np.arange(500), b"12345678"), "can0").splitlines()
+    log = b"".join(line + (b" T" if tx else b" R") + b"\n" for line, tx in zip(text, sent, strict=True))
+    piece = parse_lines(log)
+    assert piece.sent.tolist() == sent.tolist() and piece.unix_us.tolist() == stamps(500).tolist()
+    writer = CandumpWriter(tmp_path / "out.log", {})
+    writer.write(piece)
+    writer.close()
+    assert (tmp_path / "out.log").read_bytes() == log.replace(b" R\n", b"\n")
+
+
+def test_a_line_without_an_end_is_refused():
+    with pytest.raises(LogError, match=r"a\.log: not a candump log: line 1 has no end"):
+        list(read_chunks(io.BytesIO(bytes(1 << 18)), "a.log", 1 << 12))

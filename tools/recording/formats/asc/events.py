@@ -127,7 +127,7 @@ def _classic(words: list[str], text: str, base: int) -> Event | None:
         if numeric is None or int(numeric[1]) > EFF_MASK:
             return Omitted(UNNAMED)
         can_id = int(numeric[1]) | (EFF_FLAG if numeric[2] else 0)
-    length = int(rest[1], 16) if len(rest) > 1 and re.match(r"[0-9A-Fa-f]$", rest[1]) else None
+    length = int(rest[1], 16) if len(rest) > 1 and re.match(r"0?[0-9A-Fa-f]$", rest[1]) else None
     sent = direction.lower() == "tx"
     if rest[0].lower() == "r":
         return Frame(int(channel) - 1, can_id | RTR_FLAG, min(length or 0, WIDTH), sent=sent)

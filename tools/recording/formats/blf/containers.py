@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Iterator
 from typing import BinaryIO
@@ -40,10 +41,11 @@ def stretches(file: BinaryIO, begin: int, origin: str, found: Findings) -> Itera
         at += skip
         head = head[skip:].ljust(_HEADER.size, b"\0")
         _, _, _, size, kind = _HEADER.unpack_from(head)
-        if size < BASE_BYTES:
-            if file.read(1):
-                raise LogError(f"{origin}: is damaged: the object at byte {at} has a size of {size} bytes")
+        if at + _HEADER.size > os.fstat(file.fileno()).st_size:
+            found.remarks.append(f"is cut short: the object at byte {at} is missing its size")
             return
+        if size < BASE_BYTES:
+            raise LogError(f"{origin}: is damaged: the object at byte {at} has a size of {size} bytes")
         file.seek(at + BASE_BYTES)
         if kind == CONTAINER:
             yield from _contents(file, at, size, origin, found)

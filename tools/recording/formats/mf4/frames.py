@@ -15,6 +15,7 @@ from gnss_hil.tools.recording.formats.mf4.groups import (
     FLOAT_LE,
     MLSD,
     SIGNED,
+    TEXT,
     VIRTUAL_MASTER,
     VLSD,
     Channel,
@@ -188,8 +189,16 @@ def frames(records: Records, payloads: Payloads, start_us: int, origin: str, omi
         np.zeros(len(ids), np.int64), ids,
         np.clip(length[rows], 0, 255).astype(np.uint8), payloads.data[rows],
     )  # fmt: skip
-    channel, sent = np.clip(number("BusChannel", 0)[rows], 0, _WIDE), number("Dir", 0)[rows] == 1
+    channel, sent = np.clip(number("BusChannel", 0)[rows], 0, _WIDE), _sent(records, number("Dir", 0))[rows]
     return sound(elapsed_us[rows] + start_us, channel, frames, sent, origin, omitted)
+
+
+def _sent(records: Records, number: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n,) whether the direction is 1, or Tx where a program writes it in letters."""
+    channel = records.group.channels.get("Dir")
+    if channel is None or channel.type not in TEXT or channel.kind in (VLSD, MLSD) or channel.bits < 16:
+        return number == 1
+    return (records.octet_rows(channel.byte, 2) == list(b"Tx")).all(axis=1)
 
 
 def invalid_one(records: Records, channel: Channel) -> NDArray[np.bool_] | None:

@@ -22,6 +22,7 @@ FIXED, VLSD, MASTER, VIRTUAL_MASTER, MLSD = 0, 1, 2, 3, 5
 FLOAT_LE, FLOAT_BE = 4, 5
 BIG_ENDIAN = (1, 3, 5)
 SIGNED = (2, 3)
+TEXT = (6, 7)
 """Types of data."""
 _LINEAR = 1
 FRAMES = ("CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame")

@@ -52,6 +52,10 @@ def _sorted(
         if n:
             yield some, _payloads(some, values)
         if not undone.counts and done == group.cycles:
+            if len(rest) >= group.size or next(data, None):
+                found.append(
+                    f"has more data of {group.kind} than its {group.cycles} records, which are not read"
+                )
             return
     _tell_missing(group, done, undone, found)
 

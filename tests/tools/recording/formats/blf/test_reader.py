@@ -246,6 +246,8 @@ def test_what_is_cut_short_is_told(read):
     piece, found = read(file(container(data[:-10])))
     assert len(piece.frames) == 99
     assert found.remarks == ["is cut short: its last object is missing 10 bytes"]
+    piece, found = read(whole + b"LOBJ\20\0")
+    assert len(piece.frames) == 100 and "is missing its size" in found.remarks[0]
     assert read(file(container(data), announced=10**6))[1].remarks[0].startswith("is cut short: ")
     assert read(file(container(data)) + bytes(4096))[1].remarks == [
         f"ends in zeros at byte {len(file(container(data)))}"

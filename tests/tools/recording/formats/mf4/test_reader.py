@@ -264,6 +264,15 @@ def test_a_payload_of_variable_length_up_to_a_most(read):
     assert told(piece) == THREE and dict(+found.omitted) == {FD: 1}
 
 
+def test_directions_may_be_letters(read):
+    a = Assembly()
+    direction = {"name": "CAN_DataFrame.Dir", "byte": 22, "bits": 24, "type": 6}
+    channels = data_frame(a, payload={"bits": 64}, extra=(direction,))
+    data = b"".join(r + d for r, d in zip(RECORDS, (b"Tx\0", b"Rx\0", b"Tx\0"), strict=True))
+    piece, _ = read(a.file(a.data_group(a.group(channels, 3, SIZE + 3), a.put("##DT", [], data))))
+    assert piece.sent.tolist() == [True, False, True]
+
+
 def test_what_is_marked_invalid_is_left_out(read):
     a = Assembly()
     channels = data_frame(
@@ -315,6 +324,10 @@ def test_what_is_cut_short_is_told(read):
     a = Assembly()
     piece, found = read(a.file(fixed(a, a.put("##DT", [], b"".join(RECORDS)), 5)))
     assert told(piece) == THREE and found.remarks == ["is cut short: CAN_DataFrame has 3 of 5 records"]
+    a = Assembly()
+    piece, found = read(a.file(fixed(a, a.put("##DT", [], b"".join(RECORDS)), 2)))
+    assert told(piece) == THREE[:2]
+    assert found.remarks == ["has more data of CAN_DataFrame than its 2 records, which are not read"]
     a = Assembly()
     piece, found = read(a.file(fixed(a, a.put("##DT", [], RECORDS[0] + record(0.2, 1, 9, PAYLOAD)[:22]), 2)))
     assert dict(+found.omitted) == {FD: 1}
