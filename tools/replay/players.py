@@ -25,6 +25,7 @@ from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact
 from gnss_hil.tools.decoder.time_marks import marks_in, with_session
 from gnss_hil.tools.replay.compare import Comparison
+from gnss_hil.tools.replay.compare_fixes import FixComparison
 from gnss_hil.tools.replay.recorded_run import RecordedEpoch, RecordedRun, one_bus
 
 Keep = Callable[[int, FrameBatch, FrameBatch], None]
@@ -43,7 +44,7 @@ class Played:
     tally        of the master of time
     """
 
-    comparison: Comparison
+    comparison: Comparison | FixComparison
     epochs: int = 0
     sent: int = 0
     heard: int = 0
@@ -65,6 +66,7 @@ class Mastery:
     required  begin when a flight software of this contract was heard, at the latest after `wait_s`
     limit_s   lockstep: how long an answer may take
     session   instead of the recorded one
+    by_fixes  the flight software is another's: what it makes of the frames counts, not its frames
     """
 
     pace: float | None
@@ -72,6 +74,7 @@ class Mastery:
     wait_s: float | None
     limit_s: float
     session: int | None
+    by_fixes: bool = False
 
 
 def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, stop: Stop) -> Played:
@@ -90,7 +93,9 @@ def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, s
         master.assemble((FLIGHT_NODE,) if how.required else (), how.wait_s)
     except MissingNodes as error:
         raise Failed(str(error)) from None
-    played = Played(Comparison(recorded.codec, exact=how.pace is None), tally=master.tally)
+    frames = Comparison(recorded.codec, exact=how.pace is None)
+    comparison = FixComparison(recorded.codec, frames) if how.by_fixes else frames
+    played = Played(comparison, tally=master.tally)
     begun_s = time.perf_counter()
     for epoch in recorded.epochs():
         if stop():

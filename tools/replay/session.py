@@ -76,6 +76,7 @@ def _against(
                     config.wait_s or (BARRIER_S if other.started else None),
                     config.limit_s,
                     config.session,
+                    by_fixes=config.flight != OURS,
                 )
                 played = players.play_emulator(source.recorded, link, how, kept, over)
             else:
