@@ -80,6 +80,8 @@ def parse(text: str, origin: str) -> Orientation:
     """The orientation in the text of a file; `origin` names it in errors."""
     rows, measured_mjd = [], np.inf
     for n, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
+            continue
         if not line[_FIELDS[-1][1] - 1 : _FIELDS[-1][2]].strip():
             break
         rows.append([_number(line, *field, f"{origin}: line {n}") for field in _FIELDS])

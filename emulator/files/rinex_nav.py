@@ -75,7 +75,8 @@ def parse(text: str, origin: str) -> NavigationFile:
     for block in blocks(lines, end + 1, version, origin):
         letter = kind or block.letter
         if block.kind == "EPH" and letter in LAYOUTS and block.message in ("", LAYOUTS[letter].message):
-            record = _record(lines, block.first, block.end, LAYOUTS[letter], version, origin)
+            end = _without_blank_lines(lines, block.first, block.end, max(LAYOUTS[letter].lines))
+            record = _record(lines, block.first, end, LAYOUTS[letter], version, origin)
             if _has_orbit(record, LAYOUTS[letter]):
                 found.setdefault(letter, []).append(record)
         elif block.kind == "STO" and lines[block.first][24:28] == "GLUT":
@@ -158,6 +159,13 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
             allowed = f"allowed is {least} to {greatest}"
             raise FileError(f"{origin}: line {line}: {name} is {values[position]:g}; {allowed}")
     return number, epoch, values
+
+
+def _without_blank_lines(lines: list[str], first: int, end: int, most: int) -> int:
+    """End of a record without blank lines behind it; those that it may have are its own."""
+    while end - first > most and not lines[end - 1].strip():
+        end -= 1
+    return end
 
 
 def _has_orbit(record: _Record, layout: Layout) -> bool:

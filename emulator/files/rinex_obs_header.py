@@ -266,9 +266,9 @@ def _version(draft: _Draft, line: str) -> None:
     version = draft.number(line[:9], "RINEX version", float, 0)
     if not OLDEST <= version < NEWEST:
         raise draft.refuse(f"RINEX version is {version:.2f}; 2, 3 and 4 are read")
-    if line[20:21] != "O":
+    if line[20:21].upper() != "O":
         raise draft.refuse(f"file type is '{line[20:40].strip()}'; observation data is O")
-    draft.fields.update(version=version, system=line[40:41].strip() or "G")
+    draft.fields.update(version=version, system=line[40:41].strip().upper() or "G")
 
 
 def _finished(draft: _Draft) -> Header:

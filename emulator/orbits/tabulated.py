@@ -7,8 +7,9 @@ centre, time). Judged is what a run uses of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,7 @@ from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.oem import Ephemeris
 from gnss_hil.emulator.orbits.trajectory import (
     FRAMES,
+    POINTS,
     Segments,
     Trajectory,
     TrajectoryError,
@@ -64,13 +66,15 @@ class States:
     """A stretch of a table without a break.
 
     t_ns          (n,) GPS time, ascending [ns]
-    pos_ecef_m    (n, 3) [m];  vel_ecef_mps (n, 3) relative to ECEF, None where the table has none [m/s]
+    pos_ecef_m    (n, 3) [m]
+    vel_ecef_mps  rows (k,) -> velocities (k, 3) relative to ECEF [m/s], None where the table has none; asked
+                  of few rows as a rule, since each costs its precession and nutation
     useable_ns    from when until when it is for use
     """
 
     t_ns: I64
     pos_ecef_m: F64
-    vel_ecef_mps: F64 | None
+    vel_ecef_mps: Callable[[I64], F64] | None
     useable_ns: Span
 
 
@@ -93,16 +97,12 @@ def of_ephemeris(
         absent += end - begin - len(there)
         if len(there) < 2:
             continue
+        t_ns = ephemeris.t_ns[there]
+        useable_ns = ephemeris.useable_ns[number] if ephemeris.useable_ns else (int(t_ns[0]), int(t_ns[-1]))
+        there = there[_near(t_ns, span_ns)]
         t_ns, pos_m, vel_mps = ephemeris.t_ns[there], ephemeris.pos_m[there], ephemeris.vel_mps[there]
-        moving = velocities_in_ecef(frame, t_ns, pos_m, vel_mps, measured)
-        parts.append(
-            States(
-                t_ns,
-                in_ecef(frame, t_ns, pos_m, measured),
-                moving if _present(vel_mps).all() else None,
-                ephemeris.useable_ns[number] if ephemeris.useable_ns else (int(t_ns[0]), int(t_ns[-1])),
-            )
-        )
+        moving = partial(_moving, frame, t_ns, pos_m, vel_mps, measured) if _present(vel_mps).all() else None
+        parts.append(States(t_ns, in_ecef(frame, t_ns, pos_m, measured), moving, useable_ns))
     return _believed(parts, absent, origin, span_ns, tell, whole)
 
 
@@ -121,8 +121,24 @@ def of_table(
     t_ns, pos_m = t_ns[there], pos_m[there]
     parts = []
     if len(t_ns) > 1:
-        parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, measured), None, (int(t_ns[0]), int(t_ns[-1])))]
+        useable_ns, near = (int(t_ns[0]), int(t_ns[-1])), _near(t_ns, span_ns)
+        t_ns, pos_m = t_ns[near], pos_m[near]
+        parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, measured), None, useable_ns)]
     return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell, whole=True)
+
+
+def _near(t_ns: I64, span_ns: Span | None) -> slice:
+    """The rows of a table t_ns (n,) that a run needs: its own and, on either side, as many as a polynomial
+    and a judgement of it take; two at least. Turning one to the Earth's axes costs 50 us."""
+    if span_ns is None:
+        return slice(None)
+    before, behind = np.searchsorted(t_ns, (span_ns[0] - _ARC_NS, span_ns[1] + _ARC_NS))
+    first = min(max(int(before) - 2 * POINTS, 0), len(t_ns) - 2)
+    return slice(first, max(int(behind) + 2 * POINTS, first + 2))
+
+
+def _moving(frame: str, t_ns: I64, pos_m: F64, vel_mps: F64, measured: Orientation | None, rows: I64) -> F64:
+    return velocities_in_ecef(frame, t_ns[rows], pos_m[rows], vel_mps[rows], measured)
 
 
 def _present(vectors: F64) -> Bool:
@@ -150,7 +166,28 @@ def _believed(
         if used_ns[0] <= used_ns[1]:
             arcs[number] = _best(part, used_ns)
             _judge(part, arcs[number], used_ns, origin, tell)
-    return Segments(arcs, found.useable_ns)
+    best = Segments(arcs, found.useable_ns)
+    _judge_overlaps(best, (begin_ns, end_ns), origin, tell)
+    return best
+
+
+def _judge_overlaps(found: Segments, span_ns: Span, origin: str, tell: Tell) -> None:
+    """Tell of segments that are of other orbits where they overlap in a run."""
+    for number, (first_ns, last_ns) in enumerate(found.useable_ns):
+        for later in range(number + 1, len(found.arcs)):
+            begin_ns = max(first_ns, found.useable_ns[later][0], span_ns[0])
+            end_ns = min(last_ns, found.useable_ns[later][1], span_ns[1])
+            if begin_ns >= end_ns:
+                continue
+            t_ns = np.linspace(begin_ns, end_ns, 9).astype(np.int64)
+            one, other = (found.arcs[k].over(t_ns).pos_ecef_m for k in (number, later))
+            apart_m = np.linalg.norm(one - other, axis=1).max()
+            if apart_m > FINE_M:
+                begin, end = map(gpstime.iso, (begin_ns, end_ns))
+                tell(
+                    f"{origin}: segments overlap from {begin} to {end} GPS and are up to {_length(apart_m)} "
+                    "apart: the later one counts"
+                )
 
 
 def _judge_gaps(found: Segments, span_ns: Span, origin: str, tell: Tell, whole: bool) -> None:
@@ -181,7 +218,7 @@ def _best(part: States, used_ns: Span) -> Trajectory:
     doubt_m = arc.doubt_m(instants).max()
     if part.vel_ecef_mps is None or doubt_m <= FINE_M:
         return arc
-    moving = Trajectory(part.t_ns, part.pos_ecef_m, part.vel_ecef_mps)
+    moving = Trajectory(part.t_ns, part.pos_ecef_m, part.vel_ecef_mps(np.arange(len(part.t_ns))))
     return moving if moving.doubt_m(instants).max() < 0.1 * doubt_m else arc
 
 
@@ -229,7 +266,7 @@ def _judge_velocities(part: States, arc: Trajectory, used_ns: Span, origin: str,
     if not len(rows):
         rows = np.clip(np.searchsorted(part.t_ns, used_ns[:1]), 0, len(part.t_ns) - 1)
     rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), _SAMPLES)).astype(np.int64)]
-    flown_mps, said_mps = arc.over(part.t_ns[rows]).vel_ecef_mps, part.vel_ecef_mps[rows]
+    flown_mps, said_mps = arc.over(part.t_ns[rows]).vel_ecef_mps, part.vel_ecef_mps(rows)
     off_mps = np.linalg.norm(flown_mps - said_mps, axis=1)
     allowed_mps = np.maximum(_VELOCITY_MPS, _VELOCITY_SHARE * np.linalg.norm(flown_mps, axis=1))
     worst = int(np.argmax(off_mps - allowed_mps))

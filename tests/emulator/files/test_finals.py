@@ -108,3 +108,8 @@ def test_predicted_days_are_noted():
     assert found.measured_ns == found.t_ns[0]
     pole_alone = [line[:16] + "P" + line[17:] for line in lines]
     assert finals.parse("".join(pole_alone), "f").measured_ns is None
+
+
+def test_blank_lines_are_no_days():
+    found = finals.parse("\n" + TEXT.replace("\n", "\n\n"), "f")
+    assert np.array_equal(found.t_ns, finals.parse(TEXT, "f").t_ns)

@@ -370,3 +370,9 @@ def test_a_record_without_a_place_is_none():
 
 def test_types_in_small_letters_are_read():
     assert len(rinex_nav.parse(GPS_2.replace("N: GPS NAV", "n: GPS NAV"), "x").records["G"]) == 1
+
+
+def test_blank_lines_between_records_are_no_part_of_them():
+    head, record = GPS_2.split("END OF HEADER\n")
+    text = f"{head}END OF HEADER\n{record}\n   \n{record}\n"
+    assert len(rinex_nav.parse(text, "x").records["G"]) == 2

@@ -378,7 +378,11 @@ def test_definitions_that_an_event_repeats_in_other_words_are_read():
 
 
 def test_a_blank_flag_is_zero_and_small_letters_are_satellites():
-    for old, new in (("0.0000000  0  2", "0.0000000     2"), ("  2  9G11", "  2  9g11")):
+    for old, new in (
+        ("0.0000000  0  2", "0.0000000     2"),
+        ("  2  9G11", "  2  9g11"),
+        ("OBSERVATION DATA    G", "observation data    g"),
+    ):
         assert old in GPS_2
         assert len(rinex_obs.parse(GPS_2.replace(old, new), "x").sat) == 3
 

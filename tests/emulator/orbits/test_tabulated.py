@@ -195,9 +195,23 @@ def test_of_overlapping_segments_what_is_for_use_counts():
     """States beyond are there to interpolate with: of another speed here, so that they show."""
     one, other = stretch(0, 2400, 60), stretch(1200, 3600, 60, turn_rad=1.0)
     useable = tuple(tuple(ns(span).tolist()) for span in ((0, 1800), (1800, 3600)))
-    orbit, _ = read(message(one, other, useable=useable), 0, 3600)
+    orbit, told = read(message(one, other, useable=useable), 0, 3600)
     assert off_m(orbit, np.linspace(0, 1799, 21)) < 1e-3
     assert off_m(orbit, np.linspace(1800, 3600, 21), turn_rad=1.0) < 1e-3
+    assert not told
+
+
+def test_segments_that_overlap_with_other_orbits_are_told_where_a_run_is_there():
+    one, other = stretch(0, 2400, 60), stretch(1200, 3600, 60, turn_rad=1.0)
+    orbit, told = read(message(one, other), 0, 3600)
+    assert off_m(orbit, np.linspace(1200, 3600, 21), turn_rad=1.0) < 1e-3
+    (line,) = told
+    assert line.startswith(
+        "x.oem: segments overlap from 2020-01-01T00:20:18 to 2020-01-01T00:40:18 GPS and are up"
+    )
+    assert line.endswith(" km apart: the later one counts")
+    assert not read(message(one, other), 0, 1100)[1]
+    assert not read(message(stretch(0, 2400, 60), stretch(1200, 3600, 60)), 0, 3600)[1]
 
 
 @pytest.mark.parametrize(("scale", "km"), [(1000.0, "6790000"), (1e-3, "6.79"), (0.27, "1833.3")])
@@ -261,3 +275,18 @@ def test_the_same_number_three_times_is_no_state(absent):
     place[1:] = absent
     with pytest.raises(TrajectoryError, match=r"x\.oem: fewer than two states"):
         read(message((t_s, place, rate)), 0, 3600)
+
+
+def test_of_a_long_table_what_a_run_needs_is_read():
+    """And nothing else: a state of another unit a day away does not matter, one within the run does."""
+    t_s, place, rate = stretch(0, 40_000, 10)
+    place[3000] *= 1000
+    orbit, told = read(message((t_s, place, rate)), 1000, 2000)
+    assert not told
+    assert off_m(orbit, np.linspace(900, 2100, 77)) < 1e-3
+    assert len(orbit.arcs[0].t_ns) < 200
+    with pytest.raises(TrajectoryError, match="are units and centre right"):
+        read(message((t_s, place, rate)), 29_900, 30_100)
+    for span in ((0, 10), (39_990, 40_000), (0, 40_000)):
+        whole = read(message(stretch(0, 40_000, 10)), *span)[0]
+        assert off_m(whole, np.linspace(*span, 9)) < 1e-3
