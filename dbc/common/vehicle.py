@@ -124,13 +124,46 @@ class Antenna(Strict):
         return np.array([level * np.cos(azimuth), level * np.sin(azimuth), -np.sin(elevation)])
 
 
+class ReceiverFigures(Strict):
+    """What the receivers with their antennas are known to err by; flight software weighs by it.
+
+    code_bandwidth_hz, frequency_bandwidth_hz   one-sided noise bandwidths of delay and frequency lock loops
+    correlator_spacing_chips  early to late
+    integration_s     before the discriminators
+    multipath_m       1 sigma of reflections in pseudoranges of a GPS L1 C/A chip; by its length in others
+    delay_m           1 sigma of a receiver's delay with its line, against others on the same clock
+    channel_delay_m   1 sigma of a receiver's delay of a carrier of its own (GLONASS), in pseudoranges
+    band_delay_m      1 sigma of what a receiver's second signals are late against its first, likewise
+    code_noise_m      signal -> 1 sigma of its pseudoranges at 45 dBHz, in place of the loop's: of
+                      signals that are tracked without their code
+    """
+
+    code_bandwidth_hz: Annotated[float, Field(gt=0, le=50)] = 0.5
+    frequency_bandwidth_hz: Annotated[float, Field(gt=0, le=100)] = 2.0
+    correlator_spacing_chips: Annotated[float, Field(ge=0.05, le=1)] = 0.5
+    integration_s: Annotated[float, Field(gt=0, le=1)] = 0.02
+    multipath_m: Annotated[float, Field(ge=0, le=100)] = 0.0
+    delay_m: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    channel_delay_m: Annotated[float, Field(ge=0, le=100)] = 0.0
+    band_delay_m: Annotated[float, Field(ge=0, le=100)] = 0.0
+    code_noise_m: dict[
+        Literal[tuple(SIGNALS)],  # pyright: ignore[reportInvalidTypeForm]
+        Annotated[float, Field(gt=0, le=100)],
+    ] = Field(default_factory=dict)
+
+
+_USUAL_RECEIVERS = ReceiverFigures()
+
+
 class VehicleFile(Strict):
     """A craft's antennas.
 
-    name   of the vehicle
+    name       of the vehicle
+    receivers  what they are known to err by
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
+    receivers: ReceiverFigures = ReceiverFigures()
     antenna: Annotated[list[Antenna], Field(min_length=1, max_length=MAX_RECEIVERS)]
 
     @model_validator(mode="after")
@@ -155,6 +188,7 @@ class Vehicle:
     lever_arm_body_m  (m, 3) phase centre relative to the centre of mass [m]
     mask_rad          (m,) largest angle off boresight [rad]
     other_signals     (m,) names of signals that each receiver tracks beside the systems' first
+    receivers         what all receivers are known to err by
     """
 
     name: str
@@ -165,6 +199,7 @@ class Vehicle:
     lever_arm_body_m: NDArray[np.float64]
     mask_rad: NDArray[np.float64]
     other_signals: tuple[tuple[str, ...], ...]
+    receivers: ReceiverFigures = _USUAL_RECEIVERS
 
     @property
     def antennas(self) -> int:
@@ -186,6 +221,7 @@ def from_model(model: VehicleFile) -> Vehicle:
         np.array([a.lever_arm_body_m for a in rows]),
         np.deg2rad([a.mask_deg for a in rows]),
         tuple(tuple(a.other_signals) for a in rows),
+        model.receivers,
     )
 
 

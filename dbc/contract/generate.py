@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from decimal import Decimal
 
 from gnss_hil.dbc.contract.messages import BIT_RATE, VALUES, Message, Signal, messages, node_names
 
@@ -46,10 +47,7 @@ _CYCLE_MS = {"epoch": 1000, "bulk": 1000, "event": 0}
 
 def _number(value: float) -> str:
     """Shortest exact decimal without an exponent, so that every reader sees the same factor."""
-    text = repr(value)
-    if "e" in text:
-        text = f"{value:.17f}".rstrip("0")
-        assert float(text) == value
+    text = format(Decimal(repr(value)), "f")
     return text.removesuffix(".0")
 
 

@@ -11,9 +11,9 @@ modulo 16.
 To add a message: a row of KINDS, among those of its purpose, and in NODES its node, if that is new. What is
 taken twice is refused when this module is imported. Low identifiers go first on the bus. Free are:
 
-    identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x04C..0x05F, 0x180..0x3FF and
+    identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x04F..0x05F, 0x180..0x3FF and
                   0x480..0x6FF; for sensors 0x063..0x0FF. Of one for each receiver the first, with stride
-                  0x10: 0x10A..0x10D, 0x403..0x40F
+                  0x10: 0x10C..0x10D, 0x403..0x40F
     nodes         11..15, 17..207
 """
 
@@ -230,6 +230,15 @@ KINDS: tuple[Kind, ...] = (
     _nav("NAV_USED", 0x04B, "Channels of one receiver whose pseudoranges are in the fix.",
          _u("receiver", 4, "receiver number, 1-based"),
          _u("channels", 32, "bit k: channel k is in the fix"), key="receiver"),
+    _nav("NAV_VSIGMA", 0x04C, "Standard deviations of the velocity; with NAV_VX.",
+         *(_u(f"sigma_v{axis}_mps", 16, "1 sigma, saturates at the top", "m/s", 0.001) for axis in "xyz")),
+    _nav("NAV_VCORR", 0x04D, "Correlations of the velocity; with NAV_VX.",
+         *(_s(f"rho_v{pair}", 16, 0.0001, "", "correlation coefficient") for pair in ("xy", "xz", "yz"))),
+    _nav("NAV_CLOCK_SIGMA", 0x04E, "Standard deviations of one clock of the fix and of its rate.",
+         _enum("item", 4, "ClockItem", "which clock"),
+         _u("sigma_bias_m", 24, "1 sigma, saturates at the top", "m", 0.001),
+         _u("sigma_drift_mps", 20, "1 sigma, saturates at the top; nothing without NAV_DRIFT", "m/s", 0.0001),
+         key="item"),
     # --- attitude -------------------------------------------------------------------------------------
     _kind("ATT_Q01", 0x060, "ATT", ("FLIGHT",), "Body from ECEF at the time mark: scalar and x.",
           *(_s(f"q{i}", 24, 1.25e-7, "", "Hamilton, passive: v_body = C(q) v_ecef") for i in (0, 1))),
@@ -263,11 +272,20 @@ KINDS: tuple[Kind, ...] = (
     _measurement("SV_VZ", 0x8, "Satellite velocity z, frequency and accuracy.",
                  _s("vz_mps", 27, 0.0001, "m/s", "Earth-relative, ECEF of the transmission instant"),
                  _s("frequency", 5, 1, "", "GLONASS frequency number -7..+6; 0 otherwise"),
-                 _u("ura", 4, "user range accuracy index, IS-GPS-200 20.3.3.3.1.3")),
+                 _s("ura", 5, 1, "", "user range accuracy index, IS-GPS-200 20.3.3.3.1.3 and 30.3.3.1.1.4")),
     _measurement("SV_CLOCK", 0x9, "Which satellite the channel tracks, and its clock. Closes the channel.",
                  _SYSTEM, _NUMBER,
                  _s("clock_m", 34, 0.0001, "m",
                     "add to the pseudorange; relativity and group delay inside")),
+    _kind("IONO_ALPHA", 0x10A, "RX", ("FLIGHT",),
+          "Ionosphere as the satellites describe it; only where there is one. Amplitude, in s.",
+          *(_s(f"alpha{k}", 8, 2.0**power, f"s/semicircle^{k}", "IS-GPS-200 20.3.3.5.1.7")
+            for k, power in enumerate((-30, -27, -24, -24))),
+          per="receiver", stride=0x10),
+    _kind("IONO_BETA", 0x10B, "RX", ("FLIGHT",), "The same: period, in s.",
+          *(_s(f"beta{k}", 8, 2.0**power, f"s/semicircle^{k}", "IS-GPS-200 20.3.3.5.1.7")
+            for k, power in enumerate((11, 14, 16, 16))),
+          per="receiver", stride=0x10),
     _kind("TAG", 0x10E, "RX", ("FLIGHT",), "The receiver's own time tag of the latch.",
           _s("tag_offset_ns", 36, 1, "ns", "receiver's clock minus time mark by its counter; diagnostic"),
           _u("clock_domain", 3, "receivers with the same number share an oscillator"),

@@ -116,7 +116,9 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         mark_source=mark_domain + 1,
         epochs_per_pass=max(1, round(settings.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
-        templates=frames.frame_templates(contract, vehicle.antennas, [node.name for node in nodes]),
+        templates=frames.frame_templates(
+            contract, vehicle.antennas, [node.name for node in nodes], shared.ionosphere
+        ),
         sensors=nodes,
     )
     return EmulatedCraft(craft.name, environment, receivers)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common import gpstime, satellites, systems
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
@@ -97,11 +97,12 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
         marks_ns=marks_ns,
         epochs_per_pass=max(1, round(craft.receivers.almanac_cycle_s / time.epoch_interval_s)),
         codec=contract,
-        templates=frames.frame_templates(contract, vehicle.antennas, [attitude.ROW.node]),
+        templates=frames.frame_templates(contract, vehicle.antennas, [attitude.ROW.node], shared.ionosphere),
         sky=shared.sky,
         almanac=shared.almanac,
         row_of=shared.row_of,
         session=shared.session,
+        of_one_carrier=_of_one_carrier(settings.signals),
     )
 
 
@@ -127,6 +128,12 @@ def _tell_unknown(sat: I64, signals: Sequence[Signal], sky: Sky, name: str, tell
         tell(
             f"{name}: {satellites.listed(unknown)} were observed, and are left out: the sky's files lack them"
         )
+
+
+def _of_one_carrier(signals: Sequence[str]) -> Bool:
+    """(8,) by system: whether all signals that are played are of one band."""
+    bands = {(SIGNALS[name].system, SIGNALS[name].carrier_hz) for name in signals}
+    return np.array([sum(system == value for system, _ in bands) == 1 for value in range(systems.COUNT)])
 
 
 def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:

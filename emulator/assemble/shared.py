@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -17,6 +18,7 @@ from gnss_hil.emulator.constellation.sky import ReportErrors, Sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
 from gnss_hil.emulator.environment.models import Models, acting
+from gnss_hil.emulator.error_models import ionosphere
 from gnss_hil.emulator.error_models.base import (
     BlockModel,
     Context,
@@ -29,18 +31,24 @@ from gnss_hil.emulator.error_models.base import (
 from gnss_hil.emulator.error_models.checked import ModelError, checked, name_of
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
-from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.files import finals, ionosphere_header
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.orbits.motion import Motion, build_motion
+from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients, as_broadcast
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shared:
-    """What all craft of a world have in common. models: those of the sky, by stage; measured: the Earth's
-    orientation, None without a file of it; motion_of: the motion of a craft by its name, ScenarioError if it
-    has none that is known; period_s: wall time between two epochs, None where none is set; tell: takes
-    remarks."""
+    """What all craft of a world have in common.
+
+    models      those of the sky, by stage
+    measured    the Earth's orientation, None without a file of it
+    motion_of   the motion of a craft by its name, ScenarioError if it has none that is known
+    ionosphere  as satellites broadcast it, None without one
+    period_s    wall time between two epochs, None where none is set
+    tell        takes remarks
+    """
 
     given: scenario.Scenario
     session: int
@@ -53,8 +61,25 @@ class Shared:
     models: Models
     measured: finals.Orientation | None
     motion_of: Callable[[str], Motion]
+    ionosphere: Coefficients | None
     period_s: float | None
     tell: Tell
+
+
+def broadcast_ionosphere(given: scenario.Scenario, open_path: Callable[[str], Path]) -> Coefficients | None:
+    """What satellites say of the ionosphere: of that which acts on emulated receivers; for recorded ones what
+    the header of a navigation file has. None without one."""
+    params = given.sky.factors.on().get(ionosphere.ROW.name)
+    if isinstance(params, ionosphere.Ionosphere):
+        return ionosphere.broadcast(params, [open_path(name) for name in params.files])
+    if all(craft.observations is None for craft in given.craft):
+        return None
+    sources = [source for source in given.sky.sources().values() if source not in ("nominal", "none")]
+    for name in [name for each in sources for name in ([each] if isinstance(each, str) else each)]:
+        with suppress(FileError):  # a file without coefficients; what else is wrong with it the sky has told
+            header = ionosphere_header.read(open_path(name))
+            return as_broadcast(Coefficients(header.alpha, header.beta))
+    return None
 
 
 def motions(

@@ -12,7 +12,13 @@ from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.assemble.emulated import build_emulated
-from gnss_hil.emulator.assemble.shared import Shared, models_of_sky, motions, report_errors
+from gnss_hil.emulator.assemble.shared import (
+    Shared,
+    broadcast_ionosphere,
+    models_of_sky,
+    motions,
+    report_errors,
+)
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.config.tables import Tell
@@ -53,6 +59,7 @@ def build_world(
         resolve_path,
         lambda index: report_errors(models_of_sky(given, resolve_path, index)),
         remarks.append,
+        emulated=all(craft.observations is None for craft in given.craft),
     )
     row_of = np.full(satellites.SATELLITES, -1)
     row_of[sky.index] = np.arange(len(sky.index))
@@ -69,6 +76,7 @@ def build_world(
         models_of_sky(given, resolve_path, sky.index),
         measured,
         motions(given, measured, remarks.append),
+        broadcast_ionosphere(given, resolve_path),
         period_s,
         remarks.append,
     )

@@ -7,6 +7,12 @@ from typing import Protocol
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 
+EXACT, PRECISE, WITHOUT_GROUP_DELAY, NO_ACCURACY = -16, -8, 2, 15
+"""Accuracy indices: a centimetre or better; 0.125 m, some centimetres of a final orbit and a decimetre that
+clocks wander between the quarters of an hour that products have (modelled); 4 m; no prediction. Source:
+IS-GPS-200, 30.3.3.1.1.4 and 20.3.3.3.1.3
+"""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Broadcast:
@@ -16,7 +22,7 @@ class Broadcast:
     healthy    as broadcast
     frequency  GLONASS frequency number -7..+6, else 0
     iod        issue of data: GPS IODE, GLONASS tb index (quarters of an hour of the day)
-    ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3
+    ura        user range accuracy index, IS-GPS-200 20.3.3.3.1.3, below 0 30.3.3.1.1.4
     ephemeris  number of the ephemeris in use: another one for each ephemeris of a satellite
     group_delay_m   inside the clock for L1 C/A: GPS c T_GD [m], else 0; other signals contain other multiples
     band_delay_m    by which L2 leaves later than L1, that of clocks: GLONASS c Delta tau_n [m]; else 0

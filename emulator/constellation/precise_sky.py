@@ -16,7 +16,7 @@ import numpy as np
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.constellation import phase_centre, precise
-from gnss_hil.emulator.constellation.base import Broadcast
+from gnss_hil.emulator.constellation.base import PRECISE, Broadcast
 from gnss_hil.emulator.constellation.precise import LayeredOrbits, PreciseOrbits
 from gnss_hil.emulator.files import sp3
 from gnss_hil.emulator.files.sp3 import Sp3
@@ -56,7 +56,8 @@ class PreciseConstellation:
         # Numbers without meaning are finite, as a constellation promises.
         positions = np.where(there[:, None, :, None], positions, 2.6e7)
         clocks = np.where(there[:, None], clocks, 0.0)
-        broadcast = Broadcast(there, np.ones_like(there), zeros, zeros, zeros, zeros, none_m, none_m)
+        ura = np.full(there.shape, PRECISE)
+        broadcast = Broadcast(there, np.ones_like(there), zeros, zeros, ura, zeros, none_m, none_m)
         return positions, clocks, broadcast
 
 

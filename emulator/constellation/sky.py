@@ -26,7 +26,7 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
 from gnss_hil.emulator.constellation import presence
-from gnss_hil.emulator.constellation.base import Broadcast, Constellation
+from gnss_hil.emulator.constellation.base import EXACT, NO_ACCURACY, PRECISE, Broadcast, Constellation
 from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
@@ -101,6 +101,8 @@ class Sky:
     truth       orbits that are flown instead of those broadcast; satellites they lack are not there
     truthful      satellites report the truth, errors of the report apart, instead of what they broadcast
     report_errors  errors of the report
+    emulated      nothing but what is built here is received: where satellites report the truth itself, they
+                  promise it
     """
 
     def __init__(
@@ -110,6 +112,7 @@ class Sky:
         truth: TrueOrbits | None = None,
         report_errors: Sequence[ReportErrors] = (),
         truthful: bool = False,
+        emulated: bool = True,
     ):
         self._constellations = tuple(constellations)
         self.index = np.concatenate([c.index for c in constellations])
@@ -122,6 +125,7 @@ class Sky:
         self._truth = truth
         self._report_errors = tuple(report_errors)
         self._truthful = truthful
+        self._exact = emulated and not report_errors and (truth is None or truthful)
         self._chunks = Chunks(self._build)
 
     def at(self, t_ns: int) -> SkyState:
@@ -190,6 +194,9 @@ class Sky:
             broadcast, columns = self._flown(self._truth, middles_ns, nodes_s, positions, clocks, broadcast)
         if self._report_errors:
             columns = self._misreported(middles_ns, nodes_s, columns)
+        if self._exact:
+            promised = np.where(broadcast.ura == NO_ACCURACY, NO_ACCURACY, EXACT)
+            broadcast = replace(broadcast, ura=promised)
         return _Chunk(GRID.fit(columns), broadcast)
 
     def _flown(
@@ -210,7 +217,8 @@ class Sky:
         broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
         true = _columns(true_m, true_clock_m)
         if self._truthful:
-            return broadcast, true
+            ura = np.where(broadcast.ura == NO_ACCURACY, NO_ACCURACY, PRECISE)
+            return replace(broadcast, ura=ura), true
         return broadcast, np.concatenate((true, _columns(positions, clocks) - true), axis=2)
 
     def _misreported(self, middles_ns, nodes_s, columns: F64) -> F64:
@@ -254,12 +262,14 @@ def build_sky(
     resolve_path: Callable[[str], Path],
     report_errors: Callable[[I64], Sequence[ReportErrors]] = lambda index: (),
     tell: Tell = untold,
+    emulated: bool = True,
 ) -> Sky:
     """The sky a scenario describes; ScenarioError with one line if it cannot be had.
 
     resolve_path  name of a navigation file as the scenario writes it -> the file
     report_errors    satellite index (n,) -> errors of what these satellites report
     tell          takes remarks
+    emulated      see `Sky`
     """
     parts: dict[str, Constellation] = {}
     for system, source in sky.sources().items():
@@ -282,7 +292,7 @@ def build_sky(
     constellations = list(parts.values())
     index = np.concatenate([part.index for part in constellations])
     offsets_m = [sky.offset_ns(system) * 1e-9 * LIGHT_MPS for system in parts]
-    return Sky(constellations, offsets_m, truth, report_errors(index), sky.reports == "orbits")
+    return Sky(constellations, offsets_m, truth, report_errors(index), sky.reports == "orbits", emulated)
 
 
 def _missing(part: Constellation, truth: TrueOrbits | None, time: Time) -> Iterator[str]:

@@ -17,7 +17,7 @@ from gnss_hil.emulator.signal.channel_geometry import ChannelGeometry
 from gnss_hil.emulator.signal.geometry import spin
 from gnss_hil.emulator.signal.ionosphere import field
 from gnss_hil.emulator.signal.ionosphere.delay import delay_m
-from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients
+from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients, as_broadcast
 from gnss_hil.emulator.signal.ionosphere.map_files import joined
 from gnss_hil.emulator.signal.ionosphere.presets import PRESETS
 from gnss_hil.emulator.signal.ionosphere.profile import Profile
@@ -93,6 +93,13 @@ def build_field(params: Ionosphere, files: Sequence[Path], span_ns: tuple[int, i
             joined([ionex.read(path) for path in files], ", ".join(map(str, files)), span_ns), profile
         )
     return field.of_coefficients(_coefficients(params, files), profile)
+
+
+def broadcast(params: Ionosphere, files: Sequence[Path]) -> Coefficients:
+    """What satellites say of it, in steps and bounds of the message: of measured maps what they said on a day
+    of such activity."""
+    stated = _coefficients(params, [] if params.model == "ionex" else files)
+    return as_broadcast(stated)
 
 
 def _coefficients(params: Ionosphere, files: Sequence[Path]) -> Coefficients:

@@ -26,6 +26,7 @@ from gnss_hil.emulator.constellation.sky import SkyState
 from gnss_hil.emulator.receivers.emulated.channels import FULL
 from gnss_hil.emulator.receivers.emulated.commands import Commands
 from gnss_hil.emulator.receivers.observations import Observations
+from gnss_hil.emulator.signal.ionosphere.klobuchar import Coefficients
 
 RECEIVER_STATE = {label: raw for raw, label in VALUES["ReceiverState"].items()}
 _RUNNING = next(raw for raw, label in VALUES["NodeState"].items() if label == "RUNNING")
@@ -39,6 +40,7 @@ COUNTER_HZ = 10e6
 
 _MARK = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
 _CLOSING = ("TAG", "STATUS")
+_IONOSPHERE = ("IONO_ALPHA", "IONO_BETA")
 _ALMANAC = ("ALM_XY", "ALM_Z", "ALM_V")
 
 Payloads = U8
@@ -107,8 +109,10 @@ class FrameTemplates:
         return self.heartbeats.data.view("<u8")[:, 0]
 
 
-def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> FrameTemplates:
-    """Of a craft with receivers and the nodes of its sensors."""
+def frame_templates(
+    codec: Codec, receivers: int, sensors: Sequence[str], ionosphere: Coefficients | None = None
+) -> FrameTemplates:
+    """Of a craft with receivers and the nodes of its sensors; ionosphere as satellites broadcast it."""
 
     def identifiers(kinds: Sequence[str], number: int) -> list[int]:
         return [codec.can_id_of[kind, number] for kind in kinds]
@@ -116,7 +120,7 @@ def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> Fra
     def by_receiver(kinds):
         return np.array([identifiers(kinds, r + 1) for r in range(receivers)], np.uint32)
 
-    heartbeats = _heartbeats(codec, receivers, sensors)
+    heartbeats = _constant(codec, receivers, sensors, ionosphere)
     return FrameTemplates(
         mark=form(codec, _MARK),
         channel=form(codec, MEASUREMENT_KINDS),
@@ -132,6 +136,20 @@ def frame_templates(codec: Codec, receivers: int, sensors: Sequence[str]) -> Fra
         beat_stream=codec.key_of(heartbeats.can_id, heartbeats.data),
         phase=_phase_bits(codec),
     )
+
+
+def _constant(codec: Codec, receivers: int, sensors: Sequence[str], ionosphere: Coefficients | None) -> Part:
+    """What is the same in every epoch: heartbeats, behind the ionosphere of each receiver."""
+    beats = _heartbeats(codec, receivers, sensors)
+    if ionosphere is None:
+        return beats
+    can_id = [codec.can_id_of[kind, r + 1] for r in range(receivers) for kind in _IONOSPHERE]
+    alpha, beta = (
+        codec.encode(kind, {f"{name}{k}": value for k, value in enumerate(getattr(ionosphere, name))}, 1)
+        for kind, name in zip(_IONOSPHERE, ("alpha", "beta"), strict=True)
+    )
+    data = np.tile(np.concatenate((alpha, beta)), (receivers, 1))
+    return Part(np.concatenate((np.array(can_id, np.uint32), beats.can_id)), np.vstack((data, beats.data)))
 
 
 def _heartbeats(codec: Codec, receivers: int, sensors: Sequence[str]) -> Part:

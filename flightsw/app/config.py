@@ -23,6 +23,7 @@ from gnss_hil.flightsw.attitude.options import AttitudeOptions
 from gnss_hil.flightsw.estimation.base import Navigator
 from gnss_hil.flightsw.estimation.registry import navigator
 from gnss_hil.flightsw.integrity.options import IntegrityOptions
+from gnss_hil.flightsw.measurement.budget import Budget, budget_of
 from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.measurement.signals import seconds
 from gnss_hil.flightsw.receivers.options import ChannelOptions
@@ -47,6 +48,7 @@ class FlightConfig:
     navigator_name: str
     navigator: Navigator[Any]
     options: Options
+    budget: Budget
     boot_count: int
     second: I64
 
@@ -89,9 +91,16 @@ def configure(
     built = estimator.build(values)
     second = seconds(vehicle.other_signals)
     return FlightConfig(
-        vehicle, codec(vehicle.antennas), row, estimator.name, built, values, boot_count % 256,
+        vehicle,
+        codec(vehicle.antennas),
+        row,
+        estimator.name,
+        built,
+        values,
+        budget_of(vehicle.receivers, values),
+        boot_count % 256,
         second if values.ionosphere_free else np.zeros_like(second),
-    )  # fmt: skip
+    )
 
 
 def _checked(options: Mapping[str, object], policy_name: str, navigator_name: str) -> Options:

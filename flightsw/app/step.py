@@ -40,11 +40,12 @@ from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.io import decode, encode
+from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.measurement.ionosphere_filter import Delays
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
-from gnss_hil.flightsw.measurement.noise import NO_URA
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.measurement.registry import other_measurements
+from gnss_hil.flightsw.measurement.space import NO_URA
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.almanac import Predictions
 from gnss_hil.flightsw.receivers import channel_manager
@@ -89,13 +90,13 @@ def flight_step(
     sound = in_orbit & (m.lock == FULL_LOCK) & (m.ura < NO_URA)
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
-    delays, z = _form(offered, options, state.delays, t_ns)
+    delays, z = _form(offered, config, state.delays, t_ns)
     inputs = _fix_inputs(config, decoded, mark, attitude)
 
     nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
     single = False
     if options.ionosphere_free and solution.fix is None and options.without_pairs == "one-signal":
-        z, single = of_one_signal(offered, options.noise), True
+        z, single = of_one_signal(offered, config.budget), True
         nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
     if solution.fix is not None and channels.commanded:
         channels = channel_manager.used(channels, z.sat[solution.fix.used], mark.epoch)
@@ -139,13 +140,21 @@ def _received(
     return state, received, rejected, decoded
 
 
-def _form(m: Measurements, options: Options, delays: Delays, t_ns: int) -> tuple[Delays, Ranges]:
+def _form(m: Measurements, config: FlightConfig, delays: Delays, t_ns: int) -> tuple[Delays, Ranges]:
     """Measurements as ranges, one row for each antenna and satellite, and the delays followed until then."""
+    options = config.options
     if not options.ionosphere_free:
-        return delays, of_one_signal(m, options.noise)
+        return delays, of_one_signal(m, config.budget)
     if not options.ionosphere_walk_mps_rts:
-        return delays, ionosphere_free(m, options.noise)
-    return filtered(m, options.noise, delays, t_ns, options.ionosphere_walk_mps_rts)
+        return delays, ionosphere_free(m, config.budget)
+    return filtered(m, config.budget, delays, t_ns, options.ionosphere_walk_mps_rts)
+
+
+def _ionosphere(options: Options, decoded: Epoch, mark: Mark) -> Ionosphere | None:
+    """Over the craft, as ranges are to be corrected for it."""
+    reported = {"auto": decoded.ionosphere, "usual": decoded.ionosphere or USUAL, "off": None}
+    found = reported[options.ionosphere]
+    return None if found is None else Ionosphere(found, (mark.t_ns * 1e-9) % 86_400.0)
 
 
 def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None) -> FixInputs:
@@ -155,7 +164,8 @@ def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Atti
         attitude=attitude,
         lever_arm_body_m=vehicle.lever_arm_body_m,
         domain=np.where(reported >= 0, reported, vehicle.clock_domain),
-        ura_scale=options.ura_scale,
+        budget=config.budget,
+        ionosphere=_ionosphere(options, decoded, mark),
         rules=options.rules,
         mark_clock=mark.clock,
         others=other_measurements(decoded),

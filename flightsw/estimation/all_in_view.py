@@ -7,6 +7,7 @@ notice: without attitude there is none.
 from __future__ import annotations
 
 from gnss_hil.flightsw.attitude.attitude import levers_ecef
+from gnss_hil.flightsw.estimation import receiver_delays
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
@@ -18,6 +19,9 @@ def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | No
     """One solution for the centre of mass; no antenna is selected."""
     if inputs.attitude is None:
         return NoFix.NO_ATTITUDE, prior.antenna
+    delays = prior.delays
+    if delays is None and inputs.budget.delay_m:
+        delays = receiver_delays.unknown(len(inputs.domain), inputs.budget.delay_m)
     lever, lever_rate = levers_ecef(inputs.attitude, inputs.lever_arm_body_m)
     fix = solve(
         m,
@@ -25,7 +29,10 @@ def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | No
         lever_rate.T.take(m.receiver, axis=1),
         inputs.domain[m.receiver],
         prior.start_m,
-        inputs.ura_scale,
+        inputs.budget,
+        inputs.ionosphere,
         inputs.rules,
+        delays,
+        prior.dt_s,
     )
     return fix, prior.antenna

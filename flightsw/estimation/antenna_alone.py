@@ -18,7 +18,7 @@ def antenna_alone(m: Ranges, antenna: int, inputs: FixInputs, start_m: F64 | Non
     rows = np.flatnonzero(m.receiver == antenna)
     none = np.zeros((3, len(rows)))
     domain = inputs.domain[m.receiver[rows]]
-    fix = solve(m[rows], none, none, domain, start_m, inputs.ura_scale, inputs.rules)
+    fix = solve(m[rows], none, none, domain, start_m, inputs.budget, inputs.ionosphere, inputs.rules)
     return fix if isinstance(fix, NoFix) else _spread(fix, rows, len(m))
 
 

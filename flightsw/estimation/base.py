@@ -14,6 +14,8 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.flightsw.attitude.attitude import Attitude
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.base import Measurement
+from gnss_hil.flightsw.measurement.budget import Budget
+from gnss_hil.flightsw.measurement.ionosphere import Ionosphere
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Solution
 
@@ -25,7 +27,8 @@ class FixInputs:
     attitude           None if there is none
     lever_arm_body_m   (m, 3) antennas relative to the centre of mass
     domain             (m,) clock domain of each antenna
-    ura_scale          how much of the broadcast URA counts
+    budget             what ranges err by
+    ionosphere         over the craft, None where there is none or none is known
     rules              what becomes of measurements that disagree
     mark_clock         which clock showed the time mark, see `gnss_hil.flightsw.records.epoch.Mark`
     others             measurements of other kinds, see `gnss_hil.flightsw.measurement.registry`
@@ -34,7 +37,8 @@ class FixInputs:
     attitude: Attitude | None
     lever_arm_body_m: F64
     domain: I64
-    ura_scale: float
+    budget: Budget
+    ionosphere: Ionosphere | None = None
     rules: Rules = STRICT
     mark_clock: int = 0
     others: Sequence[Measurement] = ()

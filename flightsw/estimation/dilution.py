@@ -11,6 +11,7 @@ from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.clocks import clock_columns
 from gnss_hil.flightsw.estimation.least_squares import least_squares
+from gnss_hil.flightsw.measurement.budget import independent
 from gnss_hil.flightsw.measurement.code_range import code_ranges
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import MAX_PDOP, Fix, Solution
@@ -31,7 +32,7 @@ def pdop(fix: Fix, z: Ranges, inputs: FixInputs) -> float:
     used = z[np.flatnonzero(fix.used)]
     domain, none = inputs.domain[used.receiver], np.zeros((3, len(used)))
     _, clocks = clock_columns(domain, used.sat // NUMBERS)
-    code = code_ranges(used, none, clocks, np.ones(len(used)))
+    code = code_ranges(used, none, clocks, independent(np.ones(len(used))))
     estimate = least_squares(code.design(code.rays(fix.position_m)), none[0], np.ones(len(used)))
     if estimate is None:
         return MAX_PDOP

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.flightsw.measurement.weights import times
 
 LEAST_PIVOT = 1e-9
 """Smallest share that must be left of an unknown's column once the columns of all others are taken out. It is
@@ -34,14 +35,15 @@ class Estimate:
 
 
 def least_squares(design: F64, y: F64, weight: F64) -> Estimate | None:
-    """Minimise sum weight (y - design x)^2; None if the unknowns are not observable.
+    """Minimise (y - design x)' weight (y - design x); None if the unknowns are not observable.
 
-    design (n, u), y (n,), weight (n,) = 1 / variance. Normal equations by their inverse, which is wanted
-    anyhow: the weighted and the unweighted one go through LAPACK together.
+    design (n, u), y (n,); weight the inverse of the covariance of y, (n, n), or (n,) its diagonal. Normal
+    equations by their inverse, which is wanted anyhow: the weighted and the unweighted one go through LAPACK
+    together.
     """
     if len(y) < design.shape[1]:
         return None
-    weighted = design.T * weight
+    weighted = times(weight, design).T
     normal = np.array((weighted @ design, design.T @ design))
     try:
         inverse: F64 = np.linalg.inv(normal).astype(np.float64, copy=False)
@@ -53,9 +55,3 @@ def least_squares(design: F64, y: F64, weight: F64) -> Estimate | None:
         return None
     covariance, cofactor = inverse
     return Estimate(covariance @ (weighted @ y), covariance, cofactor, weighted)
-
-
-def adjusted(design: F64, y: F64, weight: F64) -> F64:
-    """The x (u,) alone, for unknowns already known to be observable."""
-    weighted = design.T * weight
-    return np.asarray(np.linalg.solve(weighted @ design, weighted @ y), np.float64)

@@ -7,24 +7,26 @@ Velocity and clock rates follow from the range rates of the same channels.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.dbc.common.satellites import NUMBERS
+from gnss_hil.flightsw.estimation import receiver_delays
 from gnss_hil.flightsw.estimation.clocks import clock_columns, is_offset
 from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares
-from gnss_hil.flightsw.estimation.velocity import velocity_and_drift
+from gnss_hil.flightsw.estimation.velocity import motion, rough_velocity
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Rules, Trial
+from gnss_hil.flightsw.measurement.budget import Budget, range_errors
 from gnss_hil.flightsw.measurement.code_range import CodeRanges, code_ranges
-from gnss_hil.flightsw.measurement.noise import range_variance_m2
+from gnss_hil.flightsw.measurement.ionosphere import Ionosphere, delay_rate
 from gnss_hil.flightsw.measurement.range_model import Rays
-from gnss_hil.flightsw.measurement.range_rate import range_rates
+from gnss_hil.flightsw.measurement.range_rate import RangeRates, range_rates
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, SnapshotFix, carriable
+from gnss_hil.flightsw.records.solution import MAX_PDOP, Delays, NoFix, SnapshotFix, carriable
 
 MAX_ITERATIONS = 12
 CONVERGED_M = 10.0
@@ -50,19 +52,23 @@ class Intersection:
     design: F64
     rays: Rays
     residual_m: F64
+    weight: F64
     iterations: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Offered:
     """Measurements offered to a fix with what belongs to each: lever_m, lever_rate_mps (3, n) of its antenna,
-    domain (n,) of its clock."""
+    domain (n,) of its clock; budget, ionosphere: see `estimation.base.FixInputs`; delays of
+    the receivers as far as they are known."""
 
     ranges: Ranges
     lever_m: F64
     lever_rate_mps: F64
     domain: I64
-    ura_scale: float
+    budget: Budget
+    ionosphere: Ionosphere | None
+    delays: Delays | None
 
     def __len__(self) -> int:
         return len(self.ranges)
@@ -71,17 +77,23 @@ class Offered:
         if len(rows) == len(self):
             return self
         lever_m, lever_rate_mps = self.lever_m[:, rows], self.lever_rate_mps[:, rows]
-        return Offered(self.ranges[rows], lever_m, lever_rate_mps, self.domain[rows], self.ura_scale)
+        return replace(
+            self,
+            ranges=self.ranges[rows],
+            lever_m=lever_m,
+            lever_rate_mps=lever_rate_mps,
+            domain=self.domain[rows],
+        )
 
 
 def intersect(z: CodeRanges, items: tuple[int, ...], start_m: F64) -> Intersection | NoFix:
     """Steps 4 and 10: the point on all spheres, searched from start_m (3,)."""
-    weight = 1 / z.variance
     position = start_m
     for iteration in range(1, MAX_ITERATIONS + 1):
         rays = z.rays(position)
         design = z.design(rays)
-        misfit = z.value - rays.range_m
+        delay_m, weight = z.errors.at(rays)
+        misfit = z.value - rays.range_m - delay_m
         estimate = least_squares(design, misfit, weight)
         if estimate is None:
             return NoFix.SINGULAR_GEOMETRY
@@ -93,7 +105,7 @@ def intersect(z: CodeRanges, items: tuple[int, ...], start_m: F64) -> Intersecti
             # The direction from 10 m aside costs 4 mm/s of velocity: rays from where the craft is.
             rays = rays.from_aside(step)
             return Intersection(
-                position, estimate.x[3:], items, estimate, z.design(rays), rays, residual, iteration
+                position, estimate.x[3:], items, estimate, z.design(rays), rays, residual, weight, iteration
             )
         if not length < DIVERGED_M:
             break
@@ -107,11 +119,14 @@ def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
     needed = 4 + sum(map(is_offset, items))
     if m.satellites < needed or len(m) < 3 + len(items):
         return NoFix.TOO_FEW_SATELLITES
-    variance = range_variance_m2(m.code_variance_m2, m.ura, m.sat, offered.ura_scale)
-    found = intersect(code_ranges(m, offered.lever_m, clocks, variance), items, start_m)
+    delays = offered.delays
+    errors = range_errors(m, offered.budget, offered.ionosphere, None if delays is None else delays.root_m)
+    if delays is not None:
+        m = replace(m, pseudorange_m=m.pseudorange_m - delays.mean_m[m.receiver])
+    found = intersect(code_ranges(m, offered.lever_m, clocks, errors), items, start_m)
     if isinstance(found, NoFix):
         return found
-    return Trial(found, found.design, found.residual_m, variance)
+    return Trial(found, found.design, found.residual_m, found.weight)
 
 
 def _consistent(offered: Offered, start_m: F64, rules: Rules) -> Kept[Intersection] | NoFix:
@@ -142,9 +157,12 @@ def solve(
     lever_m: F64,
     lever_rate_mps: F64,
     domain: I64,
-    start_m: F64 | None = None,
-    ura_scale: float = 1.0,
+    start_m: F64 | None,
+    budget: Budget,
+    ionosphere: Ionosphere | None = None,
     rules: Rules = STRICT,
+    delays: Delays | None = None,
+    dt_s: float = 1.0,
 ) -> SnapshotFix | NoFix:
     """The fix of an epoch, or why there is none.
 
@@ -152,10 +170,12 @@ def solve(
     lever_m, lever_rate_mps   (3, n) antenna relative to the centre of mass, Greenwich frame, and its rate
     domain                    (n,) clock domain
     start_m                   (3,) where to start; without it, or if it leads nowhere, the Earth's centre
-    ura_scale                 how much of the broadcast URA counts in the weights
+    budget, ionosphere        what ranges err by, see `estimation.base.FixInputs`
     rules                     what becomes of measurements that disagree
+    delays                    of the receivers, as far as they are known; None: not learnt
+    dt_s                      since the epoch before
     """
-    offered = Offered(m, lever_m, lever_rate_mps, domain, ura_scale)
+    offered = Offered(m, lever_m, lever_rate_mps, domain, budget, ionosphere, delays)
     kept = _from_starts(offered, start_m, rules)
     if isinstance(kept, NoFix):
         return kept
@@ -166,25 +186,49 @@ def solve(
     if not carriable(found.position_m, found.clock_m):
         return NoFix.NO_CONVERGENCE
     used = offered[rows]
-    rates = range_rates(used.ranges, found.design, found.rays, used.lever_rate_mps)
-    velocity, drift = velocity_and_drift(rates, used.ranges.sat, rules)
+    moving = motion(_rates(used, found), used.ranges.sat, rules)
+    covariance = found.estimate.covariance
     among_offered = np.zeros(len(m), bool)
     among_offered[rows] = True
     return SnapshotFix(
         position_m=found.position_m,
-        velocity_mps=velocity,
+        velocity_mps=None if moving is None else moving.velocity_mps,
         items=found.items,
         clock_m=found.clock_m,
-        drift_mps=drift,
-        covariance_m2=found.estimate.covariance[:3, :3],
+        drift_mps=None if moving is None else moving.drift_mps,
+        covariance_m2=covariance[:3, :3],
+        clock_variance_m2=covariance.diagonal()[3:],
+        velocity_covariance_m2ps2=None if moving is None else moving.covariance[:3, :3],
+        drift_variance_m2ps2=None if moving is None else moving.covariance.diagonal()[3:],
         gain=_scattered(found.estimate.gain[:3], rows, len(m), 0.0),
         pdop=pdop,
         used=among_offered,
         satellites=used.ranges.satellites,
         residual_m=_scattered(found.residual_m, rows, len(m), np.nan),
         iterations=found.iterations,
-        misfit=1.0 if kept.consistent else kept.trial.chi_square / kept.trial.freedom,
+        delays=None if delays is None or not kept.consistent else _learnt(delays, used, found, dt_s),
+        misfit=kept.misfit,
     )
+
+
+def _learnt(delays: Delays, used: Offered, found: Intersection, dt_s: float) -> Delays:
+    """What a fix tells of the receivers' delays."""
+    weight = found.weight if found.weight.ndim == 2 else np.diag(found.weight)
+    told = receiver_delays.learnt(
+        delays, used.ranges.receiver, found.design, found.residual_m, weight, found.estimate.covariance, dt_s
+    )
+    return receiver_delays.walked(told, dt_s)
+
+
+def _rates(used: Offered, found: Intersection) -> RangeRates:
+    """Range rates of the ranges of a fix, without the ionosphere where these are."""
+    z = used.ranges
+    rates = range_rates(z, found.design, found.rays, used.lever_rate_mps)
+    if used.ionosphere is None or not z.electrons.any():
+        return rates
+    antenna_mps = used.lever_rate_mps + rough_velocity(rates)[:, None]
+    advance = delay_rate(used.ionosphere, found.rays, antenna_mps, z.vel_sv_mps)
+    return rates.without(advance, z.electrons)
 
 
 def _scattered(values: F64, rows: Index, n: int, fill: float) -> F64:

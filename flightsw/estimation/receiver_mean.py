@@ -22,7 +22,8 @@ from gnss_hil.flightsw.estimation.antenna_alone import antenna_alone
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
-from gnss_hil.flightsw.measurement.noise import URA_M
+from gnss_hil.flightsw.measurement.budget import range_errors
+from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, NoFix, SnapshotFix, carriable, within
 
@@ -42,12 +43,12 @@ def receiver_mean(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Snapsh
     found = [antenna_alone(m, antenna, inputs, prior.start_m) for antenna in antennas]
     fixes = [fix for fix in found if isinstance(fix, SnapshotFix)]
     if fixes:
-        return mean_fix(m, fixes, inputs.ura_scale), prior.antenna
+        return mean_fix(m, fixes, inputs), prior.antenna
     reasons = {reason for reason in found if isinstance(reason, NoFix)}
     return next(reason for reason in NEAREST_FIRST if reason in reasons), prior.antenna
 
 
-def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], ura_scale: float) -> SnapshotFix | NoFix:
+def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> SnapshotFix | NoFix:
     """The mean of at least one fix of receivers alone.
 
     The dilution is that of the mean for errors of the same size, independent from measurement to measurement,
@@ -62,6 +63,7 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], ura_scale: float) -> Snaps
     if not carriable(position, clock):
         return NoFix.NO_CONVERGENCE
     velocity, drift = _mean_rates(fixes, systems)
+    moving = velocity is not None
     used = np.any([fix.used for fix in fixes], axis=0)
     gain = share * _sum([fix.gain for fix in fixes])
     return SnapshotFix(
@@ -70,7 +72,10 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], ura_scale: float) -> Snaps
         items=items,
         clock_m=clock,
         drift_mps=drift,
-        covariance_m2=mean_covariance_m2(m, gain, ura_scale),
+        covariance_m2=mean_covariance_m2(m, gain, position, inputs),
+        velocity_covariance_m2ps2=_mean_velocity_covariance(fixes) if moving else None,
+        clock_variance_m2=_mean_variances(fixes, items, "clock_variance_m2"),
+        drift_variance_m2ps2=_mean_variances(fixes, items, "drift_variance_m2ps2") if moving else None,
         gain=gain,
         pdop=share * sqrt(sum(fix.pdop**2 for fix in fixes)),
         used=used,
@@ -115,15 +120,32 @@ def _mean_rates(
     return _sum(velocities) / len(fixes), drift
 
 
-def mean_covariance_m2(m: Ranges, gain: F64, ura_scale: float) -> F64:
-    """Covariance (3, 3) of a position that moves by gain (3, n) for each metre of the pseudoranges.
+def mean_covariance_m2(m: Ranges, gain: F64, position_m: F64, inputs: FixInputs) -> F64:
+    """Covariance (3, 3) of a position (3,) that moves by gain (3, n) for each metre of the pseudoranges.
 
-    The code's noise is independent from measurement to measurement: with k solutions it is sum C_a / k^2. A
-    satellite's own error (URA) is common to all receivers that measure it; it enters once, through the sum of
-    their gains, and does not average out.
+    What several receivers have in common, a satellite's own error or the ionosphere, enters once, through the
+    sum of their gains, and does not average out. Lever arms turn no ray by more than 1e-6 rad.
     """
-    used = gain.any(axis=0)
-    gain, sat, ura = gain[:, used], m.sat[used], m.ura[used].astype(np.intp)
-    noise = (gain * m.code_variance_m2[used]) @ gain.T
-    common = (gain * (ura_scale * URA_M[ura])) @ (sat[:, None] == np.unique(sat))
-    return noise + common @ common.T
+    used = np.flatnonzero(gain.any(axis=0))
+    z, gain = m[used], gain[:, used]
+    errors = range_errors(z, inputs.budget, inputs.ionosphere)
+    own_m2, common_m = errors.along(rays(z.pos_sv_m, np.repeat(position_m[:, None], len(z), axis=1)))
+    in_common = gain @ common_m
+    return (gain * own_m2) @ gain.T + in_common @ in_common.T
+
+
+def _mean_velocity_covariance(fixes: Sequence[SnapshotFix]) -> F64 | None:
+    """(3, 3) of the mean: range rates have no errors in common to speak of."""
+    each = [v for fix in fixes if (v := fix.velocity_covariance_m2ps2) is not None]
+    return _sum(each) / len(fixes) ** 2 if len(each) == len(fixes) else None
+
+
+def _mean_variances(fixes: Sequence[SnapshotFix], items: tuple[int, ...], name: str) -> F64 | None:
+    """(c,) of clocks or their rates: the mean over the receivers that have an item, as if what they err by
+    were the same error."""
+    values: list[F64] = [v for fix in fixes if (v := getattr(fix, name)) is not None]
+    if len(values) < len(fixes):
+        return None
+    each = [dict(zip(fix.items, v.tolist(), strict=True)) for fix, v in zip(fixes, values, strict=True)]
+    every = [np.mean(v) for v in values]
+    return np.array([float(np.mean([of[item] for of in each if item in of] or every)) for item in items])

@@ -10,7 +10,7 @@ from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import Fix, NoFix, OrbitState, Solution
+from gnss_hil.flightsw.records.solution import Delays, Fix, NoFix, OrbitState, SnapshotFix, Solution
 
 MAX_COAST_S = 3600.0
 """So long after the last fix the position is forgotten and the next fix starts cold."""
@@ -20,12 +20,15 @@ MAX_COAST_S = 3600.0
 class Snapshot:
     """orbit     of the last fix, propagated; None without one
     antenna   the selected antenna, for navigators that select one; -1 none
-    t_ns      of the epoch
+    delays    of the receivers, for navigators that solve for all together; None before anything is learnt
+    t_ns      of the epoch;  dt_s  since the one before
     """
 
     orbit: OrbitState | None = None
     antenna: int = -1
     t_ns: int = 0
+    delays: Delays | None = None
+    dt_s: float = 1.0
 
     @property
     def start_m(self) -> F64 | None:
@@ -47,7 +50,8 @@ class SnapshotNavigator:
         return Snapshot()
 
     def predict(self, state: Snapshot, t_ns: int) -> Snapshot:
-        return Snapshot(coasted(state.orbit, t_ns), state.antenna, t_ns)
+        dt_s = (t_ns - state.t_ns) * 1e-9 if state.t_ns else state.dt_s
+        return Snapshot(coasted(state.orbit, t_ns), state.antenna, t_ns, state.delays, max(dt_s, 0.0))
 
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
         fix, antenna = self.solve(z, inputs, state)
@@ -58,7 +62,9 @@ class SnapshotNavigator:
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
         velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
         orbit = OrbitState(state.t_ns, fix.position_m, velocity, state.t_ns)
-        return Snapshot(orbit, antenna, state.t_ns), Solution(NoFix.FIX, fix, orbit)
+        learnt = fix.delays if isinstance(fix, SnapshotFix) else None
+        after = Snapshot(orbit, antenna, state.t_ns, learnt or state.delays, state.dt_s)
+        return after, Solution(NoFix.FIX, fix, orbit)
 
 
 def coasted(orbit: OrbitState | None, t_ns: int) -> OrbitState | None:

@@ -2,37 +2,56 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
+
 from gnss_hil.dbc.common.arrays import F64, I64, Index
-from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
+from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import Rules, Trial
 from gnss_hil.flightsw.measurement.range_rate import RangeRates
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, within
 
 
-def velocity_and_drift(z: RangeRates, sat: I64, rules: Rules) -> tuple[F64, F64] | tuple[None, None]:
-    """Velocity (3,) and clock rates (c,), after the exclusion of satellites that contradict the others.
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """velocity_mps (3,), drift_mps (c,) of the clocks, and the covariance (3 + c, 3 + c) of both."""
+
+    velocity_mps: F64
+    drift_mps: F64
+    covariance: F64
+
+
+def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
+    """Velocity and clock rates, after the exclusion of satellites that contradict the others.
 
     None if the range rates contradict each other or the bus cannot carry what they give.
 
     z     along rays of a position that these measurements made observable
     sat   (n,) satellite of each
     """
-    design, variance = z.design, z.variance
-    y = z.value - z.still
-    x = adjusted(design, y, 1 / variance)
-    first = Trial(x, design, y - design @ x, variance)
+    design, y = z.design, z.value - z.still
 
-    def refit(rows: Index) -> Trial[F64] | None:
-        # A clock measured on the excluded satellite alone has no rate any more: not observable.
-        estimate = least_squares(design[rows], y[rows], 1 / variance[rows])
-        if estimate is None:
+    def fit(rows: Index) -> Trial[Estimate] | None:
+        # A clock measured on an excluded satellite alone has no rate any more: not observable.
+        weight = z.weight(rows)
+        found = least_squares(design[rows], y[rows], weight)
+        if found is None:
             return None
-        residual = y[rows] - design[rows] @ estimate.x
-        return Trial(estimate.x, design[rows], residual, variance[rows])
+        return Trial(found, design[rows], y[rows] - design[rows] @ found.x, weight)
 
-    kept = exclusion.exclude(first, refit, sat, rules)
+    first = fit(np.arange(len(sat)))
+    kept = None if first is None else exclusion.exclude(first, fit, sat, rules)
     if kept is None:
-        return None, None
-    x = kept.trial.found
-    return (x[:3], x[3:]) if within(x.tolist(), FASTEST_MPS) else (None, None)
+        return None
+    found = kept.trial.found
+    if not within(found.x.tolist(), FASTEST_MPS):
+        return None
+    return Motion(found.x[:3], found.x[3:], found.covariance * kept.misfit)
+
+
+def rough_velocity(z: RangeRates) -> F64:
+    """(3,) of all range rates as they are: good enough to see how rays sweep the ionosphere."""
+    found = least_squares(z.design, z.value - z.still, 1 / z.own)
+    return np.zeros(3) if found is None else found.x[:3]

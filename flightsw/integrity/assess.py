@@ -17,4 +17,6 @@ def assess(solution: Solution) -> Solution:
     fix = solution.fix
     if fix is None or fix.misfit == 1.0:
         return solution
-    return replace(solution, fix=replace(fix, covariance_m2=fix.covariance_m2 * fix.misfit))
+    clock = None if fix.clock_variance_m2 is None else fix.clock_variance_m2 * fix.misfit
+    larger = replace(fix, covariance_m2=fix.covariance_m2 * fix.misfit, clock_variance_m2=clock)
+    return replace(solution, fix=larger)

@@ -19,6 +19,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Index
+from gnss_hil.flightsw.measurement.weights import times
 
 FALSE_ALARM_SIGMA = 4.265
 """Normal quantile of a false alarm rate of 1e-5 of the test."""
@@ -59,17 +60,18 @@ T = TypeVar("T")
 class Trial(Generic[T]):
     """A weighted fit: what it found, and by what it is judged.
 
-    design (n, u), residual (n,), variance (n,)
+    design (n, u), residual (n,); weight the inverse of the measurements' covariance, (n, n), or (n,) its
+    diagonal
     """
 
     found: T
     design: F64
     residual: F64
-    variance: F64
+    weight: F64
 
     @property
     def chi_square(self) -> float:
-        return float(self.residual @ (self.residual / self.variance))
+        return float(self.residual @ times(self.weight, self.residual))
 
     @property
     def freedom(self) -> int:
@@ -83,6 +85,11 @@ class Kept(Generic[T]):
     trial: Trial[T]
     rows: Index
     consistent: bool
+
+    @property
+    def misfit(self) -> float:
+        """Chi-square for each degree of freedom where the fit is one of rows that disagree; else 1."""
+        return 1.0 if self.consistent else self.trial.chi_square / self.trial.freedom
 
 
 def exclude(
@@ -119,20 +126,22 @@ def isolate(sat: I64, trial: Trial[Any]) -> int | None:
     """The satellite without which the others agree distinctly better than without any other; None if none
     stands out or nothing would be left to test the others by.
 
-    sat   (n,) of the rows fitted. With the whitened residuals w and the projector P on the space they can
-    occupy, removing rows S lowers the sum of squares by w_S' P_SS^+ w_S and the freedom by the rank of P_SS:
-    least squares with one bias for each of these rows.
+    sat   (n,) of the rows fitted. With the weight W, the residuals r and Q = W - W A (A'W A)^-1 A'W, what
+    the fit leaves of it, removing rows S lowers the sum of squares by (W r)_S' Q_SS^+ (W r)_S and the freedom
+    by the rank of Q_SS: least squares with one bias for each of these rows.
     """
-    scale = 1 / np.sqrt(trial.variance)
-    basis, _ = np.linalg.qr(trial.design * scale[:, None])
-    project = np.eye(len(sat)) - basis @ basis.T
-    white = trial.residual * scale
+    weight = trial.weight if trial.weight.ndim == 2 else np.diag(trial.weight)
+    scale = 1 / np.sqrt(weight.diagonal())
+    along_fit = weight @ trial.design
+    left = weight - along_fit @ np.linalg.inv(trial.design.T @ along_fit) @ along_fit.T
+    left *= scale[:, None] * scale
+    pull = (weight @ trial.residual) * scale
     found = []
     for suspect in sorted(set(sat.tolist())):
         rows = np.flatnonzero(sat == suspect)
-        share, along = np.linalg.eigh(project[np.ix_(rows, rows)])
+        share, axes = np.linalg.eigh(left[np.ix_(rows, rows)])
         tested = share > _NOTHING
-        gain = float(((white[rows] @ along[:, tested]) ** 2 / share[tested]).sum())
+        gain = float(((pull[rows] @ axes[:, tested]) ** 2 / share[tested]).sum())
         found.append((gain, suspect, int(tested.sum())))
     (gain, suspect, tested), (second, *_) = sorted(found, reverse=True)[:2]
     return suspect if gain - second > DISTINCT and trial.freedom - tested >= 1 else None

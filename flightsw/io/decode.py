@@ -38,6 +38,7 @@ from gnss_hil.flightsw.records.epoch import (
     Acks,
     AlmanacRows,
     AttitudeReport,
+    Coefficients,
     Epoch,
     Mark,
     Measurements,
@@ -114,6 +115,7 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
         measurements=_measurements(plan.records["measurement"], values["measurement"]),
         almanac=_almanac(almanac, almanac_values),
         acks=_acks(plan.records["ack"], values["ack"]),
+        ionosphere=_ionosphere(values["ionosphere"]),
         boots=boots,
         domains=domains,
         lost=screened.lost,
@@ -237,6 +239,11 @@ def _acks(found: Records, values: F64) -> Acks:
         sat=_sat(system, number),
         transaction=transaction.astype(np.int64),
     )
+
+
+def _ionosphere(values: F64) -> Coefficients | None:
+    """By the first receiver that reports it: all have it from the same satellites."""
+    return Coefficients(values[:4, 0], values[4:, 0]) if values.size else None
 
 
 def _receivers(found: Records, values: F64) -> tuple[I64, I64]:

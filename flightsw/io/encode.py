@@ -47,14 +47,23 @@ class Page:
 
 
 @cache
-def _page(codec: Codec, mode: FixMode, items: int, receivers: int) -> Page:
-    """Navigation of a fix with so many clock items, and the heartbeat."""
+def _page(
+    codec: Codec,
+    mode: FixMode,
+    items: int,
+    receivers: int,
+    with_velocity: bool = False,
+    with_clock: bool = False,
+) -> Page:
+    """Navigation of a fix with so many clock items, and the heartbeat; with what the navigator states of the
+    uncertainty of velocity and of clocks."""
     moving = mode is FixMode.POSITION_VELOCITY
     kinds = ["NAV_STATUS"]
     if mode is not FixMode.NO_FIX:
         kinds += [f"NAV_{v}{axis}" for v in ("", "V")[: 1 + moving] for axis in "XYZ"]
         kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * (items * moving) + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
+        kinds += ["NAV_VSIGMA", "NAV_VCORR"] * with_velocity + ["NAV_CLOCK_SIGMA"] * (items * with_clock)
     can_id = [codec.can_id_of[kind, 0] for kind in kinds] + [codec.can_id_of["HEARTBEAT", FLIGHT_NODE]]
     kinds.append("HEARTBEAT")
     return Page(form(codec, kinds), np.array(can_id, np.uint32), np.full(len(kinds), WIDTH, np.uint8))
@@ -82,9 +91,27 @@ def _pairs(items: tuple[int, ...], values: F64 | None) -> list[float]:
     return [v for pair in zip(items, values.tolist(), strict=True) for v in pair]
 
 
-def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[float]:
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = fix.covariance_m2.tolist()
+def _spread(covariance: F64 | None) -> list[float]:
+    """Deviations of x, y, z, and correlations xy, xz, yz."""
+    if covariance is None:
+        return []
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = covariance.tolist()
     x, y, z = sqrt(xx), sqrt(yy), sqrt(zz)
+    return [x, y, z, xy / (x * y), xz / (x * z), yz / (y * z)]
+
+
+def _clock_sigmas(fix: Fix) -> list[float]:
+    """item, deviation of its bias, of its drift, ... of every clock."""
+    if fix.clock_variance_m2 is None:
+        return []
+    bias = np.sqrt(fix.clock_variance_m2).tolist()
+    drift = [0.0] * len(bias)
+    if fix.drift_variance_m2ps2 is not None:
+        drift = np.sqrt(fix.drift_variance_m2ps2).tolist()
+    return [v for row in zip(fix.items, bias, drift, strict=True) for v in row]
+
+
+def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[float]:
     used = _used(m, fix, receivers)
     assert fix.pdop is not None, "estimation.dilution has seen to it"
     velocity = [] if fix.velocity_mps is None else fix.velocity_mps.tolist()
@@ -92,8 +119,7 @@ def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[floa
         mode, NoFix.FIX, fix.satellites, sum(mask.bit_count() for mask in used[1::2]), fix.pdop,
         *fix.position_m.tolist(), *velocity,
         *_pairs(fix.items, fix.clock_m), *_pairs(fix.items, fix.drift_mps),
-        x, y, z, xy / (x * y), xz / (x * z), yz / (y * z),
-        *used,
+        *_spread(fix.covariance_m2), *used, *_spread(fix.velocity_covariance_m2ps2), *_clock_sigmas(fix),
     ]  # fmt: skip
 
 
@@ -135,7 +161,14 @@ def encode(
         page = _page(codec, FixMode.NO_FIX, 0, 0)
         values = [FixMode.NO_FIX, solution.reason, 0, 0, 0.0, node_state]
     else:
-        page = _page(codec, solution.mode, len(fix.items), codec.receivers)
+        page = _page(
+            codec,
+            solution.mode,
+            len(fix.items),
+            codec.receivers,
+            fix.velocity_covariance_m2ps2 is not None,
+            fix.clock_variance_m2 is not None,
+        )
         values = [*_fix_values(m, fix, solution.mode, codec.receivers), node_state]
     frames = page.frames([*values, boot_count, codec.hash], t_ns)
     if commands is None or not len(commands):

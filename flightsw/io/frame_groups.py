@@ -24,6 +24,7 @@ from gnss_hil.dbc.contract.batch_codec import Reader, joined, reader
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
 
+IONOSPHERE = tuple(f"{name}{k}" for name in ("alpha", "beta") for k in range(4))
 XYZ, VXYZ = ("x_m", "y_m", "z_m"), ("vx_mps", "vy_mps", "vz_mps")
 
 _KINDS: dict[str, tuple[Sequence[str], int, Sequence[str]]] = {
@@ -48,6 +49,7 @@ _KINDS: dict[str, tuple[Sequence[str], int, Sequence[str]]] = {
     ),
     "ack": (("ACK",), CHANNELS, ("result", "sat_system", "sat_number", "transaction")),
     "receiver": (("TAG", "STATUS", "HEARTBEAT"), 1, ("boot_count", "clock_domain")),
+    "ionosphere": (("IONO_ALPHA", "IONO_BETA"), 1, IONOSPHERE),
     "almanac": (
         ("ALM_XY", "ALM_Z", "ALM_V"),
         SATELLITES,

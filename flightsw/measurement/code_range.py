@@ -10,6 +10,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.measurement.base import Point, Unknown
+from gnss_hil.flightsw.measurement.budget import RangeErrors
 from gnss_hil.flightsw.measurement.range_model import Rays
 from gnss_hil.flightsw.records.ranges import Ranges
 
@@ -19,7 +20,7 @@ class CodeRanges:
     """Steps 4 and 10 of RU 2706636 C1: the spheres.
 
     value      (n,) pseudoranges with the satellites' clocks added [m]
-    variance   (n,) [m^2]
+    errors     what they are known to err by
     pos_sv_m   (3, n) satellites, ECEF of the transmission instants
     lever_m    (3, n) antennas relative to the centre of mass, ECEF
     clocks     (n, c) 1 where a clock or time offset is part of a range, else 0
@@ -28,10 +29,15 @@ class CodeRanges:
     kind: ClassVar[str] = "code"
     unknowns: ClassVar[tuple[Unknown, ...]] = (Unknown.POSITION, Unknown.CLOCK)
     value: F64
-    variance: F64
+    errors: RangeErrors
     pos_sv_m: F64
     lever_m: F64
     clocks: F64
+
+    @property
+    def variance(self) -> F64:
+        """(n,) [m^2] of each alone, without the ionosphere."""
+        return self.errors.own_m2 + (self.errors.common_m**2).sum(axis=1)
 
     def rays(self, position_m: F64) -> Rays:
         """From the satellites to the antennas of a craft at position_m (3,)."""
@@ -52,6 +58,6 @@ class CodeRanges:
         return self.design(self.rays(x.position_m))
 
 
-def code_ranges(m: Ranges, lever_m: F64, clocks: F64, variance_m2: F64) -> CodeRanges:
-    """Of ranges (n rows) with lever arms (3, n), clock columns (n, c) and variances (n,)."""
-    return CodeRanges(m.pseudorange_m + m.clock_m, variance_m2, m.pos_sv_m, lever_m, clocks)
+def code_ranges(m: Ranges, lever_m: F64, clocks: F64, errors: RangeErrors) -> CodeRanges:
+    """Of ranges (n rows) with lever arms (3, n), clock columns (n, c) and what they err by."""
+    return CodeRanges(m.pseudorange_m + m.clock_m, errors, m.pos_sv_m, lever_m, clocks)

@@ -14,20 +14,20 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, Index
+from gnss_hil.flightsw.measurement.budget import Budget
 from gnss_hil.flightsw.measurement.ionosphere_filter import Delays, follow
-from gnss_hil.flightsw.measurement.noise import Noise
 from gnss_hil.flightsw.measurement.observables import antenna_satellite, of_each_channel
 from gnss_hil.flightsw.measurement.signals import PAIRS, carrier_hz
 from gnss_hil.flightsw.records.epoch import Measurements
 from gnss_hil.flightsw.records.ranges import Ranges
 
 
-def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
+def ionosphere_free(m: Measurements, budget: Budget) -> Ranges:
     """A range of every antenna and satellite that delivers a pair of signals; the others are left out."""
     first, second = paired(m)
     hz = carrier_hz(m.signal, m.frequency)
     share = hz[first] ** 2 / (hz[first] ** 2 - hz[second] ** 2)
-    whole = of_each_channel(m, noise)
+    whole = of_each_channel(m, budget)
     a, b = whole[first], whole[second]
 
     def of(name: str) -> F64:
@@ -40,7 +40,6 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
         receiver=a.receiver,
         sat=a.sat,
         channels=a.channels | b.channels,
-        ura=np.maximum(a.ura, b.ura),
         pseudorange_m=of("pseudorange_m"),
         range_rate_mps=of("range_rate_mps"),
         pos_sv_m=of("pos_sv_m"),
@@ -49,11 +48,14 @@ def ionosphere_free(m: Measurements, noise: Noise) -> Ranges:
         clock_drift_mps=of("clock_drift_mps"),
         code_variance_m2=noise_of("code_variance_m2"),
         rate_variance_m2ps2=noise_of("rate_variance_m2ps2"),
+        space_sigma_m=np.maximum(a.space_sigma_m, b.space_sigma_m),
+        code_bias_sigma_m=np.hypot(share * a.code_bias_sigma_m, (1 - share) * b.code_bias_sigma_m),
+        electrons=np.zeros(len(a)),
     )
 
 
 def filtered(
-    m: Measurements, noise: Noise, delays: Delays, t_ns: int, walk_mps_rts: float
+    m: Measurements, budget: Budget, delays: Delays, t_ns: int, walk_mps_rts: float
 ) -> tuple[Delays, Ranges]:
     """The same ranges with less noise: of the first signal, less the delay that has been followed from epoch
     to epoch (`gnss_hil.flightsw.measurement.ionosphere_filter`); and the delays after this one.
@@ -64,7 +66,7 @@ def filtered(
     first, second = paired(m)
     hz = carrier_hz(m.signal, m.frequency)
     per_metre = 1 / (hz[first] ** 2 / hz[second] ** 2 - 1)
-    whole = of_each_channel(m, noise)
+    whole = of_each_channel(m, budget)
     a, b = whole[first], whole[second]
     measured_m = per_metre * (b.pseudorange_m + b.clock_m - a.pseudorange_m - a.clock_m)
     variance_m2 = per_metre**2 * (a.code_variance_m2 + b.code_variance_m2)
@@ -74,7 +76,6 @@ def filtered(
         receiver=a.receiver,
         sat=a.sat,
         channels=a.channels | b.channels,
-        ura=np.maximum(a.ura, b.ura),
         pseudorange_m=a.pseudorange_m - followed.delay_m,
         range_rate_mps=a.range_rate_mps + followed.rate_mps,
         pos_sv_m=a.pos_sv_m,
@@ -85,6 +86,10 @@ def filtered(
         + own**2 * b.code_variance_m2
         + followed.others_m2,
         rate_variance_m2ps2=a.rate_variance_m2ps2 + followed.rate_variance,
+        space_sigma_m=np.maximum(a.space_sigma_m, b.space_sigma_m),
+        # What lasts, no filter takes away.
+        code_bias_sigma_m=np.hypot((1 + per_metre) * a.code_bias_sigma_m, per_metre * b.code_bias_sigma_m),
+        electrons=np.zeros(len(a)),
     )
 
 

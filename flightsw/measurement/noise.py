@@ -1,7 +1,11 @@
-"""How far a measurement is trusted. Modelled, not taken from any receiver; the weights need ratios only.
+"""Noise of a receiver's loops by C/N0, signal by signal, and what its antenna receives besides.
 
-Code and range rate errors are a floor plus thermal noise whose variance is inverse to C/N0 (Kaplan & Hegarty,
-Understanding GPS/GNSS, 3rd ed., 8.9: the leading term of the delay and frequency lock loops' errors).
+Variances of the delay lock loop (early minus late power) and of the frequency lock loop, with the figures
+that the vehicle file has of the receivers. A codeless receiver tracks the encrypted code with the carrier's
+help, and no formula has its loop: such signals have a figure of their own. Reflections err by a share of a
+chip.
+
+Source: Kaplan & Hegarty, Understanding GPS/GNSS, 3rd ed., 8.9 (2nd ed., 5.6)
 """
 
 from __future__ import annotations
@@ -12,48 +16,59 @@ import numpy as np
 
 from gnss_hil.dbc.common import signals
 from gnss_hil.dbc.common.arrays import F64, I64
-from gnss_hil.dbc.common.satellites import NUMBERS
-from gnss_hil.dbc.common.systems import reference
+from gnss_hil.dbc.common.signals import SIGNALS
+from gnss_hil.dbc.common.vehicle import ReceiverFigures
+from gnss_hil.flightsw.measurement.signals import carrier_hz
+from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
+
+_CHIP_M: F64 = np.nan_to_num(LIGHT_MPS / signals.column(lambda signal: signal.chip_hz, np.nan), nan=300.0)
+"""(16,) by signal: length of a chip [m]; of what is no signal, long."""
+
+_SHARE_OF_CHIP: F64 = _CHIP_M / _CHIP_M[SIGNALS["L1CA"].value]
+_NUMBERED = signals.column(lambda signal: signal.spacing_hz != 0, False)
+_SECOND = signals.beyond_first() > 0
+_TWO_PI = 2 * np.pi
+
+_45_DBHZ = 10**4.5
 
 
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """1 sigma: floors, and thermal noise at 45 dBHz; the code's on GPS L1 C/A."""
+@dataclass(frozen=True, slots=True, eq=False)
+class ReceiverNoise:
+    """Of pseudoranges, (16,) by signal, and of range rates.
 
-    code_floor_m: float = 0.10
-    code_m: float = 0.50
-    rate_floor_mps: float = 0.005
-    rate_mps: float = 0.05
-
-
-# Nominal URA of index 0..15. Source: IS-GPS-200, 20.3.3.3.1.3: 2^(1 + N/2) up to 6 with 2.8, 5.7 and 11.3
-# rounded as printed there, 2^(N - 2) above; 15 means that no prediction is given: not used for a fix.
-URA_M = np.array([2, 2.8, 4, 5.7, 8, 11.3, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, np.inf])
-NO_URA = 15
-
-_MCHIPS = signals.first_column(lambda signal: signal.chip_hz / 1e6, np.nan)
-_CHIP: F64 = np.nan_to_num(_MCHIPS[reference().value] / _MCHIPS, nan=1.0)
-"""(8,) by system: length of a chip of its first signal, that of the reference system's being 1."""
-
-
-def _thermal(cn0_dbhz: F64) -> F64:
-    """(n,) noise to signal ratio relative to 45 dBHz."""
-    return 10 ** (4.5 - 0.1 * cn0_dbhz)
-
-
-def variances(cn0_dbhz: F64, sat: I64, noise: Noise = Noise()) -> tuple[F64, F64]:
-    """(n,) of pseudoranges [m^2], whose noise is a share of the chip of the satellite's system, and of range
-    rates [m^2/s^2]."""
-    thermal = _thermal(cn0_dbhz)
-    code = noise.code_floor_m**2 + (noise.code_m * _CHIP[sat // NUMBERS]) ** 2 * thermal
-    return code, noise.rate_floor_mps**2 + noise.rate_mps**2 * thermal
-
-
-def range_variance_m2(code_variance: F64, ura: F64, sat: I64, ura_scale: float = 1.0) -> F64:
-    """(n,) variance of pseudoranges from that of their noise (n,) [m^2]; the URA counts `ura_scale` times.
-
-    The satellite's own error (URA) is the same on every antenna that tracks it: averaging its k measurements
-    does not average it out. Each gets k times the URA variance, which gives their mean the right variance.
+    loop_m2hz     variance of the loop times C/N0;  squaring_hz  C/N0 at which squaring doubles it
+    lasting_m2    variance that no C/N0 takes away
+    rate_hz3      variance of the frequency lock loop times C/N0 [Hz^3];  mixing_hz  where squaring doubles it
     """
-    copies = np.bincount(sat)[sat]
-    return code_variance + copies * (ura_scale * URA_M[ura.astype(np.intp)]) ** 2
+
+    loop_m2hz: F64
+    squaring_hz: float
+    lasting_m2: F64
+    rate_hz3: float
+    mixing_hz: float
+
+    def code_variance_m2(self, cn0_hz: F64, signal: I64) -> F64:
+        """(n,) of pseudoranges of signals (n,) with C/N0 (n,) as a ratio."""
+        return self.loop_m2hz[signal] / cn0_hz * (1 + self.squaring_hz / cn0_hz) + self.lasting_m2[signal]
+
+    def rate_variance_m2ps2(self, cn0_hz: F64, signal: I64, frequency: F64) -> F64:
+        """(n,) of range rates, with frequency numbers (n,)."""
+        wave_m = LIGHT_MPS / carrier_hz(signal, frequency)
+        return wave_m**2 * (self.rate_hz3 / cn0_hz * (1 + self.mixing_hz / cn0_hz))
+
+
+def receiver_noise(figures: ReceiverFigures) -> ReceiverNoise:
+    """By the figures of a vehicle file."""
+    spacing, integration = figures.correlator_spacing_chips, figures.integration_s
+    loop_m2hz = figures.code_bandwidth_hz * spacing / 2 * _CHIP_M**2
+    for name, sigma_m in figures.code_noise_m.items():
+        loop_m2hz[SIGNALS[name].value] = sigma_m**2 * _45_DBHZ
+    return ReceiverNoise(
+        loop_m2hz,
+        2 / ((2 - spacing) * integration),
+        (figures.multipath_m * _SHARE_OF_CHIP) ** 2
+        + _NUMBERED * figures.channel_delay_m**2
+        + _SECOND * figures.band_delay_m**2,
+        4 * figures.frequency_bandwidth_hz / (_TWO_PI * integration) ** 2,
+        1 / integration,
+    )

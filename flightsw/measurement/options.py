@@ -7,26 +7,28 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from gnss_hil.dbc.common.vehicle import Strict
-from gnss_hil.flightsw.measurement.noise import Noise
 
 
 class MeasurementOptions(Strict):
     ura_scale: Annotated[
         float,
-        Field(ge=0, le=10, description="how much of the broadcast range accuracy counts in the weights"),
+        Field(ge=0, le=10, description="how much of what satellites' orbits and clocks err by counts"),
     ] = 1.0
-    code_noise_m: Annotated[
-        float, Field(ge=0, le=100, description="1 sigma of a GPS L1 C/A pseudorange at 45 dBHz")
-    ] = 0.50
-    code_floor_m: Annotated[float, Field(ge=0.001, le=100, description="what no C/N0 takes away of it")] = (
-        0.10
-    )
-    rate_noise_mps: Annotated[float, Field(ge=0, le=10, description="1 sigma of a range rate at 45 dBHz")] = (
-        0.05
-    )
-    rate_floor_mps: Annotated[float, Field(ge=0.0001, le=10, description="what no C/N0 takes away of it")] = (
-        0.005
-    )
+    range_sigma_m: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=1000,
+            description="1 sigma of every pseudorange, whatever the models say; 0: as they say",
+        ),
+    ] = 0.0
+    ionosphere: Annotated[
+        Literal["auto", "usual", "off"],
+        Field(
+            description="ranges of one signal are corrected: where receivers report an ionosphere, "
+            "always, by a usual one where they report none, or never"
+        ),
+    ] = "auto"
     ionosphere_free: Annotated[
         bool,
         Field(description="ranges made of two signals of a satellite, without ionosphere"),
@@ -45,7 +47,3 @@ class MeasurementOptions(Strict):
             description="what is done where such ranges make no fix: one signal of each satellite, or none"
         ),
     ] = "one-signal"
-
-    @property
-    def noise(self) -> Noise:
-        return Noise(self.code_floor_m, self.code_noise_m, self.rate_floor_mps, self.rate_noise_mps)

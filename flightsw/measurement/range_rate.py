@@ -6,15 +6,17 @@ rays that the position gives.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.measurement.base import Point, Unknown
+from gnss_hil.flightsw.measurement.ionosphere import Delay
 from gnss_hil.flightsw.measurement.range_model import Rays
+from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
 from gnss_hil.flightsw.records.ranges import Ranges
 
@@ -24,7 +26,8 @@ class RangeRates:
     """Along the rays of the position they were made for.
 
     value      (n,) range rates with the satellites' clock rates added [m/s]
-    variance   (n,) [m^2/s^2]
+    own        (n,) variance of each by itself [m^2/s^2]
+    common     (n, k) 1 sigma of k errors that several have in common [m/s]
     still      (n,) what a craft with its centre of mass at rest and no clock rate would measure
     design     (n, 3 + c) Jacobian
     """
@@ -32,9 +35,28 @@ class RangeRates:
     kind: ClassVar[str] = "rate"
     unknowns: ClassVar[tuple[Unknown, ...]] = (Unknown.VELOCITY, Unknown.DRIFT)
     value: F64
-    variance: F64
+    own: F64
     still: F64
     design: F64
+    common: F64
+
+    @property
+    def variance(self) -> F64:
+        """(n,) [m^2/s^2] of each alone."""
+        return self.own + (self.common**2).sum(axis=1)
+
+    def weight(self, rows: Index) -> F64:
+        """Of some rows (k,): (k,) where all errors are independent, else (k, k)."""
+        return weight(self.own[rows], self.common[rows])
+
+    def without(self, advance: Delay, electrons: F64) -> RangeRates:
+        """With the ionosphere's part taken out, which the carrier has the other way round than the code."""
+        return replace(
+            self,
+            value=self.value + electrons * advance.modelled_m,
+            own=self.own + electrons**2 * advance.own_m2,
+            common=(electrons * advance.common_m)[:, None],
+        )
 
     def predict(self, x: Point) -> F64:
         velocity = np.zeros(3) if x.velocity_mps is None else x.velocity_mps
@@ -58,4 +80,5 @@ def range_rates(m: Ranges, geometry: F64, rays: Rays, lever_rate_mps: F64) -> Ra
     design = geometry.copy()
     design[:, :3] *= gain[:, None]
     value = m.range_rate_mps + m.clock_drift_mps
-    return RangeRates(value, m.rate_variance_m2ps2, stretch * static - gain * lever, design)
+    still = stretch * static - gain * lever
+    return RangeRates(value, m.rate_variance_m2ps2, still, design, np.zeros((len(m), 0)))

@@ -16,7 +16,7 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
 from gnss_hil.dbc.common.signals import SIGNALS, Signal
 from gnss_hil.dbc.common.systems import COUNT as SYSTEMS_COUNT
-from gnss_hil.dbc.common.systems import SYSTEMS
+from gnss_hil.dbc.common.systems import SYSTEMS, reference
 
 _CHOSEN_PAIRS = (
     ("L1P", "L2P"),
@@ -51,6 +51,7 @@ RANK = np.array([_RANK_OF.get(value, signals.COUNT) for value in range(signals.C
 
 _BASE_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, np.nan)
 _STEP_HZ: F64 = signals.column(lambda signal: signal.spacing_hz, 0.0)
+_REFERENCE_HZ = float(_BASE_HZ[signals.of_system(reference())[0].value])
 _FIRST: I64 = signals.first_column(lambda signal: signal.value, 0)
 _BEYOND: I64 = signals.beyond_first() * SATELLITES
 for _table in (_BASE_HZ, _STEP_HZ, RANK, _FIRST, _BEYOND):
@@ -92,3 +93,8 @@ def seconds(other_signals: Sequence[Sequence[str]]) -> I64:
 def carrier_hz(signal: I64, frequency: F64) -> F64:
     """(n,) carriers of signals (n,) and frequency numbers (n,); nan where a number is no signal."""
     return _BASE_HZ[signal] + _STEP_HZ[signal] * frequency
+
+
+def electrons(signal: I64, frequency: F64) -> F64:
+    """(n,) ionospheric delay of signals (n,) over that of the reference system's first, by carrier."""
+    return (_REFERENCE_HZ / carrier_hz(signal, frequency)) ** 2

@@ -110,9 +110,22 @@ class Acks:
         return Acks(*(getattr(self, name)[rows] for name in self.__slots__))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """The ionosphere as satellites broadcast it: alpha, beta (4,) [s, s/semicircle, ...].
+
+    Source: IS-GPS-200, 20.3.3.5.1.7
+    """
+
+    alpha: F64
+    beta: F64
+
+
 @dataclass(frozen=True, slots=True)
 class Epoch:
     """All records of a block of frames.
+
+    ionosphere  None where receivers report none
 
     boots       (MAX_RECEIVERS,) boot count of each receiver, -1 where its tag, status or heartbeat is missing
     domains     (MAX_RECEIVERS,) clock domain it reports, likewise
@@ -124,6 +137,7 @@ class Epoch:
     measurements: Measurements
     almanac: AlmanacRows
     acks: Acks
+    ionosphere: Coefficients | None
     boots: I64
     domains: I64
     lost: int
@@ -151,6 +165,7 @@ def empty_epoch(lost: int = 0) -> Epoch:
         measurements=NO_MEASUREMENTS,
         almanac=NO_ALMANAC,
         acks=NO_ACKS,
+        ionosphere=None,
         boots=_NONE_REPORTED,
         domains=_NONE_REPORTED,
         lost=lost,

@@ -16,16 +16,18 @@ class Ranges:
 
     receiver, sat            (n,) int: 0-based receiver (= antenna), satellite index
     channels                 (n,) int: bit k, channel k of the receiver delivered it
-    ura                      (n,) accuracy index
     pseudorange_m, range_rate_mps, pos_sv_m, vel_sv_mps, clock_m, clock_drift_mps
                              as in `gnss_hil.flightsw.records.epoch.Measurements`
-    code_variance_m2, rate_variance_m2ps2   (n,) noise of pseudorange and range rate
+    code_variance_m2, rate_variance_m2ps2   (n,) of what errs from range to range: noise, reflections
+    space_sigma_m            (n,) 1 sigma of the orbit and clock that the satellite reports, in its direction
+    code_bias_sigma_m        (n,) 1 sigma of its code's delay against the code that the clock belongs to
+    electrons                (n,) ionospheric delay in the pseudorange over that of the first signal of the
+                             reference system on the same ray; 0 where two signals have cancelled it
     """
 
     receiver: I64
     sat: I64
     channels: I64
-    ura: F64
     pseudorange_m: F64
     range_rate_mps: F64
     pos_sv_m: F64
@@ -34,6 +36,9 @@ class Ranges:
     clock_drift_mps: F64
     code_variance_m2: F64
     rate_variance_m2ps2: F64
+    space_sigma_m: F64
+    code_bias_sigma_m: F64
+    electrons: F64
 
     def __len__(self) -> int:
         return len(self.sat)

@@ -58,7 +58,9 @@ class Fix:
     items        (c,) which clock each bias and drift is: a clock domain, or a system's time-offset item
     clock_m, drift_mps   (c,) clock minus GPS time and its rate, times c
     velocity_mps, drift_mps   None if the range rates contradict each other or the bus cannot carry them
-    covariance_m2        (3, 3) of the position, by the variances of the measurements
+    covariance_m2        (3, 3) of the position, by what the measurements are known to err by
+    velocity_covariance_m2ps2, clock_variance_m2, drift_variance_m2ps2   (3, 3), (c,), (c,) likewise; None
+                         where the navigator has none, or nothing that they belong to
     used         (n,) bool, which of the measurements offered are in the fix
     satellites   distinct ones among them
     residual_m   (n,) measured minus predicted pseudorange, nan where not used
@@ -76,7 +78,21 @@ class Fix:
     satellites: int
     residual_m: F64
     pdop: float | None
+    velocity_covariance_m2ps2: F64 | None = None
+    clock_variance_m2: F64 | None = None
+    drift_variance_m2ps2: F64 | None = None
     misfit: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Delays:
+    """Of m receivers with their lines, one against another.
+
+    mean_m (m,), and root_m (m, m): root_m root_m' is the covariance
+    """
+
+    mean_m: F64
+    root_m: F64
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -84,12 +100,14 @@ class SnapshotFix(Fix):
     """What a least-squares solution of one epoch has besides.
 
     gain         (3, n) what a metre of each pseudorange moves the position, zero where not used
+    delays       of receivers, as they are known after it; None where they are not learnt
     iterations   Gauss-Newton steps taken
     """
 
     pdop: float
     gain: F64
     iterations: int
+    delays: Delays | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,16 +18,15 @@ from scipy.interpolate import BarycentricInterpolator
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.emulator.files import rinex_obs, sp3
-from gnss_hil.flightsw.app.config import Options
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free
-from gnss_hil.flightsw.measurement.noise import Noise
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.records.epoch import Measurements
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix
+from tests.support.budgets import BUDGET
 from tests.support.outside import data_file
 
 pytestmark = pytest.mark.realdata
@@ -120,14 +119,13 @@ def measured(heard, epoch: int, sky: Sky, tag_s: float) -> Measurements:
 
 
 def ranges(epoch: Epoch, combine=ionosphere_free) -> Ranges:
-    options = Options()
-    return combine(epoch.measured, Noise(options.code_floor_m, options.code_noise_m))
+    return combine(epoch.measured, BUDGET)
 
 
 def fixed(m: Ranges, rules: Rules = STRICT) -> Fix:
     """By default weights; the receiver's antenna is the point sought."""
     nowhere = np.zeros((3, len(m)))
-    fix = solve(m, nowhere, nowhere, np.zeros(len(m), int), rules=rules)
+    fix = solve(m, nowhere, nowhere, np.zeros(len(m), int), None, BUDGET, rules=rules)
     assert isinstance(fix, Fix), fix
     return fix
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -18,12 +19,14 @@ import pytest
 
 from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.dbc.contract.codec import codec
+from gnss_hil.emulator.config.scenario import find as find_scenario
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import HEARTBEAT, ROOT, Feeder, decoded, pack, recorded, session_of
 from tests.support.outside import c_tools
 
 EXAMPLE = ROOT / "examples" / "fsw_c"
 AGREEMENT_M = 0.001  # of two least squares with the same weights; found: 0.14 mm, the step of the bus
+COPIES_M = 0.01  # where antennas track the same satellites, whose common error each weighs in its own way
 EPOCHS = 130
 
 pytestmark = [
@@ -69,10 +72,16 @@ def sanitized(fsw) -> Path:
 
 @pytest.fixture(scope="module")
 def ours(tmp_path_factory) -> Path:
-    """A run of our own flight software."""
-    folder = tmp_path_factory.mktemp("runs") / "ours"
-    assert main(["run", "--bus", "inline", "--duration", str(EPOCHS), "--out", str(folder), "--quiet"]) == 0
-    return folder
+    """A run of our own flight software, which is told no more of the receivers than the one in C goes by."""
+    folder = tmp_path_factory.mktemp("runs")
+    figures = re.compile(r"^\[receivers\]\n(?:\w+ = .*\n)+", re.M)
+    stripped, count = figures.subn("", find("soyuz-ms").read_text())
+    assert count == 1
+    (folder / "soyuz-ms.toml").write_text(stripped)
+    (folder / "soyuz.toml").write_text(find_scenario("soyuz").read_text())
+    words = ["run", str(folder / "soyuz.toml"), "--bus", "inline", "--duration", str(EPOCHS), "--quiet"]
+    assert main([*words, "--out", str(folder / "ours")]) == 0
+    return folder / "ours"
 
 
 @pytest.fixture(scope="module")
@@ -110,12 +119,13 @@ def test_the_same_frames_give_the_same_fixes(fsw, ours, epochs, tmp_path):
     both = [(a, row) for a, row in zip(answers, own.iter_rows(named=True), strict=True) if row["valid"]]
     assert len(both) > 90
     for answer, row in both:
+        agreement_m = AGREEMENT_M if row["satellites"] == row["measurements"] else COPIES_M
         for axis in "xyz":
             position_m = answer[f"NAV_{axis.upper()}"][0][f"{axis}_m"]
             velocity_mps = answer[f"NAV_V{axis.upper()}"][0][f"v{axis}_mps"]
-            assert position_m == pytest.approx(row[f"{axis}_ecef_m"], abs=AGREEMENT_M)
+            assert position_m == pytest.approx(row[f"{axis}_ecef_m"], abs=agreement_m)
             assert velocity_mps == pytest.approx(row[f"v{axis}_ecef_mps"], abs=0.0005)
-        assert answer["NAV_CLOCK"][0]["bias_m"] == pytest.approx(row["clock_bias_m"], abs=AGREEMENT_M)
+        assert answer["NAV_CLOCK"][0]["bias_m"] == pytest.approx(row["clock_bias_m"], abs=agreement_m)
         assert len(answer["NAV_USED"]) == 4
         assert sum(used["channels"].bit_count() for used in answer["NAV_USED"]) == row["measurements"]
 
@@ -126,7 +136,9 @@ def test_it_flies_and_commands_as_ours_does(fsw, ours, tmp_path):
     assert main(command) == 0
     both = fixes(ours).join(fixes(folder), on="t_gps_s", suffix="_other")
     assert (both["valid"] == both["valid_other"]).all()
-    assert distances_m(both).max() < AGREEMENT_M
+    alike = both.filter(pl.col("satellites") == pl.col("measurements"))
+    assert len(alike) > 90 and distances_m(alike).max() < AGREEMENT_M
+    assert distances_m(both).max() < COPIES_M
     tracked = ["t_gps_s", "receiver", "satellite"]
     own, other = (
         pl.read_parquet(path / "channels.parquet").select(tracked).unique() for path in (ours, folder)
@@ -150,7 +162,7 @@ def test_it_flies_at_twenty_times_real_time_without_lockstep(fsw, tmp_path):
     truth = pl.read_parquet(folder / "truth.parquet")
     assert flown["valid"].sum() > 20
     both = flown.join(truth.with_columns(valid=True), on="t_gps_s", suffix="_other")
-    assert np.median(distances_m(both)) < 5
+    assert np.median(distances_m(both)[-10:]) < 5
     assert json.loads((folder / "summary.json").read_text("utf-8"))["mark_late_ms"] > 0
 
 

@@ -17,6 +17,13 @@ _FIX_SIGNALS = {
     "NAV_STATUS": ("mode", "no_fix", "satellites", "measurements", "pdop"),
     "NAV_SIGMA": ("sigma_x_m", "sigma_y_m", "sigma_z_m"),
     "NAV_CORR": ("rho_xy", "rho_xz", "rho_yz"),
+    "NAV_VSIGMA": ("sigma_vx_mps", "sigma_vy_mps", "sigma_vz_mps"),
+    "NAV_VCORR": ("rho_vxy", "rho_vxz", "rho_vyz"),
+}
+_CLOCK_SIGNALS = {
+    "NAV_CLOCK": {"clock_bias_m": "bias_m"},
+    "NAV_DRIFT": {"clock_drift_mps": "drift_mps"},
+    "NAV_CLOCK_SIGMA": {"sigma_clock_bias_m": "sigma_bias_m", "sigma_clock_drift_mps": "sigma_drift_mps"},
 }
 _ATTITUDE_SIGNALS = {
     "ATT_Q01": ("q0", "q1"),
@@ -50,10 +57,19 @@ def fixes(block: Block) -> dict[str, NDArray]:
     )
     out["reported"] = ~np.isnan(out["mode"])
     out["valid"] = placed & (position_only | moving & (out["mode"] == _POSITION_VELOCITY))
-    clocks = block["NAV_CLOCK"]
+    for kind, names in _CLOCK_SIGNALS.items():
+        out |= _of_lowest_domain(block, kind, names)
+    out["sigma_clock_drift_mps"][np.isnan(out["clock_drift_mps"])] = np.nan
+    return out
+
+
+def _of_lowest_domain(block: Block, kind: str, names: Mapping[str, str]) -> dict[str, NDArray]:
+    """Signals of a kind that comes for each clock, (e,) by the names they are given: of the lowest domain."""
+    clocks = block[kind]
     item = clocks["item"]
     order = np.argsort(-item, kind="stable")  # the lowest domain is written last and stands
     domains = order[np.isin(item[order], _DOMAINS)]
-    out["clock_bias_m"] = np.full(block.epochs, np.nan)
-    out["clock_bias_m"][clocks.epoch[domains]] = clocks["bias_m"][domains]
+    out = {name: np.full(block.epochs, np.nan) for name in names}
+    for name, signal in names.items():
+        out[name][clocks.epoch[domains]] = clocks[signal][domains]
     return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.results import outages
+from gnss_hil.tools.results import consistency, outages
 from gnss_hil.tools.results.truth import Truth
 
 
@@ -38,6 +39,8 @@ _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
 _OF_THE_RUN_ALONE = ("expect", "frames_sent", "latency_histogram", "about", "fixes_flown")
 """Of run.json, what summary.json does not repeat."""
+_NEES = ("position", "velocity", "clock")
+LIGHT_MPS = 299_792_458.0
 _NEVER_NS = 2**63 - 1
 
 
@@ -48,21 +51,38 @@ def statistics(values, names: Sequence[str]) -> dict[str, float | int | None]:
     return {name: _number(_STATISTICS[name](values)) if len(values) else None for name in names}
 
 
-def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """3-D position [m] and velocity [m/s] errors of valid fixes that truth knows the instant of; nan for the
-    velocity of a fix without one."""
-    valid = fixes["valid"]
-    t_ns = fixes["t_ns"][valid]
-    if not len(rows) or not len(t_ns):
-        return np.zeros(0), np.zeros(0)
-    at = np.minimum(np.searchsorted(rows["t_gps_ns"], t_ns), len(rows) - 1)
-    found = rows["t_gps_ns"][at] == t_ns
-    position = np.column_stack([fixes[f"{a}_m"][valid] for a in "xyz"])[found]
-    velocity = np.column_stack([fixes[f"v{a}_mps"][valid] for a in "xyz"])[found]
-    rows = rows[at[found]]
-    return (
-        np.linalg.norm(position - rows["position_ecef_m"], axis=1),
-        np.linalg.norm(velocity - rows["velocity_ecef_mps"], axis=1),
+@dataclass(frozen=True, slots=True, eq=False)
+class Errors:
+    """Of valid fixes that truth knows the instant of; nan for the velocity of a fix without one.
+
+    position_m, velocity_mps (n,)   3-D
+    nees    name -> (n,) normalised squared errors of position, velocity and clock
+    """
+
+    position_m: np.ndarray
+    velocity_mps: np.ndarray
+    nees: Mapping[str, np.ndarray]
+
+
+def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> Errors:
+    """Of fixes, and truth."""
+    none = np.zeros(0)
+    if not len(rows) or not fixes or not fixes["valid"].any():
+        return Errors(none, none, dict.fromkeys(_NEES, none))
+    fixes = {name: column[fixes["valid"]] for name, column in fixes.items()}
+    at = np.minimum(np.searchsorted(rows["t_gps_ns"], fixes["t_ns"]), len(rows) - 1)
+    found = rows["t_gps_ns"][at] == fixes["t_ns"]
+    fixes, rows = {name: column[found] for name, column in fixes.items()}, rows[at[found]]
+    position = np.column_stack([fixes[f"{a}_m"] for a in "xyz"]) - rows["position_ecef_m"]
+    velocity = np.column_stack([fixes[f"v{a}_mps"] for a in "xyz"]) - rows["velocity_ecef_mps"]
+    return Errors(
+        np.linalg.norm(position, axis=1),
+        np.linalg.norm(velocity, axis=1),
+        {
+            "position": consistency.position_nees(fixes, position),
+            "velocity": consistency.velocity_nees(fixes, velocity),
+            "clock": consistency.clock_nees(fixes, LIGHT_MPS * rows["clock_s"][:, 0]),
+        },
     )
 
 
@@ -104,7 +124,7 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
         fixes = {name: column[fixes["t_ns"] >= since_ns] for name, column in fixes.items()}
         rows = rows[rows["t_gps_ns"] >= since_ns] if len(rows) else rows
     valid = fixes["valid"] if fixes else np.zeros(0, bool)
-    position_m, velocity_mps = errors_against_truth(fixes, rows) if fixes else (np.zeros(0), np.zeros(0))
+    errors = errors_against_truth(fixes, rows)
 
     def of_fixes(name):
         return fixes[name][valid] if fixes else np.zeros(0)
@@ -118,8 +138,9 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
         "measurements": statistics(of_fixes("measurements"), _SPREAD),
         "pdop": statistics(of_fixes("pdop"), _QUALITY),
         "pdop_distinct": statistics(of_fixes("pdop_distinct"), _QUALITY),
-        "position_error_m": statistics(position_m, _ERROR),
-        "velocity_error_mps": statistics(velocity_mps, _ERROR),
+        "position_error_m": statistics(errors.position_m, _ERROR),
+        "velocity_error_mps": statistics(errors.velocity_mps, _ERROR),
+        "nees": {name: statistics(values, ("mean",))["mean"] for name, values in errors.nees.items()},
     }
 
 

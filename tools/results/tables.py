@@ -77,6 +77,11 @@ FIXES: Table = {
     "pdop_distinct": "pdop_distinct",
     **{f"sigma_{a}_ecef_m": f"sigma_{a}_m" for a in "xyz"},
     **{f"rho_{pair}": f"rho_{pair}" for pair in ("xy", "xz", "yz")},
+    **{f"sigma_v{a}_ecef_mps": f"sigma_v{a}_mps" for a in "xyz"},
+    **{f"rho_v{pair}": f"rho_v{pair}" for pair in ("xy", "xz", "yz")},
+    "sigma_clock_bias_m": "sigma_clock_bias_m",
+    "clock_drift_mps": "clock_drift_mps",
+    "sigma_clock_drift_mps": "sigma_clock_drift_mps",
 }
 """One row per navigation block: the columns that are promised first, the rest of its frames behind."""
 

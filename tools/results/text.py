@@ -116,6 +116,15 @@ def _converged(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "    satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
     yield "    position error, 3-D", _errors(c["position_error_m"], "m")
     yield "    velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
+    if c["nees"]["position"] is not None:
+        yield "    squared error by its covariance", _nees(c["nees"])
+
+
+def _nees(n: Mapping[str, Any]) -> str:
+    return (
+        f"{small(n['position'])} position, {small(n['velocity'])} velocity (3 is right), "
+        f"{small(n['clock'])} clock (1)"
+    )
 
 
 def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -16,13 +16,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.common.arrays import I8, I64
+from gnss_hil.dbc.common import gpstime, satellites
+from gnss_hil.dbc.common.arrays import I8, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
+from gnss_hil.emulator.constellation.base import PRECISE, WITHOUT_GROUP_DELAY, Broadcast
 from gnss_hil.emulator.constellation.sky import Sky, SkyState
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
 from gnss_hil.emulator.environment.signals import reported_at_transmission
@@ -82,6 +83,7 @@ class RecordedCraft:
     almanac: HeldAlmanac | None
     row_of: I64
     session: int
+    of_one_carrier: Bool
 
     @property
     def obeys(self) -> bool:
@@ -154,10 +156,7 @@ def play(
     """The block of an epoch; sky at the epoch's mark."""
     held = craft.almanac
     templates, mark_ns = craft.templates, int(craft.marks_ns[epoch])
-    # Precise orbits have no frequencies; what the receiver tuned to counts.
-    tuned = craft.frequency[sky.index]
-    frequency = np.where(tuned != 0, tuned, sky.broadcast.frequency)
-    sky = replace(sky, broadcast=replace(sky.broadcast, frequency=frequency))
+    sky = replace(sky, broadcast=_as_played(craft, sky))
     seen = observed(craft, sky, craft.row_of, epoch)
     known = almanac.contents(held, sky)
     rows, sender = almanac.portion(known, epoch, craft.epochs_per_pass, craft.vehicle.antennas)
@@ -177,6 +176,19 @@ def play(
     )
     block, sent = e2e.protect(craft.codec, frames.block(parts, mark_ns), unit.sent, epoch)
     return RecordedUnit(sent, unit.refused), block
+
+
+def _as_played(craft: RecordedCraft, sky: SkyState) -> Broadcast:
+    """What receivers report of a sky. Precise orbits have no frequencies: what the receiver tuned to counts.
+    Nor have they group delays: ranges of one carrier lack them, and are that much less accurate."""
+    said = sky.broadcast
+    tuned = craft.frequency[sky.index]
+    lacking = craft.of_one_carrier[satellites.system_of(sky.index)] & (said.group_delay_m == 0)
+    return replace(
+        said,
+        frequency=np.where(tuned != 0, tuned, said.frequency),
+        ura=np.where(lacking & (said.ura == PRECISE), WITHOUT_GROUP_DELAY, said.ura),
+    )
 
 
 def truth(craft: RecordedCraft, epoch: int) -> NDArray:

@@ -27,6 +27,20 @@ class Coefficients:
     beta: tuple[float, ...]
 
 
+_STEPS = {"alpha": (2.0**-30, 2.0**-27, 2.0**-24, 2.0**-24), "beta": (2.0**11, 2.0**14, 2.0**16, 2.0**16)}
+"""Of the message's eight bits. IS-GPS-200, table 20-X."""
+
+
+def as_broadcast(coefficients: Coefficients) -> Coefficients:
+    """In the steps and bounds of the message."""
+
+    def eight_bits(name: str) -> tuple[float, ...]:
+        pairs = zip(getattr(coefficients, name), _STEPS[name], strict=True)
+        return tuple(step * min(max(round(value / step), -128), 127) for value, step in pairs)
+
+    return Coefficients(eight_bits("alpha"), eight_bits("beta"))
+
+
 def vertical_delay_s(coefficients: Coefficients, second_of_day: Floats, lat_rad: F64, lon_rad: F64) -> F64:
     """Vertical delay on GPS L1 [s] over a place; arrays that broadcast.
 

@@ -31,7 +31,8 @@ extern const char *const reason_names[REASONS];
 struct channel { /* a channel's ten frames */
     unsigned parts; /* bit k: kind k has come */
     int satellite;  /* or NO_SATELLITE */
-    unsigned signal, lock, ura;
+    unsigned signal, lock;
+    int ura;
     bool healthy;
     double pseudorange_m, range_rate_mps, cn0_dbhz;
     double position_ecef_m[3], velocity_ecef_mps[3]; /* axes of the transmission instant */

@@ -93,13 +93,43 @@ void measure(struct problem *problem, const struct vehicle *vehicle, const struc
     gather(problem, inbox);
 }
 
-/* The published weighting (README.md): a floor, thermal noise inverse to C/N0, and the satellite's own error by
- * its URA. What the satellite errs is the same on all antennas that track it, so that averaging does not help:
+/* The published weighting (README.md): thermal noise of the code loop, inverse to C/N0, and the satellite's own
+ * error: what its system usually errs by, more where its accuracy index is worse than usual, less where it
+ * promises to be better. What the satellite errs is the same on all antennas that track it, so that averaging does not help:
  * each of its k measurements bears k times that variance. */
-static double ura_variance_m2(unsigned ura)
+static double accuracy_m(int ura)
 {
-    static const double ura_m[NO_URA] = {2, 2.8, 4, 5.7, 8, 11.3, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
-    return ura_m[ura] * ura_m[ura]; /* IS-GPS-200, 20.3.3.3.1.3 */
+    static const double from_0[NO_URA] = {2, 2.8, 4, 5.7, 8, 11.3, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
+    return ura < 0 ? pow(2.0, 1.0 + 0.5 * ura) : from_0[ura]; /* IS-GPS-200, 20.3.3.3.1.3 and 30.3.3.1.1.4 */
+}
+
+/* What a satellite's report makes ranges err by, as a share of what its system's usually do. */
+static double worse_than_usual(bool glonass, int ura)
+{
+    double usual_accuracy_m = glonass ? accuracy_m(4) : accuracy_m(0), usual_m = glonass ? 2.0 : 0.6;
+    return fmin(fmax(accuracy_m(ura) / usual_accuracy_m, 1.0), accuracy_m(ura) / usual_m);
+}
+
+static double space_variance_m2(bool glonass, int ura)
+{
+    double orbit_m = (glonass ? 2.0 : 0.6) * worse_than_usual(glonass, ura);
+    double code_m = glonass ? 0.0 : fmin(0.28, accuracy_m(ura)); /* C/A against the P code of GPS clocks */
+    return orbit_m * orbit_m + code_m * code_m;
+}
+
+/* Code loop: early minus late power, half a chip apart, 0.5 Hz, 20 ms. Kaplan & Hegarty, 8.9 */
+static double code_variance_m2(bool glonass, double cn0_hz)
+{
+    double chip_m = LIGHT_MPS / (glonass ? 0.511e6 : 1.023e6);
+    return chip_m * chip_m * 0.5 * 0.5 / (2.0 * cn0_hz) * (1.0 + 2.0 / (1.5 * 0.02 * cn0_hz));
+}
+
+/* Frequency loop: 2 Hz, 20 ms; and a satellite's clock within a second. */
+static double rate_variance_m2ps2(bool glonass, double cn0_hz, int ura)
+{
+    double turn_m = LIGHT_MPS / (glonass ? 1602.0e6 : 1575.42e6) / (6.283185307179586 * 0.02);
+    double clock_mps = (glonass ? 0.003 : 0.0015) * worse_than_usual(glonass, ura);
+    return turn_m * turn_m * 4.0 * 2.0 / cn0_hz * (1.0 + 1.0 / (0.02 * cn0_hz)) + clock_mps * clock_mps;
 }
 
 void weigh(struct problem *problem)
@@ -109,11 +139,11 @@ void weigh(struct problem *problem)
         copies[problem->measurement[i].satellite]++;
     for (int i = 0; i < problem->measurements; i++) {
         struct measurement *m = &problem->measurement[i];
-        double noise = pow(10.0, 4.5 - 0.1 * m->from->cn0_dbhz); /* relative to 45 dBHz */
-        double code_m = system_of(m->satellite) == GLONASS ? 0.50 * 1.023 / 0.511 : 0.50;
-        m->range_variance_m2 = 0.10 * 0.10 + code_m * code_m * noise +
-                               copies[m->satellite] * ura_variance_m2(m->from->ura);
-        m->rate_variance_m2ps2 = 0.005 * 0.005 + 0.05 * 0.05 * noise;
+        bool glonass = system_of(m->satellite) == GLONASS;
+        double cn0_hz = pow(10.0, 0.1 * m->from->cn0_dbhz), copies_of = copies[m->satellite];
+        m->range_variance_m2 =
+            code_variance_m2(glonass, cn0_hz) + copies_of * space_variance_m2(glonass, m->from->ura);
+        m->rate_variance_m2ps2 = rate_variance_m2ps2(glonass, cn0_hz, m->from->ura);
     }
 }
 

@@ -1,6 +1,6 @@
 /* A strict reader of the TOML subset that vehicle files use: `key = value` lines, values are strings, numbers
- * or one-line arrays of three numbers or of strings, and `[[antenna]]` opens the next antenna. Everything else is refused
- * with its line number. */
+ * or one-line arrays of three numbers or of strings, and `[[antenna]]` opens the next antenna. The table
+ * `[receivers]` before the first is passed over. Everything else is refused with its line number. */
 #include "vehicle.h"
 
 #include <ctype.h>
@@ -193,7 +193,7 @@ static const char *read_lines(FILE *file, struct vehicle *vehicle, int *line_num
     char line[512];
     struct draft draft = {0};
     unsigned receivers = 0;
-    bool in_antenna = false;
+    bool in_antenna = false, in_figures = false;
 
     while (fgets(line, sizeof line, file)) {
         const char *fault = NULL;
@@ -204,12 +204,17 @@ static const char *read_lines(FILE *file, struct vehicle *vehicle, int *line_num
         char *text = trim(line);
         if (*text == '\0')
             continue;
+        if (strcmp(text, "[receivers]") == 0 && !in_antenna) {
+            in_figures = true; /* what receivers are known to err by: this software weighs by its own */
+            continue;
+        }
         if (strcmp(text, "[[antenna]]") == 0) {
+            in_figures = false;
             if (in_antenna)
                 fault = settle(vehicle, &draft, &receivers);
             memset(&draft, 0, sizeof draft);
             in_antenna = true;
-        } else {
+        } else if (!in_figures) {
             fault = take_line(&draft, in_antenna, text, why, size);
         }
         if (fault)

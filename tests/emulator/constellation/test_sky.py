@@ -9,7 +9,7 @@ import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.emulator.config import scenario
-from gnss_hil.emulator.constellation.base import Broadcast
+from gnss_hil.emulator.constellation.base import EXACT, Broadcast
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
 from gnss_hil.emulator.constellation.sky import GRID, Sky, build_sky
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
@@ -187,7 +187,7 @@ def test_a_mixed_sky_switches_ephemerides_on_whole_minutes(folder):
     state = sky.at(TIME.start_ns)
     assert len(state.index) == 25
     broadcast = state.broadcast
-    assert broadcast.available.all() and broadcast.iod[row] == 16 and broadcast.ura[row] == 0
+    assert broadcast.available.all() and broadcast.iod[row] == 16 and broadcast.ura[row] == EXACT
     times_ns = [end_ns + k * minute_ns + d for k in (-1, 0, 1) for d in (-1, 0)]
     known = [bool(sky.at(t_ns).broadcast.available[row]) for t_ns in times_ns]
     assert known == [True, True, True, True, True, False]  # valid to 04:00:00, and the minute begun then

@@ -55,7 +55,7 @@ REFUSED = [
     (model("ura_scale", Annotated[float, Field(ge=0, le=10)], 11.0), f"ura_scale: {NARROWED}"),
     (model("inconsistent", Literal["fix", "hope"], "fix"), f"inconsistent: {NARROWED}"),
     (model("exclude_satellites", Annotated[float, Field(ge=0, le=16)], 1), f"exclude_satellites: {NARROWED}"),
-    (model("noise", float, 1.0), f"noise: {HIDDEN}"),
+    (model("rules", float, 1.0), f"rules: {HIDDEN}"),
     (Judging, f"rules: {HIDDEN}"),
     (Open, "model_config: extra has to be 'forbid', as of Strict"),
     (Lax, f"options: {Lax!r} is no subclass of Strict"),
@@ -84,10 +84,10 @@ def test_members_of_all_models_are_hidden_by_no_option(name):
 
 
 def test_every_mistake_has_its_line():
-    own = model("ura_scale", str, "much", base=model("noise", float, 1.0))
+    own = model("ura_scale", str, "much", base=model("rules", float, 1.0))
     with pytest.raises(ValueError) as caught:
         own_options("a row", own, Options)
-    assert str(caught.value).splitlines() == [f"a row: noise: {HIDDEN}", f"a row: ura_scale: {NARROWED}"]
+    assert str(caught.value).splitlines() == [f"a row: rules: {HIDDEN}", f"a row: ura_scale: {NARROWED}"]
 
 
 @pytest.mark.parametrize(

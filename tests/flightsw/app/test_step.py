@@ -142,7 +142,8 @@ def test_answer_block_order_and_protection(flight):
     *_, answers, _ = flight
     kinds = [CODEC.layouts[k].name for k in CODEC.kind_of[answers[1].can_id]]
     expected = ["NAV_STATUS", *(f"NAV_{v}{a}" for v in ("", "V") for a in "XYZ"), "NAV_CLOCK", "NAV_CLOCK",
-                "NAV_DRIFT", "NAV_DRIFT", "NAV_SIGMA", "NAV_CORR", *["NAV_USED"] * 4]  # fmt: skip
+                "NAV_DRIFT", "NAV_DRIFT", "NAV_SIGMA", "NAV_CORR", *["NAV_USED"] * 4,
+                "NAV_VSIGMA", "NAV_VCORR", "NAV_CLOCK_SIGMA", "NAV_CLOCK_SIGMA"]  # fmt: skip
     assert kinds[: len(expected)] == expected
     assert set(kinds[len(expected) : -1]) == {"COMMAND"} and kinds[-1] == "HEARTBEAT"
     counters = e2e.fresh_counters(CODEC)
@@ -168,6 +169,17 @@ def test_navigation_frames_say_what_the_fix_says(flight):
     correlation = fix.covariance_m2 / np.outer(sigma, sigma)
     expected = [correlation[0, 1], correlation[0, 2], correlation[1, 2]]
     assert [v[f"rho_{p}"][0] for p in ("xy", "xz", "yz")] == pytest.approx(expected, abs=0.00006)
+    sigma = np.sqrt(np.diag(fix.velocity_covariance_m2ps2))
+    v = decoded(answer, "NAV_VSIGMA")
+    assert [v[f"sigma_v{a}_mps"][0] for a in "xyz"] == pytest.approx(sigma, abs=0.00051)
+    v = decoded(answer, "NAV_VCORR")
+    correlation = fix.velocity_covariance_m2ps2 / np.outer(sigma, sigma)
+    expected = [correlation[0, 1], correlation[0, 2], correlation[1, 2]]
+    assert [v[f"rho_v{p}"][0] for p in ("xy", "xz", "yz")] == pytest.approx(expected, abs=0.00006)
+    v = decoded(answer, "NAV_CLOCK_SIGMA")
+    assert tuple(v["item"].tolist()) == fix.items
+    assert v["sigma_bias_m"] == pytest.approx(np.sqrt(fix.clock_variance_m2), abs=0.00051)
+    assert v["sigma_drift_mps"] == pytest.approx(np.sqrt(fix.drift_variance_m2ps2), abs=0.000051)
 
 
 def test_same_frames_same_bytes(flight):

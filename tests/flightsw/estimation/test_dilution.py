@@ -13,6 +13,7 @@ from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, Solution
 from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET
 
 pytestmark = pytest.mark.verifies(
     "flightsw/estimation/dilution.py",
@@ -27,8 +28,8 @@ def offered():
     c = craft()
     m = measurements(s.observe(c, in_view(c, 40), s.constellation()))
     none = np.zeros((3, len(m)))
-    fix = solve(m, none, none, c.domain[m.receiver])
-    return m, fix, FixInputs(None, c.lever_body, c.domain, 1.0)
+    fix = solve(m, none, none, c.domain[m.receiver], None, BUDGET)
+    return m, fix, FixInputs(None, c.lever_body, c.domain, BUDGET)
 
 
 def stated(m, fix, inputs):

@@ -20,11 +20,11 @@ from gnss_hil.flightsw.estimation.best_antenna import best_antenna, selected_ant
 from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.receiver_mean import mean_covariance_m2, receiver_mean
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
-from gnss_hil.flightsw.measurement.noise import range_variance_m2
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState
 from tests.flightsw.app.test_step import drop, fly, soyuz, status, used
 from tests.flightsw.estimation.test_position import LEVERS, craft, in_view, measurements, separate
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import budget, sigma_m
 from tests.support.flown import CODEC, FakeBus, decoded, position_of
 
 pytestmark = [
@@ -52,7 +52,7 @@ SKY = s.constellation()
 
 
 def at(c, ura_scale=1.0):
-    return FixInputs(None, c.lever_body, c.domain, ura_scale)
+    return FixInputs(None, c.lever_body, c.domain, budget(ura_scale))
 
 
 def after(start=None, antenna=-1):
@@ -80,7 +80,7 @@ def solved_inertially(c, pairs, m):
     """Antenna's place, ECEF, from its measurements: light times in the inertial frame, nothing of the flight
     software's. The clock and the GLONASS offset are solved for with it; weights as the flight software's."""
     sats = [sat for _, sat in pairs]
-    weight = 1 / np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
+    weight = 1 / sigma_m(m)
     truth = c.orbit.at(0.0)
 
     def misfit(x):
@@ -252,7 +252,7 @@ def test_clocks_that_agree_are_not_changed_by_averaging(clocks, offset, data):
 def test_covariance_of_the_mean_is_the_scatter_of_fixes_with_errors_that_satellites_share():
     c = craft()
     m = replace(measurements(s.observe(c, shared(c), SKY, rates=False), cn0=40.0))
-    m = replace(m, ura=np.full(len(m), 1.0))
+    m = replace(m, space_sigma_m=np.full(len(m), 2.8))
     start = s.truth_ecef(c)[0]
     code = np.sqrt(m.code_variance_m2)
     exact = averaged(m, at(c), start)
@@ -279,9 +279,10 @@ def test_covariance_and_dilution_of_independent_solutions():
     m = measurements(s.observe(c, shared(c), SKY, rates=False))
     mean, one = averaged(m, at(c)), averaged(m[m.receiver == 0], at(c))
     assert mean.pdop == pytest.approx(one.pdop / 2, rel=1e-4)
-    without = mean_covariance_m2(m, mean.gain, 0.0)
+    start = mean.position_m
+    without = mean_covariance_m2(m, mean.gain, start, at(c, 0.0))
     assert mean.covariance_m2 - without == pytest.approx(
-        one.covariance_m2 - mean_covariance_m2(m[m.receiver == 0], one.gain, 0.0), rel=1e-3
+        one.covariance_m2 - mean_covariance_m2(m[m.receiver == 0], one.gain, start, at(c, 0.0)), rel=1e-3
     )
 
 

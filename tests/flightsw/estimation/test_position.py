@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
-from gnss_hil.flightsw.estimation.least_squares import adjusted, least_squares
+from gnss_hil.flightsw.estimation.least_squares import least_squares
 from gnss_hil.flightsw.estimation.position import solve
-from gnss_hil.flightsw.measurement.noise import range_variance_m2, variances
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET, SPACE_M, sigma_m
 
 pytestmark = [
     pytest.mark.verifies(
@@ -31,13 +31,6 @@ pytestmark = [
             "noise off: 0.1 mm"
         ),
         status="validated",
-    ),
-    pytest.mark.verifies(
-        "flightsw/measurement/noise.py",
-        "flightsw/measurement/options.py",
-        what="Weights",
-        by="floor plus thermal noise, URA by IS-GPS-200",
-        status="modelled",
     ),
 ]
 
@@ -57,14 +50,21 @@ def craft(orbit=LEO, domain=(0, 0, 0, 0), clock_s=(1e-3,), rate=(2e-8,), offset=
     )
 
 
+def noise_of(cn0_dbhz, sat):
+    """Variances of code and rate by C/N0, on the first signal of each satellite's system."""
+    signal, cn0_hz = (sat >= 64).astype(int), 10 ** (0.1 * cn0_dbhz)
+    noise = BUDGET.noise
+    return noise.code_variance_m2(cn0_hz, signal), noise.rate_variance_m2ps2(cn0_hz, signal, 0.0 * cn0_hz)
+
+
 def measurements(o, cn0=45.0):
     n = len(o["sat"])
     antenna, sat = o["antenna"].astype(int), o["sat"].astype(int)
     flat = np.zeros(n)
     return Ranges(
-        antenna, sat, 1 << np.arange(n) % 32, flat, o["p"], o["pdot"],
+        antenna, sat, 1 << np.arange(n) % 32, o["p"], o["pdot"],
         np.array([o["x"], o["y"], o["z"]]), np.array([o["vx"], o["vy"], o["vz"]]), o["clock"], o["drift"],
-        *variances(flat + cn0, sat),
+        *noise_of(flat + cn0, sat), flat + SPACE_M, flat, flat + 1.0,
     )  # fmt: skip
 
 
@@ -79,7 +79,14 @@ def fix_of(c, m, start=None, **more):
     dcm = c.dcm_body_from_eci @ s.ecef_from_eci(0.0).T
     report = AttitudeReport(s.quaternion(dcm), c.rate_body)
     lever, lever_rate = levers_ecef(attitude_now(report, None, s.T0_NS, 0), c.lever_body)
-    return solve(m, lever.T[:, m.receiver], lever_rate.T[:, m.receiver], c.domain[m.receiver], start, **more)
+    return solve(
+        m,
+        lever.T[:, m.receiver],
+        lever_rate.T[:, m.receiver],
+        c.domain[m.receiver],
+        start,
+        **{"budget": BUDGET, **more},
+    )
 
 
 def errors(c, fix):
@@ -246,7 +253,7 @@ def test_no_sound_satellite_is_taken_for_the_faulty_one(count):
         gps = [sat for sat in SKY if sat < 64]
         rng.shuffle(gps)
         m = measurements(s.observe(c, in_view(c, count, sats=gps), SKY, rates=False))
-        sigma = np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
+        sigma = sigma_m(m)
         for bias_m in (10.0, 30.0, 300.0, 3000.0):
             bad = rng.integers(len(m))
             p = m.pseudorange_m + sigma * rng.normal(size=len(m))
@@ -298,7 +305,7 @@ def test_two_outliers_are_no_fix():
 def test_covariance_is_the_scatter_of_fixes():
     c = craft()
     m = measurements(s.observe(c, in_view(c, 14), SKY, rates=False), cn0=40.0)
-    sigma = np.sqrt(range_variance_m2(m.code_variance_m2, m.ura, m.sat))
+    sigma = sigma_m(m)
     rng = np.random.default_rng(3)
     truth = s.truth_ecef(c)[0]
     scatter = []
@@ -325,7 +332,9 @@ def test_unweighted_rows_agree_with_numpys_least_squares():
     root = np.sqrt(weight)
     expected = np.linalg.lstsq(design * root[:, None], y * root, rcond=None)[0]
     assert least_squares(design, y, weight).x == pytest.approx(expected)
-    assert adjusted(design, y, weight) == pytest.approx(expected)
+    full = least_squares(design, y, np.diag(weight))
+    assert full.x == pytest.approx(expected)
+    assert full.gain @ y == pytest.approx(expected)
 
 
 def test_what_rounding_makes_of_singular_matrices_is_not_observable():
@@ -345,23 +354,6 @@ def test_a_column_that_says_nothing_is_not_observable(value):
     design[:, 2] = value
     with np.errstate(invalid="ignore"):
         assert least_squares(design, np.zeros(12), np.ones(12)) is None
-
-
-def test_common_error_of_a_satellite_does_not_average_out():
-    code, ura = 0.1**2 + 0.5**2, np.full(4, 2.0)
-    alone, shared = (
-        range_variance_m2(np.full(4, code), ura, np.array(sats)) for sats in ([1, 2, 3, 4], [1] * 4)
-    )
-    assert alone == pytest.approx(np.full(4, code + 16.0))
-    assert shared.mean() / 4 == pytest.approx(code / 4 + 16.0)
-
-
-def test_glonass_code_is_twice_as_noisy_and_ura_counts_as_the_option_states():
-    both = np.array([1, 65])
-    (code, _), ura = variances(np.full(2, 45.0), both), np.full(2, 2.0)
-    assert code == pytest.approx([0.26, 0.01 + 0.25 * (1.023 / 0.511) ** 2])
-    assert range_variance_m2(code, ura, both, 0.0) == pytest.approx(code)
-    assert range_variance_m2(code, ura, both, 0.5) - code == pytest.approx(4.0)
 
 
 def test_a_geometry_that_the_contract_cannot_state_is_singular():

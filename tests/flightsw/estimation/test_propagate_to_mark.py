@@ -21,6 +21,7 @@ from gnss_hil.flightsw.records.solution import Fix, NoFix
 from tests.flightsw.app.test_step import fly, soyuz, status
 from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET
 from tests.support.flown import FakeBus, decoded, position_of
 
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))
@@ -36,7 +37,7 @@ def latched(c, domain=0):
         attitude_now(AttitudeReport(s.quaternion(dcm), c.rate_body), None, s.T0_NS, 0), c.lever_body
     )
     m = measurements(s.observe(c, in_view(c, 16), SKY, t))
-    return solve(m, lever.T[:, m.receiver], rate.T[:, m.receiver], c.domain[m.receiver])
+    return solve(m, lever.T[:, m.receiver], rate.T[:, m.receiver], c.domain[m.receiver], None, BUDGET)
 
 
 @pytest.mark.verifies(

@@ -19,8 +19,8 @@ from gnss_hil.flightsw.attitude.attitude import levers_ecef
 from gnss_hil.flightsw.estimation.clocks import clock_columns
 from gnss_hil.flightsw.estimation.registry import NAVIGATORS, NavigatorRow
 from gnss_hil.flightsw.measurement.base import Measurement, Point, Unknown
+from gnss_hil.flightsw.measurement.budget import range_errors
 from gnss_hil.flightsw.measurement.code_range import code_ranges
-from gnss_hil.flightsw.measurement.noise import range_variance_m2
 from gnss_hil.flightsw.measurement.range_rate import range_rates
 from gnss_hil.flightsw.measurement.registry import OTHER_KINDS, MeasurementRow
 from gnss_hil.flightsw.orbit.propagator import propagate
@@ -28,6 +28,7 @@ from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, OrbitState, 
 from tests.flightsw.app.test_step import SKY, drop, error_m, fly, soyuz, status
 from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET
 from tests.support.flown import FakeBus, decoded
 
 pytestmark = pytest.mark.verifies(
@@ -49,7 +50,7 @@ BLOCKS = {Unknown.POSITION: "position_m", Unknown.VELOCITY: "velocity_mps",
 def kinds(z, lever, lever_rate, domain, position_m) -> tuple[tuple[int, ...], Sequence[Measurement]]:
     """Items of the clocks, and the code and rate measurements of ranges z."""
     items, columns = clock_columns(domain, z.sat // NUMBERS)
-    code = code_ranges(z, lever, columns, range_variance_m2(z.code_variance_m2, z.ura, z.sat))
+    code = code_ranges(z, lever, columns, range_errors(z, BUDGET, None))
     rays = code.rays(position_m)
     return items, (code, range_rates(z, code.design(rays), rays, lever_rate))
 

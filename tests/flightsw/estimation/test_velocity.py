@@ -7,8 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gnss_hil.flightsw.measurement.noise import variances
-from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
+from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere, delay, delay_rate
+from gnss_hil.flightsw.measurement.range_model import rays
+from gnss_hil.flightsw.records.solution import NoFix
+from tests.flightsw.estimation.test_position import (
+    SKY,
+    craft,
+    errors,
+    fix_of,
+    in_view,
+    measurements,
+    noise_of,
+)
 from tests.support import synthetic_epochs as s
 
 GPS = [sat for sat in SKY if sat < 64]
@@ -18,7 +28,7 @@ CN0 = np.array([50.0, 30.0, 44.0, 36.0, 47.0, 33.0, 41.0, 38.0])
 def weak_and_strong(c):
     """Eight satellites, of very different C/N0."""
     m = measurements(s.observe(c, in_view(c, 8, sats=GPS), SKY))
-    return replace(m, rate_variance_m2ps2=variances(CN0, m.sat)[1])
+    return replace(m, rate_variance_m2ps2=noise_of(CN0, m.sat)[1])
 
 
 def geometry(c, m):
@@ -29,9 +39,10 @@ def geometry(c, m):
 
 def moved_by(rows, row):
     """How a fix's velocity and clock rate follow the rate of one of the rows: weighted least squares, with
-    variances of (5 mm/s)^2 and (5 cm/s)^2 at 45 dBHz, ten times that at 35."""
+    variances of a frequency lock loop of 20 ms: by C/N0, and once more where it is 50 Hz."""
     h, cn0 = rows
-    weight = 1 / (0.005**2 + 0.05**2 * 10 ** ((45 - cn0) / 10))
+    ratio = 10 ** (cn0 / 10)
+    weight = ratio / (1 + 50 / ratio)
     return (np.linalg.inv(h.T @ (weight[:, None] * h)) @ (h.T * weight))[:, row]
 
 
@@ -68,3 +79,24 @@ def test_dilution_is_that_of_the_geometry():
     m = weak_and_strong(c)
     h = geometry(c, m)
     assert fix_of(c, m).pdop == pytest.approx(np.sqrt(np.trace(np.linalg.inv(h.T @ h)[:3, :3])), rel=1e-3)
+
+
+def test_the_ionosphere_delays_the_code_and_advances_the_carrier():
+    """Delays and rates of the flight software's own model, put on ranges as nature does: the fix is free of
+    both where it knows of an ionosphere; where it does not, they contradict each other."""
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 16), SKY))
+    place, velocity = s.truth_ecef(c)
+    sky = Ionosphere(USUAL, 50_400.0)
+    antenna_m = place[:, None] + np.zeros((3, len(m)))
+    seen = rays(m.pos_sv_m, antenna_m)
+    late = delay(sky, antenna_m, seen.los, seen.distance_m)
+    rate = delay_rate(sky, seen, velocity[:, None] + np.zeros((3, len(m))), m.vel_sv_mps)
+    m = replace(
+        m,
+        pseudorange_m=m.pseudorange_m + late.modelled_m,
+        range_rate_mps=m.range_rate_mps - rate.modelled_m,
+    )
+    known = errors(c, fix_of(c, m, ionosphere=sky))
+    assert known[0] < 0.05 and known[1] < 2e-4
+    assert fix_of(c, m) == NoFix.INCONSISTENT_RANGES

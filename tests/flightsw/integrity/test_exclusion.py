@@ -72,7 +72,9 @@ def test_a_fix_of_ranges_that_disagree_is_least_squares_and_its_sigma_says_so(co
     fix = assess(Solution(NoFix.FIX, fix_of(c, wrong, rules=LENIENT))).fix
     assert isinstance(fix, Fix) and fix.used.all()
 
-    sigma = np.sqrt(0.26 + 4.0)  # floor and noise at 45 dBHz, URA 2 m
+    # At 45 dBHz, early minus late power half a chip of 293 m apart, 0.5 Hz, 20 ms; satellites' own 0.6 m.
+    noise = 293.05**2 * 0.5 * 0.5 / (2 * 10**4.5) * (1 + 2 / (1.5 * 0.02 * 10**4.5))
+    sigma = np.sqrt(noise + 0.6**2)
     antennas = s.ecef_from_eci(0.0) @ np.array([c.antenna(a, 0.0) for a in right.receiver]).T
     away = right.pos_sv_m - antennas
     design = np.column_stack((-(away / np.linalg.norm(away, axis=0)).T, np.ones(count)))
@@ -82,6 +84,7 @@ def test_a_fix_of_ranges_that_disagree_is_least_squares_and_its_sigma_says_so(co
     assert fix.position_m - good.position_m == pytest.approx(moved[:3], abs=2e-3 * np.linalg.norm(moved[:3]))
     assert fix.misfit == pytest.approx(chi2[0] / sigma**2 / (count - 4), rel=1e-3)
     assert fix.covariance_m2 == pytest.approx(good.covariance_m2 * fix.misfit, rel=1e-3)
+    assert fix.clock_variance_m2 == pytest.approx(good.clock_variance_m2 * fix.misfit, rel=1e-3)
 
 
 def test_what_cannot_be_told_apart_is_a_fix_of_all():
@@ -139,7 +142,7 @@ def test_noise_is_an_option():
     it they make a fix."""
     bus = Noisy(soyuz(), SKY, channels=6)
     bus.sigma_m = 5.0
-    usual, stated = {"ura_scale": 0.0}, {"ura_scale": 0.0, "code_floor_m": 5.0, "code_noise_m": 0.0}
+    usual, stated = {"ura_scale": 0.0}, {"range_sigma_m": 5.0}
     reasons, sigmas = [], []
     for options in (usual, stated, {**usual, "inconsistent": "fix", "exclude_satellites": 0}):
         _, answers, _ = fly(bus, configure(SOYUZ, "prototype", options), 3)
@@ -151,6 +154,6 @@ def test_noise_is_an_option():
 
 
 def test_an_option_out_of_bounds_is_refused():
-    for option in ({"code_floor_m": 0.0}, {"inconsistent": "guess"}, {"exclude_satellites": -1}):
+    for option in ({"range_sigma_m": -1.0}, {"inconsistent": "guess"}, {"exclude_satellites": -1}):
         with pytest.raises(ValueError, match=next(iter(option))):
             configure(SOYUZ, "prototype", option)

@@ -25,6 +25,13 @@ CODEC = codec.codec(4)
 NO_FIX = raw_of("NoFix")
 
 
+UNCERTAINTY = (
+    *(f"sigma_{v}{a}_{unit}" for v, unit in (("", "m"), ("v", "mps")) for a in "xyz"),
+    *(f"rho_{v}{pair}" for v in ("", "v") for pair in ("xy", "xz", "yz")),
+    *("clock_bias_m", "sigma_clock_bias_m"),
+)
+
+
 def fixes(*rows: tuple[int, bool, str]) -> dict:
     """Of (second, valid, reason)."""
     t_s, valid, reason = zip(*rows, strict=True)
@@ -32,7 +39,7 @@ def fixes(*rows: tuple[int, bool, str]) -> dict:
     columns = {"t_ns": np.array(t_s) * S, "valid": np.array(valid)}
     columns |= {"no_fix": np.array([NO_FIX.get(r, 12) for r in reason], float)}
     columns |= {f"{a}_m": np.array(t_s, float) for a in "xyz"} | {f"v{a}_mps": np.zeros(n) for a in "xyz"}
-    names = ("satellites_used", "satellites_paired", "measurements", "pdop", "pdop_distinct")
+    names = ("satellites_used", "satellites_paired", "measurements", "pdop", "pdop_distinct", *UNCERTAINTY)
     return columns | {name: np.full(n, 5.0) for name in names}
 
 

@@ -25,6 +25,7 @@ from gnss_hil.tools.results import truth
 from gnss_hil.tools.results.summary import errors_against_truth, judge, metrics, statistics
 from gnss_hil.tools.run_config.frame_budget import WORST_BITS, budget, typical_bits
 from gnss_hil.tools.run_config.plan import make
+from tests.tools.results.test_outages import UNCERTAINTY
 
 CODEC = codec(4)
 NAMES = st.text(st.characters(codec="utf-8"), min_size=1, max_size=8)
@@ -88,9 +89,11 @@ def test_errors_compare_equal_instants_only():
     fixes |= {f"{a}_m": np.array([4.0, 9, 9]) for a in "xyz"} | {
         f"v{a}_mps": np.array([0.0, 9, 9]) for a in "xyz"
     }
-    position, velocity = errors_against_truth(fixes, rows)
-    assert position == pytest.approx([np.sqrt(3**2 + 2**2 + 1)])
-    assert velocity.tolist() == [0]
+    fixes |= {name: np.full(3, 0.5) for name in UNCERTAINTY}
+    found = errors_against_truth(fixes, rows)
+    assert found.position_m == pytest.approx([np.sqrt(3**2 + 2**2 + 1)])
+    assert found.velocity_mps.tolist() == [0]
+    assert {name: len(values) for name, values in found.nees.items()} == dict(position=1, velocity=1, clock=1)
 
 
 def test_statistics_leave_out_what_is_not_there():

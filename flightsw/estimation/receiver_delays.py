@@ -1,0 +1,65 @@
+"""Delays of receivers with their lines, learnt from epoch to epoch.
+
+Receivers on one clock differ by what their lines and filters delay, metres that nobody has calibrated. In an
+epoch's solution each is an unknown of a known size, which costs as much as a clock of its own. But delays
+last: what one epoch tells of them serves the next, and after some minutes the receivers are as good as one.
+
+What else errs in the ranges lasts too: satellites' own errors, the ionosphere. A hundred epochs of the same
+satellites do not tell a hundred times as much. So an epoch counts by the share of `LASTING_S` that it is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.flightsw.records.solution import Delays
+
+LASTING_S = 60.0
+"""So long, in effect, the errors of ranges are the same. Chosen by simulation: shorter, and with every factor
+on the covariance promises too much; longer, and receivers that have no delays gain nothing for minutes."""
+
+DRIFT_M2PS = 0.1**2 / 3600
+"""Delays walk a decimetre in an hour, by temperature (modelled)."""
+
+
+def unknown(receivers: int, delay_m: float) -> Delays:
+    """Before anything is learnt: 1 sigma of each."""
+    return Delays(np.zeros(receivers), delay_m * np.eye(receivers))
+
+
+def walked(delays: Delays, dt_s: float) -> Delays:
+    """After a time without measurements."""
+    covariance = delays.root_m @ delays.root_m.T
+    covariance[np.diag_indices(len(covariance))] += DRIFT_M2PS * dt_s
+    return Delays(delays.mean_m, np.linalg.cholesky(covariance))
+
+
+def learnt(
+    delays: Delays,
+    receiver: I64,
+    design: F64,
+    residual_m: F64,
+    weight: F64,
+    covariance: F64,
+    dt_s: float,
+) -> Delays:
+    """After a solution by these delays.
+
+    receiver (n,), design (n, u), residual_m (n,)   of the ranges in it, less their receivers' mean delays
+    weight (n, n)       inverse of their covariance, delays inside
+    covariance (u, u)   of the unknowns
+    dt_s                since the epoch before
+    """
+    share = min(dt_s / LASTING_S, 1.0)
+    columns = delays.root_m[receiver]
+    pull = columns.T @ weight
+    along = pull @ design
+    unit = np.eye(len(delays.mean_m))
+    # In units of what was known before: told at once they would be at `told`, with covariance `left`.
+    told = pull @ residual_m
+    left = unit - pull @ columns + along @ covariance @ along.T
+    information = np.linalg.inv(left) - unit
+    after = np.linalg.inv(unit + share * information)
+    step = after @ (share * (information @ told + told))
+    return Delays(delays.mean_m + delays.root_m @ step, delays.root_m @ np.linalg.cholesky(after))

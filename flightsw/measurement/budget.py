@@ -1,0 +1,120 @@
+"""The error budget of ranges: what each errs by for itself, and what some of them have in common.
+
+An error that several ranges have in common does not average out. A satellite's own is in the ranges of all
+antennas that track it, a receiver's delay in all that it measures, the ionosphere, whose content is known to
+a factor only, in all rays, in proportion to their ways through it. Such an error is a column: what each
+range has of it at 1 sigma. The covariance of the ranges is that of their own errors on the diagonal and the
+sum of the columns' squares; least squares by its inverse weighs ranges as if each common error were one more
+unknown of a known size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.vehicle import ReceiverFigures
+from gnss_hil.flightsw.measurement.ionosphere import Ionosphere, delay
+from gnss_hil.flightsw.measurement.noise import ReceiverNoise, receiver_noise
+from gnss_hil.flightsw.measurement.options import MeasurementOptions
+from gnss_hil.flightsw.measurement.range_model import Rays
+from gnss_hil.flightsw.measurement.weights import weight
+from gnss_hil.flightsw.records.ranges import Ranges
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Budget:
+    """What stays the same for a run.
+
+    delay_m        1 sigma of a receiver's delay
+    ura_scale      how much of what satellites' orbits and clocks err by counts
+    range_sigma_m  1 sigma of every pseudorange, whatever else is said; 0: as else said
+    """
+
+    noise: ReceiverNoise
+    delay_m: float
+    ura_scale: float
+    range_sigma_m: float
+
+
+def budget_of(figures: ReceiverFigures, options: MeasurementOptions) -> Budget:
+    return Budget(receiver_noise(figures), figures.delay_m, options.ura_scale, options.range_sigma_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RangeErrors:
+    """Of n ranges.
+
+    own_m2       (n,) variance of each by itself
+    common_m     (n, k) 1 sigma of k errors that several have in common; without any, k is 0
+    ionosphere   over the craft, with the ranges' share of it (n,); None where no range has any
+    """
+
+    own_m2: F64
+    common_m: F64
+    electrons: F64 | None = None
+    ionosphere: Ionosphere | None = None
+
+    def along(self, rays: Rays) -> tuple[F64, F64]:
+        """Along these rays: own_m2 (n,) and common_m (n, k) with what the ionosphere adds."""
+        _, own_m2, common_m = self._along(rays)
+        return own_m2, common_m
+
+    def at(self, rays: Rays) -> tuple[F64 | float, F64]:
+        """Along these rays: what is to be taken from the ranges (n,) [m], and their weight, the inverse of
+        their covariance: (n,) where all errors are independent, else (n, n)."""
+        delay_m, own_m2, common_m = self._along(rays)
+        return delay_m, weight(own_m2, common_m)
+
+    def _along(self, rays: Rays) -> tuple[F64 | float, F64, F64]:
+        if self.ionosphere is None or self.electrons is None:
+            return 0.0, self.own_m2, self.common_m
+        electrons = self.electrons
+        found = delay(self.ionosphere, rays.antenna_m, rays.los, rays.distance_m)
+        in_common = (electrons * found.common_m)[:, None]
+        common_m = np.hstack((self.common_m, in_common))
+        return electrons * found.modelled_m, self.own_m2 + electrons**2 * found.own_m2, common_m
+
+
+def independent(own_m2: F64) -> RangeErrors:
+    """Of ranges that have nothing in common, with variances (n,)."""
+    return RangeErrors(own_m2, _none(len(own_m2)))
+
+
+def _none(n: int) -> F64:
+    return np.zeros((n, 0))
+
+
+def range_errors(
+    z: Ranges, budget: Budget, ionosphere: Ionosphere | None, delays_m: F64 | None = None
+) -> RangeErrors:
+    """Of ranges (n rows).
+
+    ionosphere   over the craft at this epoch, None where there is none
+    delays_m     (m, k) k errors that the delays of receivers have in common, 1 sigma; None: each has its own
+    """
+    if not z.electrons.any():
+        ionosphere = None
+    if budget.range_sigma_m:
+        equal = independent(np.full(len(z), budget.range_sigma_m**2))
+        return replace(equal, electrons=z.electrons, ionosphere=ionosphere)
+    own, common = z.code_variance_m2, [_none(len(z))]
+    space_m = budget.ura_scale * np.hypot(z.space_sigma_m, z.code_bias_sigma_m)
+    if z.satellites == len(z):
+        own = own + space_m**2
+    else:
+        several = np.bincount(z.sat)[z.sat] > 1
+        own = own + np.where(several, 0.0, space_m**2)
+        common.append(_columns(z.sat, several) * space_m[:, None])
+    if budget.delay_m:
+        # Of a receiver alone on its clock it is in the clock, and makes that less certain.
+        each = _columns(z.receiver, np.ones(len(z), bool)) * budget.delay_m
+        common.append(each if delays_m is None else delays_m[z.receiver])
+    return RangeErrors(own, np.hstack(common), z.electrons, ionosphere)
+
+
+def _columns(number: I64, which: Bool) -> F64:
+    """(n, k) a column for each number that is marked, 1 where it stands."""
+    return (number[:, None] == np.unique(number[which])).astype(float)

@@ -1,0 +1,99 @@
+"""Delays of receivers against one another: found while nobody states them, and as far as is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gnss_hil.flightsw.attitude.attitude import attitude_now
+from gnss_hil.flightsw.estimation.all_in_view import all_in_view
+from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.snapshot import SnapshotNavigator
+from gnss_hil.flightsw.records.epoch import AttitudeReport
+from gnss_hil.flightsw.records.solution import NoFix
+from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
+from tests.support import synthetic_epochs as s
+from tests.support.budgets import budget
+
+pytestmark = pytest.mark.verifies(
+    "flightsw/estimation/receiver_delays.py",
+    what="Delays of receivers, learnt from epoch to epoch",
+    by="drawn delays of 3 m found again; the scatter of what is left against the covariance",
+    status="validated",
+)
+
+STEP_NS = 1_000_000_000
+
+
+def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1):
+    """States and solutions of a craft whose receivers are late by delays_m, with new noise every so often.
+
+    Satellites stand still: what differs from epoch to epoch is the noise."""
+    c = craft(rate=(0.0,))
+    m = measurements(s.observe(c, in_view(c, 24), SKY, rates=False))
+    m = replace(m, space_sigma_m=0 * m.space_sigma_m)
+    dcm = c.dcm_body_from_eci @ s.ecef_from_eci(0.0).T
+    report = AttitudeReport(s.quaternion(dcm), c.rate_body)
+    attitude = attitude_now(report, None, s.T0_NS, 0)
+    inputs = FixInputs(attitude, c.lever_body, c.domain, budget(delay_m=delay_m))
+    rng = np.random.default_rng(seed)
+    sigma, navigator = np.sqrt(m.code_variance_m2), SnapshotNavigator(all_in_view)
+    state, out = navigator.initial(), []
+    late = m.pseudorange_m + np.asarray(delays_m)[m.receiver]
+    for k in range(epochs):
+        if k % lasting == 0:
+            noise = sigma * rng.normal(size=len(m))
+        z = replace(m, pseudorange_m=late + noise)
+        state, solution = navigator.update(navigator.predict(state, s.T0_NS + k * STEP_NS), z, inputs)
+        assert solution.reason is NoFix.FIX
+        out.append((state.delays, solution.fix))
+    return c, out
+
+
+def apart(values):
+    """Of receivers against their mean: what they have in common is in the clock."""
+    return np.asarray(values) - np.mean(values)
+
+
+def test_delays_are_found():
+    delays_m = (4.0, -2.5, 0.5, 1.0)
+    _, out = flown(delays_m)
+    first, last = out[0][0], out[-1][0]
+    assert np.abs(apart(first.mean_m) - apart(delays_m)).max() > 0.5, "one epoch hardly counts"
+    assert apart(last.mean_m) == pytest.approx(apart(delays_m), abs=0.4)
+
+
+def test_what_is_left_is_as_large_as_it_says():
+    """Of 24 crafts whose ranges err alike for a minute: squares of the errors, by the covariance."""
+    rng = np.random.default_rng(11)
+    differences = np.array([[1, -1, 0, 0], [0, 1, -1, 0], [0, 0, 1, -1.0]])
+    scores = []
+    for seed in range(24):
+        delays_m = 3.0 * rng.normal(size=4)
+        _, out = flown(delays_m, epochs=240, seed=seed, lasting=60)
+        found = out[-1][0]
+        covariance = differences @ found.root_m @ found.root_m.T @ differences.T
+        off = differences @ (found.mean_m - delays_m)
+        scores.append(off @ np.linalg.solve(covariance, off))
+    # 72 unit squares: their mean is 1 with a spread of 0.17; a minute counts by how much of it is over.
+    assert 0.5 < np.mean(scores) / 3 < 1.6
+
+
+def test_fixes_become_as_good_as_without_delays():
+    c, out = flown((4.0, -2.5, 0.5, 1.0), epochs=600)
+    _, plain = flown((0.0, 0.0, 0.0, 0.0), epochs=2, delay_m=0.0)
+    sigma = [np.sqrt(np.trace(fix.covariance_m2)) for _, fix in (out[0], out[-1], plain[-1])]
+    assert sigma[0] > 1.05 * sigma[2]
+    assert sigma[1] - sigma[2] < 0.2 * (sigma[0] - sigma[2])
+    truth = s.truth_ecef(c)[0]
+    off = [np.linalg.norm(fix.position_m - truth) for _, fix in out[-200:]]
+    assert np.sqrt(np.mean(np.square(off))) < 1.3 * sigma[1]
+
+
+def test_delays_are_kept_where_an_epoch_has_no_fix():
+    navigator = SnapshotNavigator(all_in_view)
+    _, out = flown((4.0, -2.5, 0.5, 1.0), epochs=5)
+    state = replace(navigator.initial(), delays=out[-1][0], t_ns=s.T0_NS)
+    assert navigator.predict(state, s.T0_NS + STEP_NS).delays is out[-1][0]

@@ -1,0 +1,50 @@
+"""Normalised squared errors: of draws from a covariance they are 3 on the mean, of others not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.tools.results.consistency import clock_nees, nees, position_nees, velocity_nees
+
+pytestmark = pytest.mark.verifies(
+    "tools/results/consistency.py",
+    what="Errors by the covariance that was published",
+    by="draws of NumPy's multivariate normal; by hand",
+    status="validated",
+)
+
+COVARIANCE = np.array([[4.0, 1.2, -0.5], [1.2, 1.0, 0.3], [-0.5, 0.3, 2.25]])
+SIGMA = np.sqrt(np.diag(COVARIANCE))
+RHO = np.array([COVARIANCE[0, 1] / 2.0, COVARIANCE[0, 2] / 3.0, COVARIANCE[1, 2] / 1.5])
+
+
+def test_draws_are_as_large_as_their_covariance_says():
+    n = 4000
+    draws = np.random.default_rng(1).multivariate_normal(np.zeros(3), COVARIANCE, n)
+    found = nees(draws, np.tile(SIGMA, (n, 1)), np.tile(RHO, (n, 1)))
+    # Chi-square of three: deviation sqrt(6 / n).
+    assert found.mean() == pytest.approx(3.0, abs=4 * np.sqrt(6 / n))
+    twice = nees(2 * draws, np.tile(SIGMA, (n, 1)), np.tile(RHO, (n, 1)))
+    assert twice.mean() == pytest.approx(4 * found.mean())
+
+
+def test_by_hand():
+    assert nees(np.array([[3.0, 0, 4.0]]), np.array([[3.0, 1, 2]]), np.zeros((1, 3))) == pytest.approx([5.0])
+
+
+def test_what_is_missing_or_no_covariance_is_none():
+    error, sigma, rho = np.ones((4, 3)), np.ones((4, 3)), np.zeros((4, 3))
+    error[0, 0] = sigma[1, 2] = np.nan
+    rho[2] = 1.0
+    assert np.isnan(nees(error, sigma, rho)).tolist() == [True, True, True, False]
+
+
+def test_of_the_columns_of_fixes():
+    names = {f"sigma_{a}_m": 2.0 for a in "xyz"} | {f"sigma_v{a}_mps": 0.5 for a in "xyz"}
+    names |= {f"rho_{v}{pair}": 0.0 for v in ("", "v") for pair in ("xy", "xz", "yz")}
+    names |= {"clock_bias_m": 7.0, "sigma_clock_bias_m": 2.0}
+    fixes = {name: np.array([value]) for name, value in names.items()}
+    assert position_nees(fixes, np.array([[2.0, 4.0, 0.0]])) == pytest.approx([5.0])
+    assert velocity_nees(fixes, np.array([[0.5, 0.0, 0.0]])) == pytest.approx([1.0])
+    assert clock_nees(fixes, np.array([3.0])) == pytest.approx([4.0])
