@@ -33,6 +33,6 @@ def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | No
         inputs.ionosphere,
         inputs.rules,
         delays,
-        prior.dt_s,
+        prior.unlearnt_s,
     )
     return fix, prior.antenna

@@ -119,10 +119,7 @@ def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
     needed = 4 + sum(map(is_offset, items))
     if m.satellites < needed or len(m) < 3 + len(items):
         return NoFix.TOO_FEW_SATELLITES
-    delays = offered.delays
-    errors = range_errors(m, offered.budget, offered.ionosphere, None if delays is None else delays.root_m)
-    if delays is not None:
-        m = replace(m, pseudorange_m=m.pseudorange_m - delays.mean_m[m.receiver])
+    errors = range_errors(m, offered.budget, offered.ionosphere, offered.delays)
     found = intersect(code_ranges(m, offered.lever_m, clocks, errors), items, start_m)
     if isinstance(found, NoFix):
         return found
@@ -162,7 +159,7 @@ def solve(
     ionosphere: Ionosphere | None = None,
     rules: Rules = STRICT,
     delays: Delays | None = None,
-    dt_s: float = 1.0,
+    unlearnt_s: float = 0.0,
 ) -> SnapshotFix | NoFix:
     """The fix of an epoch, or why there is none.
 
@@ -173,7 +170,7 @@ def solve(
     budget, ionosphere        what ranges err by, see `estimation.base.FixInputs`
     rules                     what becomes of measurements that disagree
     delays                    of the receivers, as far as they are known; None: not learnt
-    dt_s                      since the epoch before
+    unlearnt_s                since they were learnt
     """
     offered = Offered(m, lever_m, lever_rate_mps, domain, budget, ionosphere, delays)
     kept = _from_starts(offered, start_m, rules)
@@ -206,13 +203,15 @@ def solve(
         satellites=used.ranges.satellites,
         residual_m=_scattered(found.residual_m, rows, len(m), np.nan),
         iterations=found.iterations,
-        delays=None if delays is None or not kept.consistent else _learnt(delays, used, found, dt_s),
+        delays=_learnt(delays, used, found, unlearnt_s) if delays is not None and kept.consistent else None,
         misfit=kept.misfit,
     )
 
 
-def _learnt(delays: Delays, used: Offered, found: Intersection, dt_s: float) -> Delays:
-    """What a fix tells of the receivers' delays."""
+def _learnt(delays: Delays, used: Offered, found: Intersection, dt_s: float) -> Delays | None:
+    """What a fix tells of the receivers' delays; None while it is too soon after the last one."""
+    if dt_s < receiver_delays.EVERY_S:
+        return None
     weight = found.weight if found.weight.ndim == 2 else np.diag(found.weight)
     told = receiver_delays.learnt(
         delays, used.ranges.receiver, found.design, found.residual_m, weight, found.estimate.covariance, dt_s

@@ -19,6 +19,9 @@ LASTING_S = 60.0
 """So long, in effect, the errors of ranges are the same. Chosen by simulation: shorter, and with every factor
 on the covariance promises too much; longer, and receivers that have no delays gain nothing for minutes."""
 
+EVERY_S = 10.0
+"""So often is learnt: epochs in between tell next to nothing new."""
+
 DRIFT_M2PS = 0.1**2 / 3600
 """Delays walk a decimetre in an hour, by temperature (modelled)."""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
+from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Delays, Fix, NoFix, OrbitState, SnapshotFix, Solution
@@ -21,14 +22,14 @@ class Snapshot:
     """orbit     of the last fix, propagated; None without one
     antenna   the selected antenna, for navigators that select one; -1 none
     delays    of the receivers, for navigators that solve for all together; None before anything is learnt
-    t_ns      of the epoch;  dt_s  since the one before
+    t_ns      of the epoch;  unlearnt_s  since delays were learnt
     """
 
     orbit: OrbitState | None = None
     antenna: int = -1
     t_ns: int = 0
     delays: Delays | None = None
-    dt_s: float = 1.0
+    unlearnt_s: float = 0.0
 
     @property
     def start_m(self) -> F64 | None:
@@ -50,8 +51,9 @@ class SnapshotNavigator:
         return Snapshot()
 
     def predict(self, state: Snapshot, t_ns: int) -> Snapshot:
-        dt_s = (t_ns - state.t_ns) * 1e-9 if state.t_ns else state.dt_s
-        return Snapshot(coasted(state.orbit, t_ns), state.antenna, t_ns, state.delays, max(dt_s, 0.0))
+        dt_s = max((t_ns - state.t_ns) * 1e-9, 0.0) if state.t_ns else EVERY_S
+        orbit = coasted(state.orbit, t_ns)
+        return Snapshot(orbit, state.antenna, t_ns, state.delays, state.unlearnt_s + dt_s)
 
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
         fix, antenna = self.solve(z, inputs, state)
@@ -63,8 +65,8 @@ class SnapshotNavigator:
         velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
         orbit = OrbitState(state.t_ns, fix.position_m, velocity, state.t_ns)
         learnt = fix.delays if isinstance(fix, SnapshotFix) else None
-        after = Snapshot(orbit, antenna, state.t_ns, learnt or state.delays, state.dt_s)
-        return after, Solution(NoFix.FIX, fix, orbit)
+        delays, unlearnt_s = (state.delays, state.unlearnt_s) if learnt is None else (learnt, 0.0)
+        return Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s), Solution(NoFix.FIX, fix, orbit)
 
 
 def coasted(orbit: OrbitState | None, t_ns: int) -> OrbitState | None:

@@ -33,15 +33,15 @@ def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
     """
     design, y = z.design, z.value - z.still
 
-    def fit(rows: Index) -> Trial[Estimate] | None:
+    def fit(rows: Index | slice) -> Trial[Estimate] | None:
         # A clock measured on an excluded satellite alone has no rate any more: not observable.
-        weight = z.weight(rows)
-        found = least_squares(design[rows], y[rows], weight)
+        of_rows, weight = design[rows], z.weight(rows)
+        found = least_squares(of_rows, y[rows], weight)
         if found is None:
             return None
-        return Trial(found, design[rows], y[rows] - design[rows] @ found.x, weight)
+        return Trial(found, of_rows, y[rows] - of_rows @ found.x, weight)
 
-    first = fit(np.arange(len(sat)))
+    first = fit(slice(None))
     kept = None if first is None else exclusion.exclude(first, fit, sat, rules)
     if kept is None:
         return None

@@ -10,6 +10,7 @@ unknown of a known size.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.measurement.range_model import Rays
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.ranges import Ranges
+from gnss_hil.flightsw.records.solution import Delays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,12 +52,14 @@ class RangeErrors:
     own_m2       (n,) variance of each by itself
     common_m     (n, k) 1 sigma of k errors that several have in common; without any, k is 0
     ionosphere   over the craft, with the ranges' share of it (n,); None where no range has any
+    late_m       (n,) what is known of the delays of their receivers
     """
 
     own_m2: F64
     common_m: F64
     electrons: F64 | None = None
     ionosphere: Ionosphere | None = None
+    late_m: F64 | float = 0.0
 
     def along(self, rays: Rays) -> tuple[F64, F64]:
         """Along these rays: own_m2 (n,) and common_m (n, k) with what the ionosphere adds."""
@@ -70,12 +74,13 @@ class RangeErrors:
 
     def _along(self, rays: Rays) -> tuple[F64 | float, F64, F64]:
         if self.ionosphere is None or self.electrons is None:
-            return 0.0, self.own_m2, self.common_m
+            return self.late_m, self.own_m2, self.common_m
         electrons = self.electrons
         found = delay(self.ionosphere, rays.antenna_m, rays.los, rays.distance_m)
         in_common = (electrons * found.common_m)[:, None]
-        common_m = np.hstack((self.common_m, in_common))
-        return electrons * found.modelled_m, self.own_m2 + electrons**2 * found.own_m2, common_m
+        common_m = _side_by_side((self.common_m, in_common), len(electrons))
+        late_m = self.late_m + electrons * found.modelled_m
+        return late_m, self.own_m2 + electrons**2 * found.own_m2, common_m
 
 
 def independent(own_m2: F64) -> RangeErrors:
@@ -87,20 +92,27 @@ def _none(n: int) -> F64:
     return np.zeros((n, 0))
 
 
+def _side_by_side(columns: Sequence[F64], n: int) -> F64:
+    """(n, k) of as many as there are."""
+    if len(columns) == 1:
+        return columns[0]
+    return np.concatenate(columns, axis=1) if columns else _none(n)
+
+
 def range_errors(
-    z: Ranges, budget: Budget, ionosphere: Ionosphere | None, delays_m: F64 | None = None
+    z: Ranges, budget: Budget, ionosphere: Ionosphere | None, delays: Delays | None = None
 ) -> RangeErrors:
     """Of ranges (n rows).
 
     ionosphere   over the craft at this epoch, None where there is none
-    delays_m     (m, k) k errors that the delays of receivers have in common, 1 sigma; None: each has its own
+    delays       of the receivers; None: unknown
     """
     if not z.electrons.any():
         ionosphere = None
     if budget.range_sigma_m:
         equal = independent(np.full(len(z), budget.range_sigma_m**2))
         return replace(equal, electrons=z.electrons, ionosphere=ionosphere)
-    own, common = z.code_variance_m2, [_none(len(z))]
+    own, common = z.code_variance_m2, []
     space_m = budget.ura_scale * np.hypot(z.space_sigma_m, z.code_bias_sigma_m)
     if z.satellites == len(z):
         own = own + space_m**2
@@ -110,9 +122,10 @@ def range_errors(
         common.append(_columns(z.sat, several) * space_m[:, None])
     if budget.delay_m:
         # Of a receiver alone on its clock it is in the clock, and makes that less certain.
-        each = _columns(z.receiver, np.ones(len(z), bool)) * budget.delay_m
-        common.append(each if delays_m is None else delays_m[z.receiver])
-    return RangeErrors(own, np.hstack(common), z.electrons, ionosphere)
+        root_m = budget.delay_m * np.eye(z.receiver.max(initial=0) + 1) if delays is None else delays.root_m
+        common.append(root_m[z.receiver])
+    late_m = 0.0 if delays is None else delays.mean_m[z.receiver]
+    return RangeErrors(own, _side_by_side(common, len(z)), z.electrons, ionosphere, late_m)
 
 
 def _columns(number: I64, which: Bool) -> F64:

@@ -45,7 +45,7 @@ class RangeRates:
         """(n,) [m^2/s^2] of each alone."""
         return self.own + (self.common**2).sum(axis=1)
 
-    def weight(self, rows: Index) -> F64:
+    def weight(self, rows: Index | slice) -> F64:
         """Of some rows (k,): (k,) where all errors are independent, else (k, k)."""
         return weight(self.own[rows], self.common[rows])
 

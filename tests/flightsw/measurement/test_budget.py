@@ -9,6 +9,7 @@ import pytest
 
 from gnss_hil.flightsw.measurement.budget import range_errors
 from gnss_hil.flightsw.measurement.code_range import code_ranges
+from gnss_hil.flightsw.records.solution import Delays
 from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET, SPACE_M, budget
@@ -21,9 +22,9 @@ pytestmark = pytest.mark.verifies(
 )
 
 
-def covariance(m, with_budget=BUDGET, delays_m=None):
+def covariance(m, with_budget=BUDGET, delays=None):
     """(n, n) of ranges, from the weight along their rays."""
-    errors = range_errors(m, with_budget, None, delays_m)
+    errors = range_errors(m, with_budget, None, delays)
     code = code_ranges(m, np.zeros((3, len(m))), np.ones((len(m), 1)), errors)
     _, weight = errors.at(code.rays(s.truth_ecef(craft())[0]))
     return np.diag(1 / weight) if weight.ndim == 1 else np.linalg.inv(weight)
@@ -66,7 +67,9 @@ def test_delays_that_are_known_better_count_as_they_are_known():
     m = twice()
     root = np.array([[0.2, 0.0, 0, 0], [0.1, 0.3, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     known = (root @ root.T)[m.receiver[:, None], m.receiver]
-    assert covariance(m, budget(delay_m=3.0), root) == pytest.approx(covariance(m) + known)
+    assert covariance(m, budget(delay_m=3.0), Delays(np.zeros(4), root)) == pytest.approx(
+        covariance(m) + known
+    )
 
 
 def test_ura_scale_is_of_the_satellites_error_and_a_stated_sigma_of_everything():
