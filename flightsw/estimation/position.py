@@ -26,7 +26,7 @@ from gnss_hil.flightsw.measurement.ionosphere import Ionosphere, delay_rate
 from gnss_hil.flightsw.measurement.range_model import Rays
 from gnss_hil.flightsw.measurement.range_rate import RangeRates, range_rates
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import MAX_PDOP, Delays, NoFix, SnapshotFix, carriable
+from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, ReceiverDelays, SnapshotFix, carriable
 
 MAX_ITERATIONS = 12
 CONVERGED_M = 10.0
@@ -68,7 +68,7 @@ class Offered:
     domain: I64
     budget: Budget
     ionosphere: Ionosphere | None
-    delays: Delays | None
+    delays: ReceiverDelays | None
 
     def __len__(self) -> int:
         return len(self.ranges)
@@ -158,7 +158,7 @@ def solve(
     budget: Budget,
     ionosphere: Ionosphere | None = None,
     rules: Rules = STRICT,
-    delays: Delays | None = None,
+    delays: ReceiverDelays | None = None,
     unlearnt_s: float = 0.0,
 ) -> SnapshotFix | NoFix:
     """The fix of an epoch, or why there is none.
@@ -208,7 +208,7 @@ def solve(
     )
 
 
-def _learnt(delays: Delays, used: Offered, found: Intersection, dt_s: float) -> Delays | None:
+def _learnt(delays: ReceiverDelays, used: Offered, found: Intersection, dt_s: float) -> ReceiverDelays | None:
     """What a fix tells of the receivers' delays; None while it is too soon after the last one."""
     if dt_s < receiver_delays.EVERY_S:
         return None

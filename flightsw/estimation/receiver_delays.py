@@ -1,4 +1,4 @@
-"""Delays of receivers with their lines, learnt from epoch to epoch.
+"""ReceiverDelays of receivers with their lines, learnt from epoch to epoch.
 
 Receivers on one clock differ by what their lines and filters delay, metres that nobody has calibrated. In an
 epoch's solution each is an unknown of a known size, which costs as much as a clock of its own. But delays
@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
-from gnss_hil.flightsw.records.solution import Delays
+from gnss_hil.flightsw.records.solution import ReceiverDelays
 
 LASTING_S = 60.0
 """So long, in effect, the errors of ranges are the same. Chosen by simulation: shorter, and with every factor
@@ -23,30 +23,30 @@ EVERY_S = 10.0
 """So often is learnt: epochs in between tell next to nothing new."""
 
 DRIFT_M2PS = 0.1**2 / 3600
-"""Delays walk a decimetre in an hour, by temperature (modelled)."""
+"""ReceiverDelays walk a decimetre in an hour, by temperature (modelled)."""
 
 
-def unknown(receivers: int, delay_m: float) -> Delays:
+def unknown(receivers: int, delay_m: float) -> ReceiverDelays:
     """Before anything is learnt: 1 sigma of each."""
-    return Delays(np.zeros(receivers), delay_m * np.eye(receivers))
+    return ReceiverDelays(np.zeros(receivers), delay_m * np.eye(receivers))
 
 
-def walked(delays: Delays, dt_s: float) -> Delays:
+def walked(delays: ReceiverDelays, dt_s: float) -> ReceiverDelays:
     """After a time without measurements."""
     covariance = delays.root_m @ delays.root_m.T
     covariance[np.diag_indices(len(covariance))] += DRIFT_M2PS * dt_s
-    return Delays(delays.mean_m, np.linalg.cholesky(covariance))
+    return ReceiverDelays(delays.mean_m, np.linalg.cholesky(covariance))
 
 
 def learnt(
-    delays: Delays,
+    delays: ReceiverDelays,
     receiver: I64,
     design: F64,
     residual_m: F64,
     weight: F64,
     covariance: F64,
     dt_s: float,
-) -> Delays:
+) -> ReceiverDelays:
     """After a solution by these delays.
 
     receiver (n,), design (n, u), residual_m (n,)   of the ranges in it, less their receivers' mean delays
@@ -65,4 +65,4 @@ def learnt(
     information = np.linalg.inv(left) - unit
     after = np.linalg.inv(unit + share * information)
     step = after @ (share * (information @ told + told))
-    return Delays(delays.mean_m + delays.root_m @ step, delays.root_m @ np.linalg.cholesky(after))
+    return ReceiverDelays(delays.mean_m + delays.root_m @ step, delays.root_m @ np.linalg.cholesky(after))

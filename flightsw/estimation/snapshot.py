@@ -11,7 +11,7 @@ from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import Delays, Fix, NoFix, OrbitState, SnapshotFix, Solution
+from gnss_hil.flightsw.records.solution import Fix, NoFix, OrbitState, ReceiverDelays, SnapshotFix, Solution
 
 MAX_COAST_S = 3600.0
 """So long after the last fix the position is forgotten and the next fix starts cold."""
@@ -28,7 +28,7 @@ class Snapshot:
     orbit: OrbitState | None = None
     antenna: int = -1
     t_ns: int = 0
-    delays: Delays | None = None
+    delays: ReceiverDelays | None = None
     unlearnt_s: float = 0.0
 
     @property

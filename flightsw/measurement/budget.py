@@ -23,7 +23,7 @@ from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.measurement.range_model import Rays
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import Delays
+from gnss_hil.flightsw.records.solution import ReceiverDelays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +100,7 @@ def _side_by_side(columns: Sequence[F64], n: int) -> F64:
 
 
 def range_errors(
-    z: Ranges, budget: Budget, ionosphere: Ionosphere | None, delays: Delays | None = None
+    z: Ranges, budget: Budget, ionosphere: Ionosphere | None, delays: ReceiverDelays | None = None
 ) -> RangeErrors:
     """Of ranges (n rows).
 

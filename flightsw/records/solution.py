@@ -85,7 +85,7 @@ class Fix:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Delays:
+class ReceiverDelays:
     """Of m receivers with their lines, one against another.
 
     mean_m (m,), and root_m (m, m): root_m root_m' is the covariance
@@ -107,7 +107,7 @@ class SnapshotFix(Fix):
     pdop: float
     gain: F64
     iterations: int
-    delays: Delays | None = None
+    delays: ReceiverDelays | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

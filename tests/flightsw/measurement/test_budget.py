@@ -9,7 +9,7 @@ import pytest
 
 from gnss_hil.flightsw.measurement.budget import range_errors
 from gnss_hil.flightsw.measurement.code_range import code_ranges
-from gnss_hil.flightsw.records.solution import Delays
+from gnss_hil.flightsw.records.solution import ReceiverDelays
 from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET, SPACE_M, budget
@@ -67,7 +67,7 @@ def test_delays_that_are_known_better_count_as_they_are_known():
     m = twice()
     root = np.array([[0.2, 0.0, 0, 0], [0.1, 0.3, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     known = (root @ root.T)[m.receiver[:, None], m.receiver]
-    assert covariance(m, budget(delay_m=3.0), Delays(np.zeros(4), root)) == pytest.approx(
+    assert covariance(m, budget(delay_m=3.0), ReceiverDelays(np.zeros(4), root)) == pytest.approx(
         covariance(m) + known
     )
 

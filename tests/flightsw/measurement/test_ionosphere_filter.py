@@ -8,8 +8,8 @@ import pytest
 from gnss_hil.flightsw.measurement import ionosphere_filter
 from gnss_hil.flightsw.measurement.ionosphere_filter import FIRST_RATE_MPS, LONGEST_NS, follow, nothing_known
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
-from gnss_hil.flightsw.measurement.noise import Noise
 from gnss_hil.flightsw.records.epoch import Measurements
+from tests.support.budgets import BUDGET
 
 pytestmark = pytest.mark.verifies(
     "flightsw/measurement/ionosphere_filter.py",
@@ -90,8 +90,8 @@ def measurements(p1, p2, cn0=(45.0, 42.0)):
 
 def test_the_first_epoch_is_the_combination_of_that_epoch():
     m = measurements(2.2e7 + 10, 2.2e7 + 16.5)
-    _, one = filtered(m, Noise(), nothing_known(), S, 0.01)
-    plain = ionosphere_free(m, Noise())
+    _, one = filtered(m, BUDGET, nothing_known(), S, 0.01)
+    plain = ionosphere_free(m, BUDGET)
     assert one.pseudorange_m + one.clock_m == pytest.approx(plain.pseudorange_m + plain.clock_m, abs=1e-6)
     assert one.code_variance_m2 == pytest.approx(plain.code_variance_m2)
     assert one.channels.tolist() == plain.channels.tolist() == [3]
@@ -100,7 +100,7 @@ def test_the_first_epoch_is_the_combination_of_that_epoch():
 def test_errors_have_the_variances_that_are_stated():
     """Delays that walk as assumed, noise as assumed: the errors of 400 satellites' ranges after 40 epochs."""
     rng, q, g = np.random.default_rng(5), 0.01, (77 / 60) ** 2
-    noise, errors, rates, late = Noise(), [], [], []
+    noise, errors, rates, late = BUDGET, [], [], []
     for _ in range(400):
         delay, rate, delays = 15.0, rng.normal(0, FIRST_RATE_MPS), nothing_known()
         for k in range(40):
@@ -118,18 +118,16 @@ def test_errors_have_the_variances_that_are_stated():
     assert late[0] < 0.45 * v.code_variance_m2[0], "less noise than one epoch's combination"
 
 
-def sigmas(noise):
+def sigmas(budget):
     """1 sigma of both codes, as the flight software has them."""
-    from gnss_hil.flightsw.measurement.noise import variances
-
-    return np.sqrt(variances(np.array([45.0, 42.0]), np.array([5, 5]), noise)[0])
+    return np.sqrt(budget.noise.code_variance_m2(10 ** np.array([4.5, 4.2]), np.array([0, 4])))
 
 
 def test_rates_are_those_of_the_first_carrier_with_the_delays_rate_taken_out():
     delays = nothing_known()
     for k in range(50):
         m = measurements(10 + 0.05 * k, (10 + 0.05 * k) * (77 / 60) ** 2)
-        delays, found = filtered(m, Noise(), delays, (k + 1) * S, 0.01)
+        delays, found = filtered(m, BUDGET, delays, (k + 1) * S, 0.01)
     assert found.range_rate_mps[0] == pytest.approx(-3.0 + 0.05, abs=1e-3)
     assert (
         found.rate_variance_m2ps2[0]
