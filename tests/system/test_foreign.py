@@ -183,6 +183,49 @@ def test_another_emulator_is_started_with_what_it_needs(inline, tmp_path, capsys
     assert not {"truth", "truth.parquet"} & {path.name for path in (tmp_path / "run").iterdir()}
 
 
+@pytest.mark.verifies(
+    "tools/processes/reference.py",
+    what="Fixes of a run with another's emulator, judged by a reference orbit",
+    by="our emulator as another's, its truth as CCSDS OEM: the errors of the run beside it",
+    status="validated",
+)
+def test_fixes_of_another_emulator_are_judged_by_a_reference(inline, tmp_path, capsys):
+    assert main(["export", "oem", str(inline), "--truth", "--out", str(tmp_path)]) == 0
+    oem = tmp_path / "soyuz.oem"
+    assert run_with(EMULATOR, tmp_path, "--duration", DURATION, "--reference", str(oem)) == 0
+    mine, ours = (summary_of(folder)["craft"]["soyuz"] for folder in (tmp_path / "run", inline))
+    for name, digits in (("position_error_m", 1e-3), ("velocity_error_mps", 1e-3)):
+        assert mine[name] == pytest.approx(ours[name], abs=digits)
+    about = json.loads((tmp_path / "run" / "run.json").read_text())["about"]
+    assert about["inputs"][-1]["copy"] == "inputs/soyuz.oem"
+    assert capsys.readouterr().err == ""
+
+
+def test_a_reference_of_another_day_is_told_and_the_run_is_kept(inline, tmp_path, capsys):
+    assert main(["export", "oem", str(inline), "--truth", "--out", str(tmp_path)]) == 0
+    oem = tmp_path / "soyuz.oem"
+    oem.write_text(oem.read_text().replace("2012-10-31T", "2012-11-02T"))
+    assert run_with(EMULATOR, tmp_path, "--duration", DURATION, "--reference", str(oem)) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--reference" in line and "2012-11-02" in line
+    assert summary_of(tmp_path / "run")["craft"]["soyuz"]["position_error_m"]["max"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("--reference", "nowhere.oem"), "--reference: nowhere.oem: No such file or directory"),
+        (("--reference", "theirs.py"), "--reference: theirs.py: "),
+    ],
+)
+def test_what_is_no_reference_is_told_before_anything_runs(tmp_path, monkeypatch, capsys, words, line):
+    monkeypatch.chdir(tmp_path)
+    assert run_with(EMULATOR, tmp_path, "--duration", DURATION, *words) == 2
+    (told,) = capsys.readouterr().err.splitlines()
+    assert line in told
+    assert not (tmp_path / "run").exists()
+
+
 def test_both_sides_may_be_started_by_hand_and_before_the_bench(inline, tmp_path):
     with RuntimeDir() as private:
         bus = f"embedded:{private / 'mine'}"

@@ -130,7 +130,7 @@ def add_truth_changes(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add(
         "--reference", type=Path, metavar="FILE",
-        help="the craft's known orbit in a replay, CCSDS OEM: what the fixes are judged by",
+        help="the craft's known orbit, CCSDS OEM, in a replay or with --emulator: what fixes are judged by",
     )  # fmt: skip
     add(
         "--ionosphere-free", action="store_true",

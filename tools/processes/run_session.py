@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.live.display import Display, open_display
 from gnss_hil.tools.processes import overload
+from gnss_hil.tools.processes import reference as judging
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.recording import account, provenance
 from gnss_hil.tools.recording.recorder import Recorder
@@ -56,7 +57,12 @@ class Ran:
 
 def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
     """Plays what is configured; None if it was interrupted before it began, which leaves nothing."""
-    plan = plans.make(config.scenario, config.overrides)
+    reference = config.overrides.reference if config.emulator != OURS else None
+    plan = plans.make(
+        config.scenario, replace(config.overrides, reference=None) if reference else config.overrides
+    )
+    if reference:
+        judging.check(plan.scenario, reference)
     for remark in plan.remarks:
         print(f"{PROGRAM}: {remark}", file=sys.stderr)
     _check_bus(plan, config)
@@ -76,7 +82,11 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
     if not outcome.epochs:  # interrupted before it began
         folder.discard()
         return None
+    judged, remarks = [], []
     with naming(folder.path):
+        if reference:
+            judged, remarks = judging.write_truth(folder, plan.scenario, reference, digests[plan.names[0]])
+            about["inputs"].append(provenance.taken(reference, folder.path, len(about["inputs"])))
         about["ended_utc"] = provenance.now()
         facts = _facts(plan, config, about, outcome)
         summary = assemble.write(folder.path, facts, digests)
@@ -88,10 +98,11 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
         summary,
         digests,
         outcome,
-        (*_unanswered(config, outcome), *(line for row in told for line in account.faults(*row)))
+        (*judged, *_unanswered(config, outcome), *(line for row in told for line in account.faults(*row)))
         if whole
         else (),
         (
+            *remarks,
             *(line for row in told for line in account.notes(*row)),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
         ),

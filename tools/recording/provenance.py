@@ -78,12 +78,13 @@ def take_inputs(document: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
             continue
         row = rows.get(str(path))
         if row is None:
-            row = rows[str(path)] = _taken(path, folder, len(rows))
+            row = rows[str(path)] = taken(path, folder, len(rows))
         owner[key] = row["copy"] or owner[key]
     return list(rows.values())
 
 
-def _taken(path: Path, folder: Path, number: int) -> dict[str, Any]:
+def taken(path: Path, folder: Path, number: int) -> dict[str, Any]:
+    """A file copied into a run folder's inputs, or named where it is too large: file, sha256, bytes, copy."""
     size, copy = path.stat().st_size, None
     if size <= LARGEST_COPY_BYTES:
         place = folder / INPUTS / path.name

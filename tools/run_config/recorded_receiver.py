@@ -53,6 +53,7 @@ def _refuse(overrides: Overrides) -> None:
         if getattr(overrides, name):
             raise Mistake(
                 f"--{name}: no receiver is played in this scenario; use: gnss-hil run replay --obs FILE"
+                f"{', or --emulator COMMAND' if name == 'reference' else ''}"
             )
 
 
