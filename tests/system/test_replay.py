@@ -65,6 +65,14 @@ def test_a_recording_of_another_format_does_as_well(run, tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"trace.blf", "again.asc", "again.log"}
 
 
+def test_what_is_left_out_of_a_recording_is_told(run, tmp_path, capsys):
+    log = tmp_path / "more.log"
+    whole = (run / "bus.log").read_bytes()
+    log.write_bytes(whole.partition(b"\n")[0].replace(b"#", b"##1") + b"\n" + whole)
+    assert main(["replay", str(log), "--only", "emulator", "--vehicle", "soyuz-ms", "--quiet"]) == 0
+    assert f"gnss-hil: {log}: frames left out: 1 CAN FD\n" in capsys.readouterr().err
+
+
 def test_a_difference_is_told_and_counts(run, capsys):
     words = ["replay", str(run), "--only", "emulator", "--policy", "prototype", "--quiet"]
     assert main(words) == 0

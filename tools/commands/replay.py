@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
@@ -108,6 +109,9 @@ def run(arguments: Namespace) -> int:
         played, folder = session.play(config, found, spec, runtime_dir, say, stop)
     for line in output.account(config, played):
         print(line)
+    recording = found.recorded.recording
+    for line in recording.found.lines(recording.path):
+        print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
         print(flush=True)
         _report(folder.path, output.facts_of(found, config, played, about))

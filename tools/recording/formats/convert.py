@@ -44,11 +44,8 @@ class Converted:
 
     def remarks(self, source: Path, out: Path) -> list[str]:
         """What is not in the new file as it was in the old one, in lines."""
-        passed = ", ".join(f"{count} {kind}" for kind, count in sorted(self.found.passed.items()))
         return [
-            *(f"{source}: {remark}" for remark in self.found.remarks),
-            *(f"{source}: frames left out: {count} {why}" for why, count in (+self.found.omitted).items()),
-            *([f"{source}: no frames of CAN, read over: {passed}"] if passed else []),
+            *self.found.lines(source),
             *(f"{source}: {count} frames {reason}" for reason, count in self.strayed.items()),
             *(f"{out}: bus {name} comes back as {other}" for name, other in self.renamed.items()),
         ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +61,15 @@ class Findings:
     passed: Counter[str] = field(default_factory=Counter)
     remarks: list[str] = field(default_factory=list)
     share: float | None = None
+
+    def lines(self, path: Path) -> list[str]:
+        """What is to be told of a file, each for one line."""
+        passed = ", ".join(f"{count} {kind}" for kind, count in sorted(self.passed.items()))
+        return [
+            *(f"{path}: {remark}" for remark in self.remarks),
+            *(f"{path}: frames left out: {count} {why}" for why, count in (+self.omitted).items()),
+            *([f"{path}: no frames of CAN, read over: {passed}"] if passed else []),
+        ]
 
 
 def buses(channel: NDArray[np.integer]) -> NDArray[np.bytes_]:

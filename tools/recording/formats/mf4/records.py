@@ -109,18 +109,20 @@ def _unsorted(
         return
     values_of = {group.record: shared[group.at] for group in of.groups if group.vlsd}
     sizes = {group.record: group.size for group in of.groups if not group.vlsd}
+    if max(sizes.values(), default=0) > MOST_VALUE:
+        raise blocks.fault(f"records of {max(sizes.values())} bytes")
     rest = b""
     for part in data:
         part = rest + part if rest else part
-        places, end, strange = _places(part, of.id_bytes, sizes, values_of, blocks)
+        place, number, end, strange = _places(part, of.id_bytes, sizes, values_of, blocks)
         if strange is not None and not undone.last_length:
             raise blocks.fault(f"a record of identifier {strange}, which no group has")
         rest = part[end:]
         raw = np.frombuffer(part, np.uint8)
-        for number, values in values_of.items():
-            _collect(raw, part, places.get(number, []), of.id_bytes, values)
-        for number, lane in lanes.items():
-            rows = np.array(places.get(number, []), np.int64) + of.id_bytes
+        for record, values in values_of.items():
+            _collect(raw, part, place[number == record] + of.id_bytes, values)
+        for record, lane in lanes.items():
+            rows = place[number == record] + of.id_bytes
             octets = lane.waiting + raw[rows[:, None] + np.arange(lane.group.size)].tobytes()
             yield from _ready(lane, octets, last=False)
         if strange is not None:  # where the last data of an unfinished file end is not known otherwise
@@ -134,42 +136,48 @@ def _unsorted(
 
 def _places(
     part: bytes, id_bytes: int, sizes: dict[int, int], values_of: dict[int, Values], blocks: Blocks
-) -> tuple[dict[int, list[int]], int, int | None]:
-    """Where each group's records begin, where what is not whole begins, and an identifier of no group."""
-    places: dict[int, list[int]] = {number: [] for number in (*sizes, *values_of)}
-    length_at, n, at = struct.Struct("<L").unpack_from, len(part), 0
-    steps = {number: (size + id_bytes, places[number].append) for number, size in sizes.items()}
-    while at + id_bytes <= n:
-        number = part[at] if id_bytes == 1 else int.from_bytes(part[at : at + id_bytes], "little")
-        step = steps.get(number)
-        if step is not None:
-            size, add = step
-        elif number in values_of:
-            if at + id_bytes + LENGTH_BYTES > n:
-                break
-            (length,) = length_at(part, at + id_bytes)
-            if length > MOST_VALUE:
-                raise blocks.fault(f"a value of {length} bytes among the records")
-            size, add = id_bytes + LENGTH_BYTES + length, places[number].append
-        else:
-            return places, at, number
-        if at + size > n:
-            break
-        add(at)
-        at += size
-    return places, at, None
+) -> tuple[NDArray[np.int64], NDArray[np.uint64], int, int | None]:
+    """Places and identifiers of the records, where one not whole begins, an identifier of no group."""
+    step_of = {number: size + id_bytes for number, size in sizes.items()} | dict.fromkeys(values_of, 0)
+    length_at, before = struct.Struct("<L").unpack_from, id_bytes + LENGTH_BYTES
+    n, at, strange = len(part), 0, None
+    places: list[int] = []
+    add = places.append
+    try:
+        while at + id_bytes <= n:
+            number = part[at] if id_bytes == 1 else int.from_bytes(part[at : at + id_bytes], "little")
+            step = step_of[number]
+            if not step:
+                step = before + length_at(part, at + id_bytes)[0]
+                if step > MOST_VALUE:
+                    raise blocks.fault(f"a value of {step - before} bytes among the records")
+            add(at)
+            at += step
+    except KeyError as unknown:
+        strange = unknown.args[0]
+    except struct.error:  # the length is not whole
+        pass
+    if at > n:  # the last one is not whole
+        at = places.pop()
+    place = np.array(places, np.int64)
+    octets = np.frombuffer(part, np.uint8)
+    number = np.zeros(len(place), np.uint64)
+    for i in range(id_bytes):
+        number |= octets[place + i].astype(np.uint64) << np.uint64(8 * i)
+    return place, number, at, strange
 
 
-def _collect(raw: NDArray[np.uint8], part: bytes, places: list[int], id_bytes: int, values: Values) -> None:
+def _collect(raw: NDArray[np.uint8], part: bytes, begin: NDArray[np.int64], values: Values) -> None:
     """Put values of variable length one behind the other, each with its length before it."""
-    if not places:
+    if not len(begin):
         return
-    begin = np.array(places, np.int64) + id_bytes
     size = LENGTH_BYTES + lengths(raw, begin)
     if (size == size[0]).all():
         values.add(raw[begin[:, None] + np.arange(size[0])].tobytes())
     else:
-        values.add(b"".join(part[a : a + n] for a, n in zip(begin.tolist(), size.tolist(), strict=True)))
+        values.add(
+            b"".join([part[a:b] for a, b in zip(begin.tolist(), (begin + size).tolist(), strict=True)])
+        )
 
 
 def _ready(lane: _Lane, octets: bytes, last: bool) -> Iterator[Heard]:
