@@ -123,9 +123,10 @@ def start(
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", **(environment or {})}
     guarded = [sys.executable, "-I", "-S", parent_death.__file__, str(os.getpid()), *command]
     tee = Tee(log) if log else None
-    with nullcontext(tee) if words is None else words.open("wb") as stream:
+    kept = None if tee is None else tee.writing
+    with nullcontext(kept) if words is None else words.open("wb") as stream:
         process = subprocess.Popen(
-            guarded, stdin=subprocess.DEVNULL, stdout=tee, stderr=stream, env=environment, pass_fds=pass_fds,
+            guarded, stdin=subprocess.DEVNULL, stdout=kept, stderr=stream, env=environment, pass_fds=pass_fds,
             process_group=0,
         )  # fmt: skip
     if tee is not None:

@@ -15,20 +15,20 @@ STDERR = 2
 
 
 class Tee:
-    """A pipe, `fileno()` its writing end, for stdout and stderr of one program. Files that cannot be written
-    cost the record, never the program: the pipe is read to its end."""
+    """A pipe for stdout and stderr of one program. Files that cannot be written cost the record, never the
+    program: the pipe is read to its end.
+
+    writing   descriptor of its writing end
+    """
 
     def __init__(self, path: Path):
         self._path = path
-        self._reading, self._writing = os.pipe()
+        self._reading, self.writing = os.pipe()
         self._thread = threading.Thread(target=self._copy, name=f"tee {path.name}", daemon=True)
-
-    def fileno(self) -> int:
-        return self._writing
 
     def begin(self) -> None:
         """Once the program has its end of the pipe."""
-        os.close(self._writing)
+        os.close(self.writing)
         self._thread.start()
 
     def finish(self) -> None:

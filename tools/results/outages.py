@@ -96,8 +96,9 @@ def _prevailing(fixes: Columns, begin_ns: I64, end_ns: I64) -> list[str]:
 
 def first_fix_ns(fixes: Columns) -> int | None:
     """GPS time of the first fix; None if there is none."""
-    t_ns = fixes["t_ns"][fixes["valid"]] if fixes else ()
-    return int(t_ns[0]) if len(t_ns) else None
+    if not fixes or not fixes["valid"].any():
+        return None
+    return int(fixes["t_ns"][fixes["valid"]][0])
 
 
 def outages(found: Stretches, first_ns: int | None, interval_ns: int) -> dict[str, Any]:

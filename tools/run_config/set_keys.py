@@ -98,7 +98,7 @@ def _put(document: dict[str, Any], path: Sequence[Key], value: Any, key: str) ->
         owner = _below(owner, part, path[number + 1], key)
 
 
-def _below(owner: Any, part: Key, following: Key, key: str) -> Any:
+def _below(owner: Any, part: Any, following: Key, key: str) -> Any:
     """The table or list at a part of a path, made if it is not there; a switch becomes its table."""
     found = owner[part] if isinstance(part, int) else owner.get(part)
     if isinstance(found, bool) and isinstance(following, str):
