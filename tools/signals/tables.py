@@ -56,7 +56,7 @@ def _buses(piece: Piece) -> tuple[NDArray[np.int64], tuple[str, ...]]:
 
 
 class LongTable:
-    """A row for each signal of each frame, in the order of the frames.
+    """A row for each signal of each frame, frame by frame.
 
     time, bus, direction, message, signal, value (physical), text (of the value, where there is one), unit
     """

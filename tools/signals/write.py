@@ -11,6 +11,7 @@ import numpy as np
 from gnss_hil.dbc.contract.frames import EMPTY
 from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.formats.convert import Converted
+from gnss_hil.tools.recording.formats.order import in_time_order
 from gnss_hil.tools.recording.formats.piece import NAME_BYTES, Piece
 from gnss_hil.tools.recording.formats.recording import Recording
 from gnss_hil.tools.results import parquet
@@ -46,7 +47,7 @@ def write(
     def rows() -> Iterator[parquet.Columns]:
         nothing = Piece(np.zeros(0, np.int64), np.zeros(0, f"S{NAME_BYTES}"), EMPTY, np.zeros(0, bool))
         yield from table.pieces(nothing)  # a file without a frame has the columns, too
-        for piece in recording.pieces():
+        for piece in in_time_order(recording.pieces(), done.read.strayed):
             done.read.add(piece)
             for columns in table.pieces(piece):
                 done.rows += len(columns["time"])

@@ -269,6 +269,26 @@ def test_a_run_is_decoded_by_the_contract_it_speaks(tmp_path, capsys):
     assert epochs["value"].to_list() == [0, 1, 2, 3, 4]
 
 
+def test_rows_of_two_buses_are_in_the_order_of_time(tmp_path):
+    """The log of a run of two craft tells an epoch of one bus after the other."""
+    (tmp_path / "some.dbc").write_text(DBC)
+    lines = [(epoch, bus, i) for epoch in range(3) for bus in range(2) for i in range(4)]
+    log = tmp_path / "two.log"
+    log.write_text("".join(f"({e}.{1000 * i:06d}) can{b} 104#0{b}00\n" for e, b, i in lines))
+    words = [
+        str(log),
+        str(tmp_path / "a.parquet"),
+        "--dbc",
+        str(tmp_path / "some.dbc"),
+        "--message",
+        "Choice",
+    ]
+    assert main(["convert", *words]) == 0
+    table = pl.read_parquet(tmp_path / "a.parquet")
+    assert table["time"].is_sorted() and len(table) == 24
+    assert table["bus"].to_list() == ["can0", "can1"] * 12
+
+
 def test_an_empty_recording_is_a_table_without_rows(tmp_path):
     (tmp_path / "a.log").write_text("")
     assert main(["convert", str(tmp_path / "a.log"), str(tmp_path / "a.parquet")]) == 0

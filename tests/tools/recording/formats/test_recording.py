@@ -169,10 +169,13 @@ def test_can_utils_read_our_asc(run_log, tmp_path):
     assert (np.diff(us[0]) == np.diff(us[1])).all()
 
 
-def test_we_read_the_asc_of_can_utils(run_log, tmp_path):
+@pytest.mark.parametrize("options", [[], ["-n"], ["-f"], ["-f", "-n"]])
+def test_we_read_the_asc_of_can_utils(run_log, tmp_path, options):
+    """Lines ending in CR LF, and classical frames as events of CAN FD, too."""
     can_utils("log2asc")
     asc, back = tmp_path / "bus.asc", tmp_path / "back.log"
-    subprocess.run(["log2asc", "-I", str(run_log), "-O", str(asc), "can0"], check=True, timeout=HANG_S)
+    words = ["log2asc", *options, "-I", str(run_log), "-O", str(asc), "can0"]
+    subprocess.run(words, check=True, timeout=HANG_S)
     convert(Recording(asc), back)
     assert back.read_bytes() == run_log.read_bytes()
 

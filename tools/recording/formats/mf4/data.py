@@ -16,6 +16,8 @@ SLICE_BYTES = 1 << 22
 """What is read at a time of a block that is not compressed."""
 MOST_BYTES = 1 << 29
 """What a compressed block may amount to."""
+AHEAD_BYTES = 1 << 25
+"""Blocks that amount to more are not inflated before it is their turn: one at a time is in memory."""
 
 _PLAIN = ("##DT", "##SD", "##RD")
 _DZ = struct.Struct("<2s2BL2Q")  # of which block, way, -, parameter, bytes before, bytes now
@@ -28,6 +30,16 @@ def stretches(blocks: Blocks, at: int, found: list[str], open_end: bool = False)
     found     takes what is to be told: data that are not all there
     open_end  the last block of the file may go on to its end, whatever length it has (an unfinished file)
     """
+    for part in _parts(blocks, at, found, open_end):
+        if len(part) <= 2 * SLICE_BYTES:
+            yield part
+        else:  # a compressed block of any size; what is made of it takes more room than it does
+            for begin in range(0, len(part), SLICE_BYTES):
+                yield part[begin : begin + SLICE_BYTES]
+            del part  # before the next one is inflated
+
+
+def _parts(blocks: Blocks, at: int, found: list[str], open_end: bool) -> Iterator[bytes]:
     if not at:
         return
     block = blocks.block(at, *_PLAIN, "##DZ", "##DL", "##HL", "##DV", "##DI", "##LD")
@@ -54,7 +66,10 @@ def _tasks(
         if block.name == "##DZ":
             blocks.once(block.at, block.name)
             packed = _packed(blocks, block)
-            yield lambda packed=packed: [_inflated(blocks, packed, found)]
+            if packed.length <= AHEAD_BYTES:
+                yield lambda packed=packed: [_inflated(blocks, packed, found)]
+            else:
+                yield lambda packed=packed: (_inflated(blocks, packed, found) for _ in range(1))
         else:
             yield lambda block=block: _one(blocks, block, found, open_end)
 
