@@ -12,6 +12,8 @@ S_PER_WEEK = 604_800
 NS_PER_DAY = 86_400 * NS_PER_S
 NS_PER_WEEK = S_PER_WEEK * NS_PER_S
 
+_FARTHEST_NS = 290 * 365 * NS_PER_DAY
+
 UNIX_OF_GPS_EPOCH_S = 315_964_800
 _GPS_EPOCH = datetime(1980, 1, 6)
 
@@ -37,8 +39,12 @@ def leap_seconds(t_ns: int) -> int:
 
 
 def from_calendar(moment: datetime) -> int:
-    """GPS time [ns] of a calendar instant on the GPS scale."""
-    return round((moment.replace(tzinfo=None) - _GPS_EPOCH) / timedelta(microseconds=1)) * 1000
+    """GPS time [ns] of a calendar instant on the GPS scale; ValueError beyond 1691 to 2269, where 64 bits of
+    nanoseconds end."""
+    t_ns = round((moment.replace(tzinfo=None) - _GPS_EPOCH) / timedelta(microseconds=1)) * 1000
+    if abs(t_ns) > _FARTHEST_NS:
+        raise ValueError(f"{moment} is too far from 1980")
+    return t_ns
 
 
 def from_utc(moment: datetime) -> int:

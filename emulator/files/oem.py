@@ -227,6 +227,8 @@ def _gps_ns(text: str, system: str, where: str) -> int:
         raise wrong from None
     fraction_ns = round((float(f"0{match[8] or '.'}0") + leap) * gpstime.NS_PER_S)
     ahead_s = TIME_SYSTEMS[system]
-    if ahead_s is None:
-        return gpstime.from_utc(moment) + fraction_ns
-    return gpstime.from_calendar(moment) + fraction_ns - round(ahead_s * gpstime.NS_PER_S)
+    try:
+        whole_ns = gpstime.from_utc(moment) if ahead_s is None else gpstime.from_calendar(moment)
+    except ValueError as error:
+        raise FileError(f"{where}: {error}") from None
+    return whole_ns + fraction_ns - round((ahead_s or 0.0) * gpstime.NS_PER_S)

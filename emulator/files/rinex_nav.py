@@ -177,11 +177,16 @@ def _has_orbit(record: _Record, layout: Layout) -> bool:
 _PLACE = ("x_km", "y_km", "z_km")
 
 
+_YEARS = 1980, 2200
+
+
 def _epoch(text: str) -> datetime:
     *date, seconds = text.split()
     year, month, day, hour, minute = map(int, date)
     if year < 100:
         year += 1900 if year >= 80 else 2000
+    if not _YEARS[0] <= year <= _YEARS[1]:
+        raise ValueError(text)
     moment = datetime(year, month, day, hour, minute)
     return moment.replace(second=int(float(seconds)))
 

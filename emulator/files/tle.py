@@ -5,6 +5,7 @@ Source: D. Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., 2.4
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -15,6 +16,23 @@ from gnss_hil.emulator.files.text import FileError, read_text
 _LENGTH = 69
 _FIRST_YEAR = 57
 """Two-digit years from here on are of the 20th century: that of Sputnik."""
+
+
+_PLAIN = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)\s*|\s*")
+_POWER = re.compile(r"[ +-]?\s*\d{1,5}\s*[ +-]\d|\s*")
+_DIGITS = re.compile(r"[\d ]{7}")
+_FIELDS = {
+    "1": (
+        ("rate of mean motion", 33, 43, _PLAIN), ("second rate", 44, 52, _POWER),
+        ("drag term", 53, 61, _POWER),
+    ),
+    "2": (
+        ("inclination", 8, 16, _PLAIN), ("right ascension", 17, 25, _PLAIN),
+        ("eccentricity", 26, 33, _DIGITS), ("argument of perigee", 34, 42, _PLAIN),
+        ("mean anomaly", 43, 51, _PLAIN), ("mean motion", 52, 63, _PLAIN),
+    ),
+}  # fmt: skip
+"""By line: name, first column from 0 and end, form. What is of no such form, SGP4 would read as something."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +95,9 @@ def _checked(line: str, number: str, n: int, origin: str) -> str:
     total = sum(int(c) if c.isdigit() else c == "-" for c in line[:-1]) % 10
     if line[-1] != str(total):
         raise FileError(f"{origin}: line {n}: checksum is {line[-1]!r}; the line sums up to {total}")
+    for name, begin, end, form in _FIELDS[number]:
+        if not form.fullmatch(line[begin:end]):
+            raise FileError(f"{origin}: line {n}: {name} is {line[begin:end]!r}, not a number of its form")
     return line
 
 

@@ -256,4 +256,6 @@ def of_elements(
     error, pos_km, _ = satellite.sgp4_array(*frames.utc_jd(t_ns))
     if error.any():
         raise TrajectoryError(f"two-line elements: {SGP4_ERRORS[int(error[error > 0][0])]}")
+    if not np.isfinite(pos_km).all():
+        raise TrajectoryError("two-line elements: no orbit comes of them")
     return Trajectory(t_ns, in_ecef("TEME", t_ns, 1e3 * pos_km, measured))

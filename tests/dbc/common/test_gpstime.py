@@ -66,3 +66,11 @@ def test_leap_seconds_are_those_of_erfa():
         for moment in (first, first - timedelta(seconds=1)):
             expected = round(float(erfa.dat(moment.year, moment.month, moment.day, 0.0))) - 19
             assert gpstime.leap_seconds(gpstime.from_utc(moment)) == expected, moment
+
+
+def test_instants_that_64_bits_do_not_hold_are_refused():
+    for year in (1691, 2269):
+        assert abs(gpstime.from_calendar(datetime(year, 6, 1))) < 2**63
+    for year in (1, 1600, 2300, 9999):
+        with pytest.raises(ValueError, match="too far from 1980"):
+            gpstime.from_calendar(datetime(year, 1, 1))

@@ -194,6 +194,8 @@ def test_epochs_to_the_minute_and_leap_seconds():
     for odd in ("2020-000T00:00:00", "2020-367T00:00:00", "2020-01-01T00:00:61", "2020-01-01T00:00:00+03:00"):
         with pytest.raises(FileError, match="is not an epoch"):
             oem.parse(segment(ONE, TWO).replace("2020-01-01T00:00:00", odd), "x")
+    with pytest.raises(FileError, match=r"x: line 7: 9020-01-01 00:00:00.* is too far from 1980"):
+        oem.parse(segment(ONE, TWO).replace("2020-01-01T00:00:00", "9020-01-01T00:00:00"), "x")
 
 
 def test_a_container_may_hold_other_messages():

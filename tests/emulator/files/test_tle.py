@@ -84,3 +84,36 @@ def test_blank_lines_indents_and_comments_are_no_part_of_a_set():
     first, second = lines("12305.50000000").splitlines()
     text = f"# from somewhere\n\n  CRAFT  \n  {first}  \n\n# between\n\t{second}\n\n"
     assert tle.parse(text, "x") == tle.parse(f"CRAFT\n{first}\n{second}\n", "x")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("00000-0", "00000-x", "line 1: second rate is ' 00000-x', not a number of its form"),
+        ("40000-4", "4x000-4", "line 1: drag term is ' 4x000-4'"),
+        (".00002000", ".0000x000", "line 1: rate of mean motion is ' .0000x000'"),
+        ("51.6000", "51.x000", "line 2: inclination is ' 51.x000'"),
+        ("0005000", "0005.00", "line 2: eccentricity is '0005.00'"),
+        ("15.50000000", "15.5 000000", "line 2: mean motion is '15.5 000000'"),
+    ],
+)
+def test_numbers_are_of_their_form(old, new, words):
+    text = "".join(whole(line[:-1].replace(old, new)) + "\n" for line in lines("12305.50000000").splitlines())
+    with pytest.raises(FileError) as caught:
+        tle.parse(text, "x")
+    assert words in str(caught.value)
+
+
+RATE, DRAG, SECOND = "  .00002000", " 40000-4", " 00000-0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (RATE, " -.00002000"), (RATE, " " * 11), (DRAG, "-40000-4"), (SECOND, " 00000+0"), (SECOND, " " * 8),
+        (" 51.6000", "  1.6000"),
+    ],
+)  # fmt: skip
+def test_signs_blanks_and_missing_rates_are_read(old, new):
+    changed = [whole(line[:-1].replace(old, new)) for line in lines("12305.50000000").splitlines()]
+    assert len(tle.parse("\n".join(changed), "x")) == 1
