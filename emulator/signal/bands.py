@@ -53,11 +53,6 @@ def edge_off_nadir_rad(radius_m: float) -> float:
     return float(np.arcsin(EQUATORIAL_RADIUS_M * np.cos(LOWEST_RAD) / radius_m))
 
 
-def band_of(system: int) -> Band:
-    """The preferred transmitted signal of a system by its value on the bus; StopIteration if it has none."""
-    return next(band for band in BANDS if band.system.value == system)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class BandTable:
     """Transmitted signals as columns (16,) over values of the contract's table "Signal"; nan where there is

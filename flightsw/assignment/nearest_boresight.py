@@ -44,7 +44,7 @@ def assign(
 
     angles_rad  (m, n) between boresights and satellites, satellites in the order of their index
     mask_rad    (m,) largest angle off boresight
-    channels    (m,) of each antenna
+    channels    (m,) of each antenna: the satellites that it has room for
     previous    (n,) antenna that has the satellite now, -1 none
     """
     below = angles_rad < mask_rad[:, None]

@@ -10,7 +10,7 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.signals import SIGNALS
 from gnss_hil.emulator.constellation import block_types
 from gnss_hil.emulator.signal import antenna_patterns, frontend, link_budget
-from gnss_hil.emulator.signal.bands import band_of
+from gnss_hil.emulator.signal.bands import BANDS
 
 EARTH_M, GEO_M = 6_378_137.0, 42_164_000.0
 L1CA = np.zeros(1, np.int64)
@@ -50,7 +50,8 @@ def first_of(block):
 
 
 def radius_of(block):
-    return band_of(block_types.BLOCKS[block].system).radius_m
+    system = block_types.BLOCKS[block].system
+    return next(band.radius_m for band in BANDS if band.system.value == system)
 
 
 @pytest.mark.verifies(

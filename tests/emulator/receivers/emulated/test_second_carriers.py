@@ -231,6 +231,40 @@ def test_antennas_have_another_gain_and_phase_centre_for_other_carriers():
     assert abs(phase_m[0] - phase_m[1]) < 0.5, "the carrier's way is the code's"
 
 
+def test_a_jammer_on_l2_leaves_l1_alone():
+    """Noise of 1 MHz about L2C, from the zenith, at -115 dBW: it is lost; C/N0 on L1 stays, on L2OF it nearly does."""
+    jam = {"kind": "noise", "centre_mhz": 1227.6, "bandwidth_mhz": 1.0}
+    jam |= {"direction_body": [0.0, 0.0, -1.0], "received_dbw": -115.0}
+    jammed, free = (
+        pairs(last(world(factors={**emulated.QUIET, **more})))
+        for more in ({"jamming": {"body": [jam]}}, {"link_budget": True})
+    )
+    gps = [key for key in free if key[1][0] == "G"]
+    assert gps and not [key for key in jammed if key[1][0] == "G"], "lost, or never found"
+    glonass = [key for key in free if key[1][0] == "R"]
+    assert set(glonass) <= set(jammed)
+    clean, noisy = (
+        measured(last(world(factors={**emulated.QUIET, "jamming": {"body": [one]}})))
+        for one in ({**jam, "received_dbw": -300.0}, jam)
+    )
+    for key in clean.keys() & noisy.keys():
+        within = 1.01 if key[2] == VALUE["L2OF"] else 0
+        assert clean[key]["cn0_dbhz"] - noisy[key]["cn0_dbhz"] == pytest.approx(0, abs=within)
+
+
+def test_blocks_that_a_scenario_chooses_send_what_they_have():
+    found = pairs(last(world()))
+    sat = next(name for _, name in found if name[0] == "G")
+    old = {"transmit_pattern": {"blocks": {sat: "gps-iia"}}}
+    changed = {name for _, name in pairs(last(world(factors={**emulated.QUIET, **old})))}
+    assert sat not in changed and any(name[0] == "G" for name in changed)
+    none = {"transmit_pattern": {"gps": "gps-iir-improved"}}
+    assert all(name[0] == "R" for _, name in pairs(last(world(factors={**emulated.QUIET, **none}))))
+    every = {"transmit_pattern": {"gps": "gps-iirm"}}
+    block = last(world(factors={**emulated.QUIET, **every}))
+    assert {name for _, name in pairs(block)} == {name for _, name, _ in measured(block)}
+
+
 def test_slips_of_the_carriers_are_their_own():
     slipping = {**emulated.QUIET, "cycle_slips": {"per_hour": 600.0, "costas": False}}
     blocks = emulated.run(world(factors=slipping), 60)[1]
