@@ -48,7 +48,7 @@ LAG_EPOCHS = 2
 """Command in epoch k, change in k + 1: a satellite may be on the wrong antenna, or past the mask, so long."""
 
 
-@pytest.fixture(scope="module", params=["soyuz", "soyuz-roll"])
+@pytest.fixture(scope="module", params=["soyuz", "soyuz-roll", "soyuz-l1l2"])
 def epochs(request, tmp_path_factory):
     return flown(request.param, tmp_path_factory)
 
@@ -108,8 +108,12 @@ def test_no_satellite_enters_a_fix_from_two_antennas(epochs):
     start = first_assignment_acknowledged(epochs)
     checked = 0
     for e in epochs[start:]:
-        used = Counter(e.satellite(r, k) for r, mask in e.used.items() for k in range(32) if mask >> k & 1)
-        assert not [name for name, count in used.items() if count > 1], f"epoch {e.number}"
+        used: dict[str, list[tuple[int, str]]] = {}
+        for r, k in ((r, k) for r, mask in e.used.items() for k in range(32) if mask >> k & 1):
+            used.setdefault(e.satellite(r, k), []).append((r, str(e.channels[r, k]["signal"])))
+        for name, channels in used.items():
+            assert len({r for r, _ in channels}) == 1, f"epoch {e.number}: {name} on {channels}"
+            assert len({signal for _, signal in channels}) == len(channels), f"epoch {e.number}: {name}"
         checked += len(used)
     assert checked > 15 * (len(epochs) - start)
 

@@ -232,7 +232,7 @@ def test_antennas_have_another_gain_and_phase_centre_for_other_carriers():
 
 
 def test_a_jammer_on_l2_leaves_l1_alone():
-    """Noise of 1 MHz about L2C, from the zenith, at -115 dBW: it is lost; C/N0 on L1 stays, on L2OF it nearly does."""
+    """Noise of 1 MHz about L2C, from the zenith, at -115 dBW: it is lost; L1 stays, L2OF nearly."""
     jam = {"kind": "noise", "centre_mhz": 1227.6, "bandwidth_mhz": 1.0}
     jam |= {"direction_body": [0.0, 0.0, -1.0], "received_dbw": -115.0}
     jammed, free = (
