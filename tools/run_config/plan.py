@@ -144,7 +144,7 @@ def _lacking(craft: scenarios.Craft, vehicle: Vehicle, flight: FlightConfig) -> 
     serves = flight.options.without_pairs == "one-signal"
     return (
         f"craft {craft.name}: ionosphere_free: vehicle '{vehicle.name}' names no other_signals: "
-        f"{'its fixes are by one signal of each satellite, ionosphere in' if serves else 'no fix'}"
+        f"{'its fixes are by one signal of each satellite' if serves else 'no fix'}"
     )
 
 
