@@ -123,7 +123,8 @@ def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
     found = intersect(code_ranges(m, offered.lever_m, clocks, errors), items, start_m)
     if isinstance(found, NoFix):
         return found
-    return Trial(found, found.design, found.residual_m, found.weight)
+    covariance = found.estimate.covariance
+    return Trial(found, found.design, found.residual_m, found.weight, covariance)
 
 
 def _consistent(offered: Offered, start_m: F64, rules: Rules) -> Kept[Intersection] | NoFix:

@@ -39,7 +39,7 @@ def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
         found = least_squares(of_rows, y[rows], weight)
         if found is None:
             return None
-        return Trial(found, of_rows, y[rows] - of_rows @ found.x, weight)
+        return Trial(found, of_rows, y[rows] - of_rows @ found.x, weight, found.covariance)
 
     first = fit(slice(None))
     kept = None if first is None else exclusion.exclude(first, fit, sat, rules)

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import sqrt
+from statistics import NormalDist
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -21,10 +22,12 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.flightsw.measurement.weights import times
 
-FALSE_ALARM_SIGMA = 4.265
-"""Normal quantile of a false alarm rate of 1e-5 of the test."""
+FALSE_ALARM = 1e-5
+"""Rate of false alarms of a fit: half of it for each of its two tests."""
 
-DISTINCT = FALSE_ALARM_SIGMA**2
+_ALARM_SIGMA = NormalDist().inv_cdf(1 - FALSE_ALARM / 2)
+
+DISTINCT = NormalDist().inv_cdf(1 - FALSE_ALARM) ** 2
 """So much more chi-square than the suspect any other satellite must leave behind. A sound satellite is then
 taken for the faulty one at most once in 1e5, whatever the size of the fault: the difference of the two sums
 of squares is normal with mean -d^2 and deviation 2 d, and exceeds D with probability Q((d^2 + D) / 2 d),
@@ -38,7 +41,13 @@ _NOTHING = 1e-6
 def chi2_limit(freedom: int) -> float:
     """Quantile of chi-square at the false alarm rate. Source: Wilson & Hilferty, PNAS 17 (1931) 684"""
     spread = 2 / (9 * freedom)
-    return freedom * (1 - spread + FALSE_ALARM_SIGMA * sqrt(spread)) ** 3
+    return freedom * (1 - spread + _ALARM_SIGMA * sqrt(spread)) ** 3
+
+
+@cache
+def outlier_limit(tests: int) -> float:
+    """Square that the largest of so many normalised residuals exceeds at the false alarm rate."""
+    return NormalDist().inv_cdf(1 - FALSE_ALARM / 2 / (2 * tests)) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,13 +70,14 @@ class Trial(Generic[T]):
     """A weighted fit: what it found, and by what it is judged.
 
     design (n, u), residual (n,); weight the inverse of the measurements' covariance, (n, n), or (n,) its
-    diagonal
+    diagonal; covariance (u, u) of the unknowns
     """
 
     found: T
     design: F64
     residual: F64
     weight: F64
+    covariance: F64
 
     @property
     def chi_square(self) -> float:
@@ -102,7 +112,7 @@ def exclude(
     refit   of rows (k,); None where these cannot be fitted
     sat     (n,) satellite of each row
     """
-    kept = Kept(first, np.arange(len(sat)), chi_square_test(first))
+    kept = Kept(first, np.arange(len(sat)), agree(first))
     for _ in range(rules.exclude):
         if kept.consistent:
             break
@@ -113,13 +123,31 @@ def exclude(
         trial = refit(rows)
         if trial is None:
             break
-        kept = Kept(trial, rows, chi_square_test(trial))
+        kept = Kept(trial, rows, agree(trial))
     return kept if kept.consistent or not rules.refuse else None
+
+
+def agree(trial: Trial[Any]) -> bool:
+    """Whether what was measured agrees: on the whole, and each by itself."""
+    return chi_square_test(trial) and outlier_test(trial)
 
 
 def chi_square_test(trial: Trial[Any]) -> bool:
     """Whether the residuals of a fit are noise. Without redundancy they always are."""
     return trial.freedom < 1 or trial.chi_square <= chi2_limit(trial.freedom)
+
+
+def outlier_test(trial: Trial[Any]) -> bool:
+    """Whether no measurement is off by more than noise makes the worst of them. A single fault that drowns in
+    the sum of all squares stands out here. Source: Baarda, A testing procedure for use in geodetic networks
+    (1968): normalised residuals
+    """
+    weight, along = trial.weight, times(trial.weight, trial.design)
+    own = weight if weight.ndim == 1 else weight.diagonal()
+    left = own - np.add.reduce((along @ trial.covariance) * along, axis=1)
+    pull = times(weight, trial.residual)
+    tested = left > _NOTHING * own
+    return bool((pull * pull <= outlier_limit(len(own)) * left)[tested].all())
 
 
 def isolate(sat: I64, trial: Trial[Any]) -> int | None:
@@ -133,7 +161,7 @@ def isolate(sat: I64, trial: Trial[Any]) -> int | None:
     weight = trial.weight if trial.weight.ndim == 2 else np.diag(trial.weight)
     scale = 1 / np.sqrt(weight.diagonal())
     along_fit = weight @ trial.design
-    left = weight - along_fit @ np.linalg.inv(trial.design.T @ along_fit) @ along_fit.T
+    left = weight - along_fit @ trial.covariance @ along_fit.T
     left *= scale[:, None] * scale
     pull = (weight @ trial.residual) * scale
     found = []

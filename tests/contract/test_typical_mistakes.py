@@ -132,7 +132,7 @@ def test_without_a_mistake_there_is_no_error(recording):
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.phrase)
 def test_a_mistake_costs_what_the_guide_says(mistake, recording, monkeypatch):
-    monkeypatch.setattr(exclusion, "chi_square_test", lambda *_: True)
+    monkeypatch.setattr(exclusion, "agree", lambda *_: True)
     monkeypatch.setattr(
         mistake.module, mistake.function, mistake.wrong(getattr(mistake.module, mistake.function))
     )
