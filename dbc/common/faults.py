@@ -35,7 +35,16 @@ def faults(error: ValidationError, origin: str, model: type[BaseModel] | None = 
         texts = lines.setdefault((key, shown), [])
         if text not in texts:
             texts.append(text)
-    return [f"{origin}: {key}: {' or '.join(texts)}{shown}" for (key, shown), texts in lines.items()]
+    return [f"{origin}: {key}: {_either(texts)}{shown}" for (key, shown), texts in lines.items()]
+
+
+_SHOULD = "input should be "
+
+
+def _either(texts: Sequence[str]) -> str:
+    """Several things that are allowed, in one sentence."""
+    first, *others = texts
+    return " or ".join([first, *(text.removeprefix(_SHOULD) for text in others)])
 
 
 def _below(path: Sequence[Key], keys: Sequence[Key]) -> bool:

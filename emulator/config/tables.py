@@ -58,6 +58,13 @@ class Time(Strict):
     epoch_interval_s: Annotated[float, Field(ge=0.01, le=60)] = 1.0
     orientation: str | None = None
 
+    @field_validator("start_gps", mode="before")
+    @classmethod
+    def _is_a_date(cls, value: object) -> object:
+        if not isinstance(value, str | datetime):  # a number would count as seconds of Unix time
+            raise ValueError("must be a date and time, as in 2012-10-31T00:15:00")
+        return value
+
     @field_validator("start_gps")
     @classmethod
     def _on_the_gps_scale(cls, value: datetime) -> datetime:

@@ -12,13 +12,15 @@ from pydantic import BaseModel, ValidationError
 
 from gnss_hil.dbc.common import model_tree
 from gnss_hil.dbc.common.vehicle import VehicleFile
-from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
 from gnss_hil.emulator.signal.structure.file import StructureFile
 from gnss_hil.flightsw.app.config import options_of
 from gnss_hil.flightsw.assignment.registry import POLICIES
 from gnss_hil.flightsw.estimation.registry import NAVIGATORS
 from gnss_hil.tools.command_line.main import COMMANDS, Parser, parser_of
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.run_config.config import Overrides
+from gnss_hil.tools.run_config.plan import resolve
 
 NONSENSE = (math.nan, math.inf, -math.inf, 1e308, -1e308, "text", True, [[]])
 """No key can mean any of these, whatever it is."""
@@ -80,6 +82,18 @@ def test_no_number_takes_what_is_none(name, model, key, schema):
         with pytest.raises(ValidationError) as caught:
             model.model_validate({**switched, key: value})
         assert any(fault["loc"][:1] == (key,) for fault in caught.value.errors()), value
+
+
+SCENARIO_KEYS = sorted({name.removeprefix("scenario: ") for name in NAMES if name.startswith("scenario: ")})
+
+
+@pytest.mark.parametrize("key", SCENARIO_KEYS)
+def test_no_number_of_a_scenario_takes_what_is_none_from_the_command_line(key):
+    """As `--set KEY=VALUE` has it, with all that a plan checks: lines for people, and no other exception."""
+    for text in ("nan", "inf", "-inf", "1e308", "-1e308", "text", "", "[[]]", "1979-05-27"):
+        with pytest.raises((Mistake, ScenarioError)) as caught:
+            resolve("soyuz", Overrides(sets=((key, text),)))
+        assert str(caught.value)
 
 
 def typed_arguments() -> Iterator[tuple[str, Parser, str]]:

@@ -150,7 +150,7 @@ def _run_one(config: RunConfig, verdict) -> int:
 def check_combination(config: RunConfig) -> None:
     """Options that contradict each other."""
     changes = config.overrides
-    if config.seeds and (changes.seed is not None or "seed" in dict(changes.sets)):
+    if config.seeds and (changes.seed is not None or "seed" in {k.strip('"') for k, _ in changes.sets}):
         raise Mistake("--seeds with a seed: one of the two")
     if config.bus == "inline" and config.pace != "lockstep":
         raise Mistake(

@@ -53,7 +53,7 @@ _OPTIONS = {
 
 def _check_said_once(overrides: Overrides) -> None:
     for key, _ in overrides.sets:
-        option, field = _OPTIONS.get(key, ("", ""))
+        option, field = _OPTIONS.get(".".join(map(str, set_keys.parsed(key))), ("", ""))
         if option and getattr(overrides, field) is not None:
             raise Mistake(f"--set {key} with --{option}: one of the two")
 

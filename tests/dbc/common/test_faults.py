@@ -46,6 +46,8 @@ def told(path: tuple, value) -> list[str]:
         (("craft",), [5], "craft.0: must be a table, written [[craft]], found 5"),
         (("time",), [{}], "time: must be a table, written [time], found a list"),
         ((*CRAFT, "orbit"), 5, "craft.0.orbit: must be a table, written [craft.orbit], found 5"),
+        (("time", "start_gps"), 5, "must be a date and time, as in 2012-10-31T00:15:00, found 5"),
+        ((*CRAFT, "flight", "options"), {"a": [3]}, "should be a valid boolean or a valid integer or"),
         (("sky", "gps"), 5, "sky.gps: input should be a valid string or must be a list, found 5"),
         (("sky", "gps"), ["a", 5], "sky.gps.1: input should be a valid string, found 5"),
         ((*CRAFT, "attitude", "mode"), "ofset", "; did you mean 'offset'?"),

@@ -101,6 +101,8 @@ def test_a_mistake_is_one_line_that_names_what_was_set(sets, words):
 def test_an_option_and_the_same_key_contradict_each_other():
     with pytest.raises(Mistake, match="--set seed with --seed: one of the two"):
         resolve("soyuz", Overrides(seed=3, sets=(("seed", "4"),)))
+    with pytest.raises(Mistake, match="with --duration: one of the two"):
+        resolve("soyuz", Overrides(duration_s=3.0, sets=(('"time".duration_s', "4"),)))
 
 
 def test_files_are_seen_from_where_the_command_is_typed(tmp_path, monkeypatch):
