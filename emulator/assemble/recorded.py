@@ -11,6 +11,7 @@ import numpy as np
 from gnss_hil.dbc.common import gpstime, satellites, systems
 from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
 from gnss_hil.emulator.assemble.shared import Shared
@@ -24,6 +25,7 @@ from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.recorded.observables import there
 from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS, Signal
 from gnss_hil.emulator.receivers.recorded.tracks import LOUDEST_DBHZ, Tracks, tracks
@@ -61,6 +63,12 @@ def span_of(path: str, craft: str) -> dict[str, object]:
     }
 
 
+def signals_there(path: str, craft: str) -> dict[str, Bool]:
+    """Name of a signal that can be played -> whether each satellite and epoch of a file (p,) has it."""
+    file = observations(path, craft)
+    return {name: there(file, signal) for name, signal in SIGNALS.items()}
+
+
 def _commonest_step_ns(t_ns: I64) -> int:
     """Of epochs (e,), two at least [ns]."""
     steps, counts = np.unique(np.diff(t_ns), return_counts=True)
@@ -85,6 +93,7 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     frequencies = _frequencies(file, shared.sky, marks_ns, signals)
     played = tracks(file, signals, epoch_of, int(vehicle.channels[0]), frequencies)
     _tell_left_out(played, craft.name, shared.tell)
+    _tell_unused(file, epoch_of, signals, craft.name, shared.tell)
     _tell_unknown(file.sat[epoch_of[file.epoch] >= 0], signals, shared.sky, craft.name, shared.tell)
     contract = codec.codec(vehicle.antennas)
     return RecordedCraft(
@@ -118,6 +127,25 @@ def _tell_left_out(played: Tracks, name: str, tell: Tell) -> None:
             f"{name}: {played.doubtful} of {len(played)} signal strengths are left out: no receiver measures "
             f"more than {LOUDEST_DBHZ:g} dBHz"
         )
+
+
+def _tell_unused(
+    file: rinex_obs.Observations, epoch_of: I64, signals: Sequence[Signal], name: str, tell: Tell
+) -> None:
+    """Tell of satellites whose system is not played, by the letters of the systems."""
+    counts = {letter: np.count_nonzero(epoch_of[epochs] >= 0) for letter, epochs in file.passed.items()}
+    inside = satellites.system_of(file.sat)[epoch_of[file.epoch] >= 0]
+    counts |= {system.letter: np.count_nonzero(inside == system.value) for system in SYSTEMS.values()}
+    used = {system.letter for system in systems.tracked()}
+    played = {system.letter for system in systems.tracked() if system.value in {s.system for s in signals}}
+    for letters, why in (
+        (sorted(counts.keys() - used), "not used by this bench"),
+        (sorted(used - played), "none of their signals is played"),
+    ):
+        present = [letter for letter in letters if counts[letter]]
+        if present:
+            left_out = sum(counts[letter] for letter in present)
+            tell(f"{name}: {', '.join(present)}: {left_out} observations are left out: {why}")
 
 
 def _tell_unknown(sat: I64, signals: Sequence[Signal], sky: Sky, name: str, tell: Tell) -> None:

@@ -180,7 +180,7 @@ class Receivers(Strict):
 class ObservationFile(Strict):
     """Observations of a real receiver, played instead of an emulated one.
 
-    file       RINEX 2 or 3 observations, compact or gzip too
+    file       RINEX 2, 3 or 4 observations, compact or gzip too
     signals    what is played of each satellite, each signal on a channel of its own
     reference  the craft's reference orbit: the truth, if there is one
     """

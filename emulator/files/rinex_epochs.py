@@ -43,6 +43,7 @@ class Epochs:
     epoch, sat      (p,) see there
     line            (p,) first line, 0-based, of a satellite's observations
     per_line, indent   observations on a line, and columns in front of the first
+    passed          see there
     """
 
     t_ns: I64
@@ -52,6 +53,7 @@ class Epochs:
     line: I64
     per_line: int
     indent: int
+    passed: dict[str, I64]
 
 
 class _Scan:
@@ -64,6 +66,7 @@ class _Scan:
         self.t_ns: list[int] = []
         self.clock_s: list[float] = []
         self.rows: list[tuple[int, int, int]] = []
+        self.passed: dict[str, list[int]] = {}
 
     def refuse(self, line: int, what: str) -> FileError:
         return FileError(f"{self.origin}: line {line + 1}: {what}")
@@ -104,6 +107,8 @@ class _Scan:
         index = self.known[name]
         if index is not None:
             self.rows.append((len(self.t_ns) - 1, index, line))
+        else:
+            self.passed.setdefault(name[:1].strip() or self.header.system, []).append(len(self.t_ns) - 1)
 
     def ends_at(self, end: int, what: str) -> None:
         if end > len(self.lines):
@@ -126,9 +131,9 @@ class _Scan:
         twice = np.flatnonzero(np.diff(pair[order]) == 0)
         if len(twice):
             raise self.refuse(int(line[order[twice[0] + 1]]), "the epoch has this satellite already")
-        return Epochs(
-            np.array(self.t_ns, np.int64), np.array(self.clock_s), epoch, sat, line, per_line, indent
-        )
+        passed = {letter: np.array(epochs, np.int64) for letter, epochs in self.passed.items()}
+        t_ns, clock_s = np.array(self.t_ns, np.int64), np.array(self.clock_s)
+        return Epochs(t_ns, clock_s, epoch, sat, line, per_line, indent, passed)
 
 
 def _moment_ns(date: str, scale: str) -> int:

@@ -1,7 +1,7 @@
 """RINEX observation files, versions 2 to 4, as flat arrays: one row for each satellite and epoch.
 
 Strict: what does not fit the format is refused with file, line and field. Satellites of systems the bench
-does not know are passed over, and so are records of events.
+does not know are passed over and counted; records of events are passed over.
 Sources: RINEX 2.11 (Gurtner & Estey, 2007), tables A1, A2; RINEX 2.20 (Gurtner & Estey, 2001: spaceborne
 receivers); RINEX 3.05 (IGS/RTCM, 2020), tables A2, A3
 """
@@ -39,6 +39,7 @@ class Observations:
     sat      (p,) satellite index
     obs      code -> (p,) value as written (m, cycles, Hz, ...), nan where there is none: blank, or 0.0,
              which is how RINEX writes it too (2.11, table A2; 3.05, table A3), or nines alone, five and more
+    passed   letter of a system that the bench has no name for -> rows of t_ns, one for each of its satellites
     lli      code -> (p,) loss of lock indicator, 0 where blank: bit 0 lock lost, bit 1 half cycles,
              bit 2 antispoofing (version 2) or BOC tracking (version 3)
     """
@@ -51,6 +52,7 @@ class Observations:
     sat: I64
     obs: dict[str, F64]
     lli: dict[str, I64]
+    passed: dict[str, I64]
 
 
 def read(path: Path) -> Observations:
@@ -77,7 +79,9 @@ def parse(text: str, origin: str) -> Observations:
                 (letter, code), 1.0
             )
             lli[code][rows] = lost
-    return Observations(origin, header, epochs.t_ns, epochs.clock_s, epochs.epoch, epochs.sat, obs, lli)
+    return Observations(
+        origin, header, epochs.t_ns, epochs.clock_s, epochs.epoch, epochs.sat, obs, lli, epochs.passed
+    )
 
 
 _NINES = np.array([10.0**digits - rest for digits in range(5, 11) for rest in (1.0, 0.1, 0.01, 0.001)])

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.files.text import FileError
@@ -13,15 +15,28 @@ from gnss_hil.flightsw.measurement import signals as flight_signals
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import Overrides
 
-_NAME_OF = {signal.value: signal.name for signal in signals.SIGNALS.values()}
-PAIRS = {
-    signals.SIGNALS[_NAME_OF[first]].system: (_NAME_OF[first], _NAME_OF[second])
-    for first, second in reversed(flight_signals.PAIRS)
-}
-"""Signals of two frequencies that the flight software prefers, by system: the first of its pairs stands."""
+Choice = tuple[str, ...]
+"""Signals that are played of a system's satellites."""
 
-SINGLE = {system.name: (signals.of_system(system)[0].name,) for system in systems.tracked()}
-"""The preferred signal, by system."""
+
+def _by_system(choices: Iterable[Choice]) -> dict[str, list[Choice]]:
+    """Choices by system, in the order given."""
+    found: dict[str, list[Choice]] = {}
+    for choice in choices:
+        found.setdefault(signals.SIGNALS[choice[0]].system, []).append(choice)
+    return found
+
+
+_NAME_OF = {signal.value: signal.name for signal in signals.SIGNALS.values()}
+
+PAIRS = _by_system((_NAME_OF[first], _NAME_OF[second]) for first, second in flight_signals.PAIRS)
+"""Signals of two frequencies by system, what the flight software prefers first."""
+
+SINGLE = _by_system((name,) for name in signals.SIGNALS)
+"""Single signals by system, the preferred one first."""
+
+NEARLY = 0.9
+"""A choice that has this share of the richest one's observations is as good as that."""
 
 
 def override(document: dict[str, Any], overrides: Overrides) -> None:
@@ -87,8 +102,27 @@ def _craft(craft: dict[str, Any], sky: dict[str, Any], overrides: Overrides) -> 
     if not heard:
         raise Mistake("replay: where are the satellites? Give --sp3 FILE or --nav FILE")
     if "signals" not in observations:
-        table = SINGLE | PAIRS if overrides.ionosphere_free else SINGLE
-        observations["signals"] = [signal for name in heard for signal in table[name]]
+        observations["signals"] = _chosen(craft, heard, overrides.ionosphere_free)
+
+
+def _chosen(craft: dict[str, Any], heard: Sequence[str], ionosphere_free: bool) -> list[str]:
+    """Signals of the file for the systems that are heard: of each the first choice that has nearly as many
+    observations as any. Mistake if there is none of any system."""
+    from gnss_hil.emulator.assemble.recorded import signals_there
+
+    path = craft["observations"]["file"]
+    there = signals_there(path, craft.get("name", ""))
+    found: list[str] = []
+    for system in heard:
+        choices = [c for c in (PAIRS if ionosphere_free else SINGLE)[system] if set(c) <= there.keys()]
+        counts = [int(np.logical_and.reduce([there[name] for name in choice]).sum()) for choice in choices]
+        richest = max(counts, default=0)
+        if richest:
+            found += next(c for c, count in zip(choices, counts, strict=True) if count >= NEARLY * richest)
+    if not found:
+        what = "pair of pseudoranges of two frequencies" if ionosphere_free else "pseudorange"
+        raise Mistake(f"{path}: no {what} of {' or '.join(heard)}, whose orbits are given")
+    return found
 
 
 def _time(document: dict[str, Any], craft: dict[str, Any], overrides: Overrides) -> None:

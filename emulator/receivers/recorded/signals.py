@@ -1,7 +1,7 @@
 """Which observation codes of RINEX make up a signal of the contract: a table.
 
-Version 2 names an observable by kind and band, version 3 by kind, band and attribute. A signal's codes are
-tried from left to right; the first pseudorange a file has decides, phase, Doppler and strength follow it.
+Version 2 names an observable by kind and band, version 3 by kind, band and attribute. Which of a signal's
+codes count: `gnss_hil.emulator.receivers.recorded.observables`.
 Sources: RINEX 2.11, table A1; RINEX 3.05, tables 4 and 5; LA, SA: JPL's names for C/A phase and strength
 """
 
@@ -16,7 +16,7 @@ from gnss_hil.dbc.common.systems import SYSTEMS
 @dataclass(frozen=True, slots=True)
 class Codes:
     """One way in which a file may name the observables of a signal; phase, Doppler and strength may each
-    have several names, of which the first in the file counts."""
+    have several names."""
 
     range: str
     phase: tuple[str, ...]
@@ -26,11 +26,13 @@ class Codes:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A row of the contract's table of signals, by numbers of the bus, and its names in files."""
+    """A row of the contract's table of signals, by numbers of the bus, and its names in files; its band by
+    RINEX."""
 
     name: str
     number: int
     system: int
+    band: str
     carrier_hz: float
     spacing_hz: float
     codes: tuple[Codes, ...]
@@ -54,6 +56,7 @@ _CODES: dict[str, tuple[Codes, ...]] = {
     "L1P": (*_three("1", "WPY"), _two("P1", "1")),
     "L2P": (*_three("2", "WPYD"), _two("P2", "2")),
     "L2C": (*_three("2", "XLSC"), _two("C2", "2")),
+    "L5": (*_three("5", "QXI"), _two("C5", "5")),
     "L1OF": (*_three("1", "CP"), _two("C1", "1")),
     "L2OF": (*_three("2", "CP"), _two("C2", "2"), _two("P2", "2")),
 }
@@ -62,8 +65,19 @@ _CODES: dict[str, tuple[Codes, ...]] = {
 
 def _signal(name: str, codes: tuple[Codes, ...]) -> Signal:
     row = signals.SIGNALS[name]
-    return Signal(name, row.value, SYSTEMS[row.system].value, row.carrier_hz, row.spacing_hz, codes)
+    system = SYSTEMS[row.system].value
+    return Signal(name, row.value, system, row.rinex[0], row.carrier_hz, row.spacing_hz, codes)
 
 
 SIGNALS = {name: _signal(name, codes) for name, codes in _CODES.items()}
 """By name."""
+
+
+def band_of(name: str) -> str:
+    """Band of an observable by its name in files: "1" of L1, L1C and LA."""
+    return "1" if name[1:2] == "A" else name[1:2]
+
+
+def carriers(system: int) -> dict[str, Signal]:
+    """Bands of a system of which there are signals, each with one of them: its carrier is that of all."""
+    return {signal.band: signal for signal in SIGNALS.values() if signal.system == system}

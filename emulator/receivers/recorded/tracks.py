@@ -1,8 +1,8 @@
 """Observations of a file as what channels track: one row for each satellite, signal and epoch.
 
 A satellite's signal keeps a channel from its first observation to a gap. Within such an arc, cut again where
-the receiver reports a loss of lock, the carrier phase counts cycles, and a spline through it gives the range
-rate where the file has no Doppler.
+the receiver reports a loss of lock, the carrier phase counts cycles, and a spline through it, or through that
+of another carrier of the satellite, gives the range rate where the file has no Doppler.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.emulator.config.tables import ScenarioError
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_obs import Observations
-from gnss_hil.emulator.receivers.recorded.signals import Codes, Signal
+from gnss_hil.emulator.receivers.recorded import observables
+from gnss_hil.emulator.receivers.recorded.signals import Signal, carriers
 
 SPLINE_DEGREE = 5
 ENOUGH = 4
@@ -102,7 +103,7 @@ def tracks(
     epoch_of  (e,) number of the run's epoch for each of the file's, -1 for one that is left out
     frequencies   slot -> frequency number of GLONASS satellites; others are left out, and counted nowhere:
               nothing above is known of them
-    Raises ScenarioError if the file has a signal under none of its names.
+    Raises ScenarioError if no satellite of the signal's system has it under any of its names.
     """
     parts = [_raw(file, signal, epoch_of, frequencies) for signal in signals]
     raw = _Raw(*(np.concatenate([getattr(part, name) for part in parts]) for name in _Raw.__slots__))
@@ -131,40 +132,68 @@ def tracks(
 
 
 def _raw(file: Observations, signal: Signal, epoch_of: I64, frequencies: Mapping[int, int]) -> _Raw:
-    codes = _codes(file, signal)
-    range_m = file.obs[codes.range]
-    here = np.isfinite(range_m) & (range_m > 0) & (satellites.system_of(file.sat) == signal.system)
+    range_m, which = observables.ranges(file, signal)
+    here = which >= 0
+    if not here.any():
+        raise _absent(file, signal)
     here &= epoch_of[file.epoch] >= 0
     if signal.spacing_hz:
         here &= np.isin(satellites.number_of(file.sat), list(frequencies))
     rows = np.flatnonzero(here)
     rows = rows[np.lexsort((file.epoch[rows], file.sat[rows]))]
     epoch, sat = epoch_of[file.epoch[rows]], file.sat[rows]
-    phase = _column(file, codes.phase, rows)
-    doppler = _column(file, codes.doppler, rows)
-    lli = _flags(file, codes.phase, rows)
-    arc = arcs(sat, epoch, np.isfinite(phase), (lli & LOST_LOCK) > 0)
-    carrier_hz = signal.carrier_hz + _frequencies(signal, sat, frequencies) * signal.spacing_hz
-    wave_m = LIGHT_MPS / carrier_hz
+    seen = observables.columns(file, signal, which[rows], rows)
+    number = _frequencies(signal, sat, frequencies)
+    carrier_hz = signal.carrier_hz + number * signal.spacing_hz
     t_s = (file.t_ns[file.epoch[rows]] - file.t_ns[0]) / NS_PER_S
-    by_spline = _best_rates(sat, epoch, arc, t_s, phase * wave_m, range_m[rows])
-    found_mps = np.where(np.isfinite(doppler), -doppler * wave_m, by_spline)
-    first = _first_of_each(arc, phase)
-    strength = _column(file, codes.strength, rows)
-    half = (lli & HALF_CYCLE) > 0
-    return _Raw(epoch, sat, arc, carrier_hz, range_m[rows], found_mps, phase - first, half, strength)
+    by_phase = [_counted(phase, signal, number, sat, epoch) for phase in (seen.phase, *seen.others)]
+    by_spline = _best_rates(sat, epoch, t_s, by_phase, range_m[rows])
+    found_mps = np.where(np.isfinite(seen.doppler), -seen.doppler * LIGHT_MPS / carrier_hz, by_spline)
+    arc, cycles = by_phase[0][0], seen.phase.cycles
+    cycles = cycles - _first_of_each(arc, cycles)
+    half = (seen.phase.lli & HALF_CYCLE) > 0
+    return _Raw(epoch, sat, arc, carrier_hz, range_m[rows], found_mps, cycles, half, seen.strength)
 
 
-def _best_rates(sat: I64, epoch: I64, arc: I64, t_s: F64, phase_m: F64, code_m: F64) -> F64:
-    """Range rates (p,) [m/s]: of the phase; of the code, coarser, where an arc of phase is too short for it.
+def _absent(file: Observations, signal: Signal) -> ScenarioError:
+    names = ", ".join(codes.range for codes in signal.codes)
+    rows = satellites.system_of(file.sat) == signal.system
+    system = systems.by_value(signal.system)
+    assert system is not None, "signals are of the table of systems"
+    if not rows.any():
+        return ScenarioError(
+            f"{file.origin}: no {signal.name} pseudorange ({names}): no satellite of {system.name}"
+        )
+    has = ", ".join(name for name, values in file.obs.items() if np.isfinite(values[rows]).any()) or "nothing"
+    return ScenarioError(
+        f"{file.origin}: no {signal.name} pseudorange ({names}); of {system.name} it has {has}"
+    )
 
-    The code has no slips: its arcs end at gaps alone. Where both are too short the phase's chord is left.
+
+def _counted(phase: observables.Phase, signal: Signal, number: F64, sat: I64, epoch: I64) -> tuple[I64, F64]:
+    """Arcs (p,) of a phase of a signal's satellites, whose frequency numbers are `number` (p,), and the phase
+    as a range [m]."""
+    arc = arcs(sat, epoch, np.isfinite(phase.cycles), (phase.lli & LOST_LOCK) > 0)
+    carrier = carriers(signal.system)[phase.band]
+    return arc, phase.cycles * LIGHT_MPS / (carrier.carrier_hz + number * carrier.spacing_hz)
+
+
+def _best_rates(sat: I64, epoch: I64, t_s: F64, by_phase: Sequence[tuple[I64, F64]], code_m: F64) -> F64:
+    """Range rates (p,) [m/s] of the first of some phases whose arc is long enough, the signal's own before
+    others; of the code, coarser, where no arc of phase is.
+
+    by_phase  arcs (p,) and phases (p,) [m], nan where there is none
+    The code has no slips: its arcs end at gaps alone. Where all are too short the first chord is left.
     """
     always = np.ones(len(sat), bool)
-    by_code = arcs(sat, epoch, always, ~always)
-    of_phase, of_code = rates(arc, t_s, phase_m), rates(by_code, t_s, code_m)
-    better = (_lengths(arc) < ENOUGH) & (_lengths(by_code) >= ENOUGH)
-    return np.where(better | ~np.isfinite(of_phase), of_code, of_phase)
+    out, chord = np.full(len(sat), np.nan), np.full(len(sat), np.nan)
+    for arc, counted_m in (*by_phase, (arcs(sat, epoch, always, ~always), code_m)):
+        if np.isfinite(out).all():
+            break
+        found = rates(arc, t_s, counted_m)
+        chord = np.where(np.isfinite(chord), chord, found)
+        out = np.where(np.isnan(out) & (_lengths(arc) >= ENOUGH), found, out)
+    return np.where(np.isfinite(out), out, chord)
 
 
 def _lengths(arc: I64) -> I64:
@@ -177,27 +206,6 @@ def _frequencies(signal: Signal, sat: I64, frequencies: Mapping[int, int]) -> F6
     if not signal.spacing_hz:
         return np.zeros(len(sat))
     return np.array([frequencies[number] for number in satellites.number_of(sat).tolist()], np.float64)
-
-
-def _codes(file: Observations, signal: Signal) -> Codes:
-    for codes in signal.codes:
-        if codes.range in file.obs:
-            return codes
-    names = ", ".join(codes.range for codes in signal.codes)
-    raise ScenarioError(
-        f"{file.origin}: no {signal.name} pseudorange ({names}); it has {', '.join(file.obs)}"
-    )
-
-
-def _column(file: Observations, names: Sequence[str], rows: I64) -> F64:
-    """Values (p,) of the first of these codes in a file, nan where there are none."""
-    name = next((name for name in names if name in file.obs), None)
-    return file.obs[name][rows].copy() if name else np.full(len(rows), np.nan)
-
-
-def _flags(file: Observations, names: Sequence[str], rows: I64) -> I64:
-    name = next((name for name in names if name in file.lli), None)
-    return file.lli[name][rows] if name else np.zeros(len(rows), np.int64)
 
 
 def arcs(sat: I64, epoch: I64, phased: Bool, lost: Bool) -> I64:

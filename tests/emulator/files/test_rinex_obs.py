@@ -60,7 +60,8 @@ def test_version_2():
 
 
 def test_version_3():
-    """Codes by system, scale factors, frequency numbers; a satellite of an unknown system is passed over."""
+    """Codes by system, scale factors, frequency numbers; a satellite of an unknown system is passed over
+    and counted."""
     found = rinex_obs.parse(MIXED_3, "x")
     assert names(found) == ["G07", "R21", "E11", "G07"]
     assert found.epoch.tolist() == [0, 0, 0, 1]
@@ -76,6 +77,7 @@ def test_version_3():
     for code, values in expected.items():
         assert np.array_equal(found.obs[code], values, equal_nan=True), code
     assert found.lli["L1C"].tolist() == [2, 1, 0, 0]
+    assert {letter: rows.tolist() for letter, rows in found.passed.items()} == {"L": [0]}
     assert found.header.codes["R"] == ("C1C", "L1C")
     assert found.header.frequencies == {3: 5, 21: -4}
     assert found.header.clock_applied

@@ -21,6 +21,7 @@ pytestmark = pytest.mark.verifies(
 )
 
 L1_WAVE_M = 299_792_458.0 / 1_575.42e6
+L2_WAVE_M = 299_792_458.0 / 1_227.6e6
 INTERVAL_S = 10.0
 
 
@@ -85,6 +86,31 @@ def test_rates_come_from_the_phase_to_a_millimetre_a_second():
     assert len(rows) == 60
     expected = low_orbit_rate_mps(INTERVAL_S * rows.epoch)
     assert np.abs(rows.rate_mps - expected).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("phase", "wave_m"),
+    [("L1W", L1_WAVE_M), ("L1C", L1_WAVE_M), ("L2W", L2_WAVE_M), ("L5Q", 299_792_458.0 / 1_176.45e6)],
+)  # fmt: skip
+def test_any_phase_of_a_satellite_tells_the_rate(phase, wave_m):
+    """Of the code alone it would be wrong by the noise of ranges, decimetres a second."""
+    epochs = np.arange(60)
+    range_m = low_orbit_range_m(INTERVAL_S * epochs)
+    noise_m = np.random.default_rng(1).normal(0.0, 1.0, 60)
+    obs = {"C1W": range_m + noise_m, phase: range_m / wave_m + 1234567.25}
+    rows = played(File(epochs, np.full(60, gps(7)), obs), ("L1P",))
+    assert np.abs(rows.rate_mps - low_orbit_rate_mps(INTERVAL_S * rows.epoch)).max() < 1e-3
+    assert np.isfinite(rows.phase_cyc).all() == (phase[1] == "1"), "another carrier's phase is not its own"
+
+
+def test_where_the_own_phase_slips_another_carriers_tells_the_rate():
+    epochs = np.arange(9)
+    range_m = low_orbit_range_m(INTERVAL_S * epochs)
+    noise_m = np.random.default_rng(1).normal(0.0, 1.0, 9)
+    obs = {"C1C": range_m + noise_m, "L1C": range_m / L1_WAVE_M, "L2W": range_m / L2_WAVE_M}
+    file = File(epochs, np.full(9, gps(7)), obs, {"L1C": np.array([0, 0, 0, 0, 0, 0, 1, 1, 1])})
+    rows = played(file)
+    assert np.abs(rows.rate_mps - low_orbit_rate_mps(INTERVAL_S * rows.epoch)).max() < 2e-2
 
 
 def test_short_arcs_have_the_rate_their_length_allows():
@@ -200,8 +226,12 @@ def test_strengths_left_out_are_counted_where_they_are_played():
 
 
 def test_a_missing_signal_is_told_with_what_there_is():
-    with pytest.raises(ScenarioError, match=r"test\.10o: no L2P pseudorange \(C2W, .*P2\); it has C1, L1"):
+    with pytest.raises(
+        ScenarioError, match=r"test\.10o: no L2P pseudorange \(C2W, .*P2\); of gps it has C1, L1"
+    ):
         played(one_satellite(np.arange(3)), ("L2P",))
+    with pytest.raises(ScenarioError, match=r"no L1OF pseudorange \(.*\): no satellite of glonass"):
+        played(one_satellite(np.arange(3)), ("L1OF",))
 
 
 def test_rates_of_uneven_arcs_stay_inside_them():
