@@ -32,7 +32,7 @@ from gnss_hil.dbc.contract.frames import (
     WIDTH,
     FrameBatch,
 )
-from gnss_hil.tools.recording.formats.piece import CUT, FD, NAME_BYTES, Findings, LogError, Piece
+from gnss_hil.tools.recording.formats.piece import CUT, FD, NAME_BYTES, XL, Findings, LogError, Piece
 
 _DIGITS3 = np.array([f"{i:03d}".encode() for i in range(1000)])
 _ID3 = np.array([f"{i:03X}".encode() for i in range(SFF_MASK + 1)])
@@ -58,7 +58,13 @@ _LINE = re.compile(
     rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?:(?<=R8)_[9A-Fa-f]|(?<=[0-9A-Fa-f]{16})_[9A-Fa-f])?"
 )
 """Behind eight bytes there may be the length code of a classical frame that said more than eight."""
-_FD_LINE = re.compile(rb"\(\d+\.\d{6,9}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+")
+_LONGER = {
+    FD: re.compile(rb"\(\d+\.\d{6,9}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+"),
+    XL: re.compile(
+        rb"\(\d+\.\d{6,9}\) \S{1,15} [0-9A-Fa-f]{3,5}#(?:[0-9A-Fa-f]{2}:){2}[0-9A-Fa-f]{8}#[0-9A-Fa-f]*"
+    ),
+}
+"""Frames that are none of classical CAN."""
 
 
 def format_lines(unix_us: NDArray[np.int64], frames: FrameBatch, bus: str) -> bytes:
@@ -141,9 +147,10 @@ def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None =
         line = text[starts[i] : ends[i]]
         if omitted is not None:
             line = line.rstrip()  # as mail and editors leave them
-            too_long = _FD_LINE.fullmatch(line)
-            omitted[FD] += bool(too_long)
-            left_out[i] = too_long or not line
+            longer = _longer(line)
+            left_out[i] = longer is not None or not line
+            if longer is not None:
+                omitted[longer] += 1
             if left_out[i]:
                 continue
         unix_us[i], bus[i], frames.can_id[i], frames.length[i], payload = _parse_line(
@@ -186,10 +193,15 @@ def _columns(lines: NDArray, name: str) -> list[NDArray[np.uint8]]:
     return list(np.ascontiguousarray(field.view(np.uint8).reshape(len(lines), -1).T))
 
 
+def _longer(line: bytes) -> str | None:
+    """Which newer kind of CAN a line has a frame of, None if it has none."""
+    return next((kind for kind, pattern in _LONGER.items() if b"#" in line and pattern.fullmatch(line)), None)
+
+
 def _parse_line(line: bytes, where: str) -> tuple[int, bytes, int, int, bytes]:
     match = _LINE.fullmatch(line)
-    if match is None and _FD_LINE.fullmatch(line):
-        raise LogError(f"{where}: a CAN FD frame; this bench's are classical")
+    if match is None and (kind := _longer(line)):
+        raise LogError(f"{where}: a {kind} frame; this bench's are classical")
     if match is None:
         raise LogError(f"{where}: not a candump line: {line[:60].decode('ascii', 'replace')!r}")
     second, fraction, bus, digits, remote, count, payload = match.groups()

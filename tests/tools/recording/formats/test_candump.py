@@ -18,7 +18,7 @@ from gnss_hil.tools.recording.formats.candump import (
     read,
     read_chunks,
 )
-from gnss_hil.tools.recording.formats.piece import FD, Findings, LogError
+from gnss_hil.tools.recording.formats.piece import FD, XL, Findings, LogError
 
 START_US = 1_351_642_484_000_000
 
@@ -117,6 +117,7 @@ def test_lines_as_other_programs_leave_them(tmp_path):
         b"\xef\xbb\xbf(1.000000) can0 101#0102030405060708\r\n"
         b"(1.000001) can0 102#0102030405060708 R\r\n(1.000002) can0 103#0102030405060708 T\r\n"
         b"\r\n(1.000003) can0 104#0102030405060708_B \t\r\n(1.000003600) can0 105#R8_9\r\n"
+        b"(1.000004) can0 00333#81:00:12345678#1122334455\r\n"
         b"(1.000005) can0 106##1AABB T\r\n(1.000006) can0 12345678#01 T\r\n\x1a"
     )
     (piece,) = read(log, found)
@@ -126,7 +127,7 @@ def test_lines_as_other_programs_leave_them(tmp_path):
     assert piece.unix_us.tolist() == [1_000_000, 1_000_001, 1_000_002, 1_000_003, 1_000_004, 1_000_006]
     assert piece.sent.tolist() == [False, False, True, False, False, True]
     assert piece.frames.length.tolist() == [8, 8, 8, 8, 8, 1]
-    assert dict(+found.omitted) == {FD: 1}
+    assert dict(+found.omitted) == {FD: 1, XL: 1}
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,8 @@ def read(path: Path, found: Findings) -> Iterator[Piece]:
         head = file.read(_HEAD_BYTES).lower()
         if head.startswith((codecs.BOM_UTF16_LE.lower(), codecs.BOM_UTF16_BE.lower())):
             raise LogError(f"{path}: is UTF-16 text; save it as UTF-8")
+        if b"\r" in head and b"\n" not in head:
+            raise LogError(f"{path}: lines end in CR alone; CR LF and LF are read")
         if b"base " not in head and b"date " not in head:
             raise LogError(f"{path}: not Vector ASC: neither a date nor a base line")
         file.seek(len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8.lower()) else 0)

@@ -244,6 +244,11 @@ def test_what_is_no_asc_is_refused(read, head):
         read(head + b"0.1 1 101 Rx d 0\n")
 
 
+def test_lines_of_carriage_returns_alone_are_refused(read):
+    with pytest.raises(LogError, match=r"a\.asc: lines end in CR alone"):
+        read(HEAD.encode().replace(b"\n", b"\r") + b"0.1 1 101 Rx d 0\r")
+
+
 def test_a_line_without_an_end_is_refused(read, monkeypatch):
     monkeypatch.setattr(reader, "CHUNK_BYTES", 4096)
     with pytest.raises(LogError, match="line 5 has no end"):
