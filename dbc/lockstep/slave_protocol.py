@@ -176,7 +176,7 @@ class Slave:
             if self._open is not None:
                 yield self._step(None)
             self._take_up(marked)
-        elif self._doubtful is not None and self._doubtful.label.leads_to(label):
+        elif self._borne_out_by(label):
             yield from self._believe()
             yield self._step(None)
             self._take_up(marked)
@@ -184,6 +184,13 @@ class Slave:
             self._pass_over()
             marked.before = len(self._between if self._open is None else self._open.heard)
             self._doubtful = marked
+
+    def _borne_out_by(self, label: Label) -> bool:
+        """Whether a mark bears out the one set aside. Where SYNC closes epochs, the run's own need theirs."""
+        doubtful = self._doubtful
+        if doubtful is None or (self._synced and label.session == self._last.session):
+            return False
+        return doubtful.label.leads_to(label)
 
     def _leads_on(self, label: Label) -> bool:
         """Whether a mark needs nothing more to be believed."""

@@ -31,11 +31,11 @@ from tests.support.waiting import exit_status, pause, until
 
 FARTHEST_M = 200.0
 PACES = {
-    "ten-hertz": ("realtime", 0.1, 20),
-    "x300": ("x300", 1.0, 1200),
-    "lockstep": ("lockstep", 1.0, 3000),
+    "ten-hertz": ("realtime", 0.1, 55, 420),
+    "x300": ("x300", 1.0, 1200, 60),
+    "lockstep": ("lockstep", 1.0, 3000, 60),
 }
-"""Pace, interval between epochs [s], simulated duration [s]."""
+"""Pace, interval between epochs [s], simulated duration [s], epoch from which on a process is stopped."""
 WHO = ("supervisor", "emulator", "flight")
 
 
@@ -56,9 +56,9 @@ class Result:
         return self.error_m < FARTHEST_M and (self.status != 0 or self.recorded == self.flown)
 
 
-def run(who: str, seconds: float, pace: str, flight: Path | None = None, at: int = 60) -> Result:
-    """A run of its own processes, of which one is stopped for some seconds from some epoch on."""
-    name, interval_s, duration_s = PACES[pace]
+def run(who: str, seconds: float, pace: str, flight: Path | None = None) -> Result:
+    """A run of its own processes, of which one is stopped for some seconds when it has fixes."""
+    name, interval_s, duration_s, at = PACES[pace]
     with tempfile.TemporaryDirectory(prefix="stalls-") as place:
         folder = Path(place)
         scenario = folder / "soyuz.toml"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.process.shutdown import Stop
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
@@ -122,7 +123,9 @@ def _told(plan: Plan, outcome: Outcome, digests: Mapping[str, Digest]) -> list[a
     rows = []
     for craft, heard, counted in zip(plan.names, outcome.heard, outcome.counted, strict=False):
         fixes = digests[craft].fixes
-        decoded = account.Decoded(len(fixes["t_ns"]), int(fixes["valid"].sum()))
+        rejected = digests[craft].counters.rejected
+        disorder = rejected[Verdict.REPEATED.name] + rejected[Verdict.WRONG_SEQUENCE.name]
+        decoded = account.Decoded(len(fixes["t_ns"]), int(fixes["valid"].sum()), disorder)
         whole = not outcome.failure and not outcome.interrupted
         rows.append((craft, heard, counted if whole else account.Counted(), decoded))
     return rows

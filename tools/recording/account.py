@@ -51,10 +51,12 @@ class Counted:
 
 @dataclass(frozen=True, slots=True)
 class Decoded:
-    """What is decoded from the record of a craft: answers that say how they went, and valid fixes."""
+    """What is decoded from the record of a craft: answers that say how they went, valid fixes, and frames
+    that do not follow the one before them in their stream."""
 
     answers: int
     fixes: int
+    out_of_order: int = 0
 
 
 Told = tuple[str, Heard, Counted, Decoded]
@@ -81,6 +83,9 @@ def faults(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iter
     if heard.contested:
         nodes = ", ".join(heard.contested)
         yield f"{craft}: several peers of the bus spoke by turns for {nodes}: the record may be of either"
+    elif heard.several and decoded.out_of_order:
+        nodes, many = ", ".join(heard.several), _many(decoded.out_of_order, "frame")
+        yield f"{craft}: several peers of the bus spoke for {nodes}, and {many} on record are out of order"
     if heard.lost_answers:
         yield (
             f"{craft}: {_many(heard.lost_answers, 'answer')} came so late that frames could not tell their "

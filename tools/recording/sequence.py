@@ -151,7 +151,7 @@ class Sequencer:
         if self._at == label:
             self.refused_marks += 1
             return []
-        if self._doubtful is not None and self._doubtful.label.leads_to(label) and self._believable:
+        if self._borne_out_by(label) and self._believable:
             closed = self._believe() + self._close_for_next()
             self._open(label, [mark])
             return closed
@@ -159,6 +159,13 @@ class Sequencer:
         self._doubtful = _Doubtful(label, len(self._heard))
         self._heard.append(mark)
         return []
+
+    def _borne_out_by(self, label: Label) -> bool:
+        """Whether a mark bears out the one in doubt; a run that is steered waits for its SYNC."""
+        steered = self.steered or self._session is not None
+        if self._doubtful is None or (steered and label.session == self.session):
+            return False
+        return self._doubtful.label.leads_to(label)
 
     def _leads_on(self, label: Label) -> bool:
         """Whether a mark needs nothing more to be believed."""
@@ -233,7 +240,7 @@ class Sequencer:
             return
         flight = self._flight_id[frames.can_id & SFF_MASK]
         apart = self._lockstep or self.steered
-        if apart and flight.any():
+        if apart and flight.any() and self._at is not None:
             self._pending.append(frames[flight])
         if self._at is not None and not self.ended:
             rest = frames[~flight] if apart else frames

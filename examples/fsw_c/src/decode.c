@@ -5,6 +5,7 @@
 
 #define NS_PER_S INT64_C(1000000000)
 #define S_PER_WEEK INT64_C(604800)
+#define LAST_WEEK (INT64_MAX / NS_PER_S / S_PER_WEEK - 1) /* the signal's range is larger than that of nanoseconds */
 
 /* The generated decoders of receiver 1 serve all receivers: a kind has one layout (docs/contract.md). */
 #define UNPACK(message, frame) \
@@ -163,7 +164,7 @@ static bool take_alm_v(struct inbox *inbox, int row, const struct can_frame *fra
 static bool take_time_gps(struct epoch *epoch, const struct can_frame *frame)
 {
     UNPACK(time_gps, frame);
-    if (raw.second >= S_PER_WEEK)
+    if (raw.second >= S_PER_WEEK || raw.week > LAST_WEEK)
         return false;
     epoch->week = raw.week;
     epoch->second = raw.second;

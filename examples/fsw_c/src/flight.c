@@ -116,6 +116,7 @@ static void step(struct flight *flight, bool synced)
     carry_on(flight);
     find_fix(flight);
     bring_to_mark(flight);
+    publish_judge(&flight->fix);
     bool fixed = flight->fix.no_fix == 0;
     if (fixed)
         settle(flight);

@@ -49,6 +49,8 @@ void inbox_open(struct inbox *inbox, uint32_t epoch)
 void inbox_take(struct inbox *inbox, const struct can_frame *frame, struct meaning meaning)
 {
     unsigned item = has_channel(meaning.kind) ? channel_of(frame) : 0;
+    if (meaning.kind == HEARTBEAT && inbox->other_contract[meaning.node])
+        inbox_greet(inbox, frame, meaning); /* it may speak this contract again, though its epochs are not heard */
     if (frame->data[1] >> 4 != (inbox->epoch.number & 0x0F)) {
         refuse(inbox, BAD_EPOCH);
         return;

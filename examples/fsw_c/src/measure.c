@@ -7,10 +7,13 @@
 
 enum { NO_URA = 15 };
 
+#define LOWEST_SATELLITE_M 6378137.0 /* the Earth's equator, WGS-84: what is below it is no satellite */
+
 bool channel_usable(const struct channel *channel)
 {
     return channel->parts == ALL_PARTS && channel->satellite != NO_SATELLITE &&
-           channel->lock == GNSS_RX1_RATE_LOCK_FULL_CHOICE && channel->healthy && channel->ura != NO_URA;
+           channel->lock == GNSS_RX1_RATE_LOCK_FULL_CHOICE && channel->healthy && channel->ura != NO_URA &&
+           norm(channel->position_ecef_m) > LOWEST_SATELLITE_M;
 }
 
 bool epoch_attitude(const struct epoch *epoch, double c[3][3])

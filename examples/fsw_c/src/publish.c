@@ -43,9 +43,42 @@ static void protect(struct outbox *outbox, struct can_frame *frame, unsigned ite
     { \
         struct gnss_##message##_t raw = {0}; \
         raw.signal = gnss_##message##_##signal##_encode(value); \
-        PACK(outbox, message, ID, 0, raw, \
-             isfinite(value) && gnss_##message##_##signal##_is_in_range(raw.signal)); \
+        PACK(outbox, message, ID, 0, raw, gnss_##message##_##signal##_is_in_range(raw.signal)); \
     }
+
+/* Ranges of the signals of a fix. They are asked before a value is encoded: an encoder's conversion to an integer
+ * is undefined for what does not fit that. */
+#define STEP 0.0001
+enum { POSITION_BITS = 41, VELOCITY_BITS = 28 };
+
+static bool fits(double value, int bits)
+{
+    double top = ldexp(STEP, bits - 1);
+    return value >= -top && value <= top - STEP; /* false for what is not a number */
+}
+
+static bool all_fit(const double *values, unsigned count, unsigned which, int bits)
+{
+    bool fit = true;
+    for (unsigned i = 0; i < count; i++)
+        fit &= !(which >> i & 1U) || fits(values[i], bits);
+    return fit;
+}
+
+void publish_judge(struct fix *fix)
+{
+    const unsigned axes = 7U;
+    bool sound = all_fit(fix->position_ecef_m, 3, axes, POSITION_BITS) &&
+                 all_fit(fix->bias_m, CLOCK_ITEMS, fix->items, POSITION_BITS);
+    for (int i = 0; i < 3; i++)
+        sound &= fix->covariance_m2[i][i] > 0.0; /* else there is no correlation */
+    if (fix->no_fix == 0 && !sound) {
+        memset(fix, 0, sizeof *fix);
+        fix->no_fix = GNSS_NAV_STATUS_NO_FIX_NO_CONVERGENCE_CHOICE;
+    }
+    fix->has_velocity &= all_fit(fix->velocity_ecef_mps, 3, axes, VELOCITY_BITS) &&
+                         all_fit(fix->drift_mps, CLOCK_ITEMS, fix->items, VELOCITY_BITS);
+}
 
 ONE_VALUE(put_x, nav_x, NAV_X, x_m)
 ONE_VALUE(put_y, nav_y, NAV_Y, y_m)
@@ -85,6 +118,11 @@ static void put_clocks(struct outbox *outbox, const struct fix *fix)
 
 static double saturated_sigma_m(double variance_m2) { return fmin(sqrt(variance_m2), 655.35); }
 
+static double correlation(double c[3][3], int i, int j)
+{
+    return fmax(-1.0, fmin(1.0, c[i][j] / sqrt(c[i][i]) / sqrt(c[j][j])));
+}
+
 static void put_covariance(struct outbox *outbox, double c[3][3])
 {
     struct gnss_nav_sigma_t sigma = {0};
@@ -92,9 +130,9 @@ static void put_covariance(struct outbox *outbox, double c[3][3])
     sigma.sigma_x_m = gnss_nav_sigma_sigma_x_m_encode(saturated_sigma_m(c[0][0]));
     sigma.sigma_y_m = gnss_nav_sigma_sigma_y_m_encode(saturated_sigma_m(c[1][1]));
     sigma.sigma_z_m = gnss_nav_sigma_sigma_z_m_encode(saturated_sigma_m(c[2][2]));
-    rho.rho_xy = gnss_nav_corr_rho_xy_encode(c[0][1] / sqrt(c[0][0] * c[1][1]));
-    rho.rho_xz = gnss_nav_corr_rho_xz_encode(c[0][2] / sqrt(c[0][0] * c[2][2]));
-    rho.rho_yz = gnss_nav_corr_rho_yz_encode(c[1][2] / sqrt(c[1][1] * c[2][2]));
+    rho.rho_xy = gnss_nav_corr_rho_xy_encode(correlation(c, 0, 1));
+    rho.rho_xz = gnss_nav_corr_rho_xz_encode(correlation(c, 0, 2));
+    rho.rho_yz = gnss_nav_corr_rho_yz_encode(correlation(c, 1, 2));
     PACK(outbox, nav_sigma, NAV_SIGMA, 0, sigma, true);
     PACK(outbox, nav_corr, NAV_CORR, 0, rho, true);
 }

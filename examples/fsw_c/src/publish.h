@@ -16,6 +16,9 @@ struct outbox {
     uint32_t epoch;
 };
 
+/* Takes from a fix what no frame can carry: its velocity with the drifts, or the whole fix. */
+void publish_judge(struct fix *fix);
+
 void publish_begin(struct outbox *outbox, uint32_t epoch);
 void publish_fix(struct outbox *outbox, const struct vehicle *vehicle, const struct fix *fix);
 

@@ -67,7 +67,8 @@ enum task slave_mark(struct slave *slave, struct label mark, int64_t now_ms)
         open_epoch(slave, mark, now_ms);
         return OPEN;
     }
-    if (slave->doubting && leads(slave->doubt, mark, LEAD))
+    bool own = slave->lockstep && mark.session == slave->at.session; /* where SYNC closes epochs it must come */
+    if (slave->doubting && !own && leads(slave->doubt, mark, LEAD))
         return borne_out(slave);
     slave->refused += slave->doubting;
     slave->doubting = true;

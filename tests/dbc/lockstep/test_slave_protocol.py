@@ -266,3 +266,12 @@ def test_a_lost_sync_costs_no_epoch():
     assert [work[1] for work in did] == [block(0), block(1), block(2)]
     assert did[1][3] == navigation(1)
     assert did[2][3] == concat((navigation(2), done(2, 3)))
+
+
+def test_where_sync_closes_epochs_strays_do_not_bear_each_other_out():
+    slave = Slave(CODEC)
+    before = [piece for k in range(5) for piece in (block(k), sync(k, 6))]
+    strays = [mark(k) for k in (6, 7, 22, 30)]
+    did = play(slave, *before, block(5), *strays, sync(5, 6), block(6), sync(6, 6))
+    assert [work[1] for work in did] == [block(k) for k in range(7)]
+    assert slave.refused_marks == 4

@@ -54,10 +54,26 @@ def test_a_record_on_which_all_agree_is_silent():
             DECODED,
             "BENCH_DONE of epoch 3 says 9 frames, 8 came before it, the first of 60: it counts wrong",
         ),
+        (
+            replace(HEARD, several=("FLIGHT",)),
+            COUNTED,
+            Decoded(60, 25, 1),
+            "several peers of the bus spoke for FLIGHT, and 1 frame on record",
+        ),
         (HEARD, COUNTED, Decoded(60, 24), "fixes: 24 on record, 25 flown"),
         (HEARD, COUNTED, Decoded(60, 26), "fixes: 26 on record, 25 flown"),
     ],
-    ids=["epochs", "contested", "lost answers", "answers", "none", "miscount", "fewer fixes", "more fixes"],
+    ids=[
+        "epochs",
+        "contested",
+        "lost answers",
+        "answers",
+        "none",
+        "miscount",
+        "disorder",
+        "fewer fixes",
+        "more fixes",
+    ],
 )
 def test_what_the_record_lacks_or_has_of_others_is_one_line(heard, counted, decoded, words):
     (line,) = faults(heard, counted, decoded)

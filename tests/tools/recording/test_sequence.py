@@ -295,3 +295,17 @@ def test_an_answer_given_twice_counts_right():
     sequencer = Sequencer(CODEC, True, SESSION)
     sequencer.hear(concat([*PLAIN[:6], answer, sync(1), answer, done(1)]))
     assert sequencer.miscounts == 0
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_what_a_flight_software_says_before_the_first_mark_is_no_part_of_the_run(lockstep):
+    assert recorded(frame("NAV_X", 1), *PLAIN, lockstep=lockstep) == CANONICAL
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_strays_do_not_bear_each_other_out(lockstep):
+    strays = [time_mark(k) for k in (1, 2, 17, 25)]
+    sequencer = Sequencer(CODEC, lockstep, SESSION)
+    heard = sequencer.hear(concat([emulated(0), *strays, *PLAIN[1:]]))
+    assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
+    assert sequencer.refused_marks == 4
