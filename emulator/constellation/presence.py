@@ -81,6 +81,10 @@ def of_product(
     """What is odd about a product for a run, a line each; system: the one it is read for, None for all."""
     if not all(map(is_earth_fixed, product.frame.split(", "))):
         yield f"coordinate system is '{product.frame}'; taken for one of the ITRF"
+    if product.apart_m > _FINE_M:
+        yield (
+            f"files disagree by up to {product.apart_m:.3g} m where several have a position: the last one counts"
+        )
     index, column = product.navigation()
     wanted = np.flatnonzero((satellites.system_of(index) == system) | (system is None))
     index, column = index[wanted], column[wanted]

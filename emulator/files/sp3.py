@@ -62,6 +62,7 @@ class Sp3:
     clock_s     (t, n) satellite clock against GPS time, without its periodic relativity [s]; nan where absent
     frame       coordinate system as written, such as IGS20
     predicted   (t,) whether some position of an instant is predicted, not measured; None where none is
+    apart_m     how far the files of a joined product disagree at most where several have a position [m]
     """
 
     origin: str
@@ -71,6 +72,7 @@ class Sp3:
     clock_s: F64
     frame: str = ""
     predicted: Bool | None = None
+    apart_m: float = 0.0
 
     @property
     def index(self) -> I64:
@@ -236,14 +238,17 @@ def joined(products: Sequence[Sp3]) -> Sp3:
     t_ns = np.unique(np.concatenate([product.t_ns for product in products]))
     name = tuple(sorted({name for product in products for name in product.name}))
     pos, clock = np.full((len(t_ns), len(name), 3), np.nan), np.full((len(t_ns), len(name)), np.nan)
-    predicted = np.zeros(len(t_ns), bool)
+    predicted, apart_m = np.zeros(len(t_ns), bool), 0.0
     for product in products:
         columns = np.array([name.index(one) for one in product.name], np.int64)
         at = np.ix_(np.searchsorted(t_ns, product.t_ns), columns)
         there = np.asarray(np.isfinite(product.pos_ecef_m).all(axis=2))
+        off_m = np.nan_to_num(np.linalg.norm(product.pos_ecef_m - pos[at], axis=2))
+        apart_m = max(apart_m, float(off_m.max(initial=0.0)))
         pos[at] = np.where(there[..., None], product.pos_ecef_m, pos[at])
         clock[at] = np.where(there, product.clock_s, clock[at])
         if product.predicted is not None:
             predicted[at[0].ravel()] = product.predicted
     frames = ", ".join(dict.fromkeys(filter(None, (product.frame for product in products))))
-    return Sp3(", ".join(product.origin for product in products), t_ns, name, pos, clock, frames, predicted)
+    origin = ", ".join(product.origin for product in products)
+    return Sp3(origin, t_ns, name, pos, clock, frames, predicted, apart_m)

@@ -100,3 +100,10 @@ def test_other_axes_predictions_coarse_steps_and_strange_motions_are_told():
     assert strange.startswith(
         "G05 and R11: motion is not a fall about the Earth: are coordinate system, units"
     )
+
+
+def test_files_that_disagree_are_told():
+    assert not of_product(replace(product(), apart_m=0.5))
+    assert of_product(replace(product(), apart_m=123.4)) == [
+        "files disagree by up to 123 m where several have a position: the last one counts"
+    ]

@@ -219,3 +219,11 @@ def test_a_time_system_in_small_letters_is_read():
     assert (
         sp3.parse(C_FILE.replace(" GPS ", " gps "), "x").t_ns.tolist() == sp3.parse(C_FILE, "x").t_ns.tolist()
     )
+
+
+def test_how_far_files_disagree_is_noted():
+    one, other = sp3.parse(C_FILE, "x"), sp3.parse(C_FILE.replace("  18438.437027", "  18438.537027"), "y")
+    assert sp3.joined([one, one]).apart_m == 0
+    joined = sp3.joined([one, other])
+    assert joined.apart_m == pytest.approx(100, abs=1e-6)
+    assert joined.pos_ecef_m[0, 3, 0] == pytest.approx(18_438_537.027)
