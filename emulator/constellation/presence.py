@@ -83,7 +83,7 @@ def of_product(
         yield f"coordinate system is '{product.frame}'; taken for one of the ITRF"
     if product.apart_m > _FINE_M:
         yield (
-            f"files disagree by up to {product.apart_m:.3g} m where several have a position: the last one counts"
+            f"files disagree by up to {product.apart_m:.3g} m where several have a place: the last one counts"
         )
     index, column = product.navigation()
     wanted = np.flatnonzero((satellites.system_of(index) == system) | (system is None))

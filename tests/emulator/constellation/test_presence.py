@@ -105,5 +105,5 @@ def test_other_axes_predictions_coarse_steps_and_strange_motions_are_told():
 def test_files_that_disagree_are_told():
     assert not of_product(replace(product(), apart_m=0.5))
     assert of_product(replace(product(), apart_m=123.4)) == [
-        "files disagree by up to 123 m where several have a position: the last one counts"
+        "files disagree by up to 123 m where several have a place: the last one counts"
     ]
