@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -88,11 +89,14 @@ def shipped() -> Database:
 
 def load(path: Path) -> Database:
     """A user's file; Mistake in one line if it cannot be read."""
-    from cantools.database import load_file
+    from cantools.database import load_file, load_string
 
     if not path.is_file():
         raise Mistake(f"--dbc {path}: {'is a folder' if path.is_dir() else 'no such file'}")
     try:
+        octets = path.read_bytes()
+        if octets.startswith(codecs.BOM_UTF8) and path.suffix.lower() == ".dbc":  # cantools takes it for text
+            return _database(load_string(octets.decode("utf-8-sig"), "dbc", strict=False), str(path))
         return _database(load_file(str(path), strict=False), str(path))
     except (OSError, MemoryError, Mistake):
         raise

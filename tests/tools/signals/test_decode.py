@@ -18,7 +18,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.formats.piece import Piece
 from gnss_hil.tools.results import parquet
 from gnss_hil.tools.signals import tables
-from gnss_hil.tools.signals.database import Database, of_text, shipped
+from gnss_hil.tools.signals.database import Database, load, of_text, shipped
 from gnss_hil.tools.signals.decode import Undecoded
 from gnss_hil.tools.signals.tables import LongTable, MessageTable
 
@@ -267,6 +267,15 @@ def test_a_run_is_decoded_by_the_contract_it_speaks(tmp_path, capsys):
     assert capsys.readouterr().err == ""
     epochs = pl.read_parquet(out).filter((pl.col("message") == "TIME_MARK") & (pl.col("signal") == "epoch"))
     assert epochs["value"].to_list() == [0, 1, 2, 3, 4]
+
+
+def test_a_dbc_may_have_a_byte_order_mark_and_overlapping_signals(tmp_path):
+    path = tmp_path / "marked.dbc"
+    more = ' SG_ again : 3|4@1+ (1,0) [0|0] "°C" B\n'
+    path.write_text("\ufeff" + DBC.replace("BO_ 2566844672", more + "BO_ 2566844672"), "utf-8")
+    plain = load(path).named("Plain")
+    assert "again" in {s.name for s in plain.signals}
+    assert {s.unit for s in plain.signals} == {"", "m", "km", "°C"}
 
 
 def test_rows_of_two_buses_are_in_the_order_of_time(tmp_path):
