@@ -90,7 +90,7 @@ def title(first: Run, second: Run) -> str:
     """What differs, as a headline."""
     rows = differences(first, second)
     if not rows:
-        return f"{first.name} and {second.name}: set alike"
+        return f"{first.name} and {second.name}"
     said = [f"{key.removeprefix('craft.0.')} {a} / {b}" for key, a, b in rows[:_IN_A_TITLE]]
     more = f"; {len(rows) - _IN_A_TITLE} more" if len(rows) > _IN_A_TITLE else ""
     return f"{'; '.join(said)}{more}"
