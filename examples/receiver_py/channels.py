@@ -17,8 +17,8 @@ class Channels:
         refused = {
             1: channel >= len(self.sat),
             2: track and (sat_system != 0 or sat not in range(SATELLITES)),
-            6: track and sat in others,
             7: track and signal != 0,
+            6: track and sat in others,
             8: action > AUTONOMOUS,
         }
         result = next((number for number, applies in refused.items() if applies), 0)

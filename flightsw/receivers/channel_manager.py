@@ -5,8 +5,8 @@ while the two differ. Both are a track (a satellite by one of its signals), IDLE
 itself); what is held may also be UNKNOWN. The rules:
 
 - A satellite that is to be tracked by two signals has two channels of its antenna: one permission, one
-  handover, two commands. Where the second signal is refused (NO_SUCH_SIGNAL) it goes on by its first alone,
-  and is tried again after `second_signal_backoff_epochs`.
+  handover, two commands. Where the second signal is refused it goes on by its first alone, and is tried again
+  after `backoff_epochs`, or, where the receiver has no such signal of it, `second_signal_backoff_epochs`.
 - A satellite stays on the channels it is on. A channel not needed is released: its receiver stops searching.
 - Handover: the old antenna's channel is released (or given another satellite) and the new antenna's channel
   is commanded in the same block. The new one has to acquire: the gap is counted in epochs.
@@ -49,6 +49,9 @@ ACCEPTED = _RESULT["ACCEPTED"]
 CHANNEL_REFUSALS = (_RESULT["NO_SUCH_CHANNEL"], _RESULT["NO_SUCH_SIGNAL"], _RESULT["BAD_ACTION"])
 """The channel's fault; all others are the satellite's. Of a second signal NO_SUCH_SIGNAL is the satellite's
 too: many do not send it."""
+NO_SECOND_SIGNAL = (_RESULT["NO_SUCH_SIGNAL"], _RESULT["ALREADY_TRACKED_HERE"])
+"""Answers to a second signal that will not change soon; the latter is that of a receiver that does not tell
+signals apart."""
 TRANSACTIONS, RESULTS = values_of("COMMAND", "transaction"), values_of("ACK", "result")
 _NONE = np.zeros(0, np.int64)
 NO_SECOND = np.zeros(SATELLITES, np.int64)
@@ -115,14 +118,17 @@ def acknowledged(manager: ChannelManager, acks: Acks, epoch: int, options: Chann
     of_second = channels.asked[rows] >= SATELLITES
     channels = channels.answered(rows, accepted)
     if not accepted.all():
-        single = of_second & (acks.result == _RESULT["NO_SUCH_SIGNAL"])
+        single = (
+            of_second & ~accepted & ~np.isin(acks.result, (_RESULT["NO_SUCH_CHANNEL"], _RESULT["BAD_ACTION"]))
+        )
         by_channel = np.isin(acks.result, CHANNEL_REFUSALS) & ~single
         until = epoch + options.backoff_epochs
         channels = channels.waiting_until(rows[by_channel], until)
         satellites = satellites.refused(acks.sat[~accepted & ~by_channel & ~single], until)
         if single.any():
-            until = epoch + options.second_signal_backoff_epochs
-            satellites = satellites.without_second(acks.sat[single], until)
+            lasts = np.isin(acks.result[single], NO_SECOND_SIGNAL)
+            wait = np.where(lasts, options.second_signal_backoff_epochs, options.backoff_epochs)
+            satellites = satellites.without_second(acks.sat[single], epoch + wait)
     statistics = replace(
         manager.statistics,
         accepted=manager.statistics.accepted + int(accepted.sum()),

@@ -36,8 +36,8 @@ class SatelliteTable:
         blocked[sat] = until_epoch
         return replace(self, blocked_until=blocked)
 
-    def without_second(self, sat: I64, until_epoch: int) -> SatelliteTable:
-        """With satellites (n,) that are tracked by their first signal only until an epoch."""
+    def without_second(self, sat: I64, until_epoch: I64) -> SatelliteTable:
+        """With satellites (n,) that are tracked by their first signal only until epochs (n,)."""
         single = self.single_until.copy()
         single[sat] = until_epoch
         return replace(self, single_until=single)

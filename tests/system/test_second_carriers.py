@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from pathlib import Path
 
 import polars
 import pytest
 
 from gnss_hil.tools.command_line.main import main
+from tests.support.receiver_py import PROGRAM, VEHICLE
 from tests.support.runs import summary_of
 
 pytestmark = pytest.mark.verifies(
@@ -99,3 +102,24 @@ def test_receivers_left_alone_make_pairs_too(tmp_path, policy):
     assert found["fixes"] > 100 and found["measurements"]["min"] >= 2 * found["satellites_tracked"]["min"]
     # Without lever arms the place is that of the antennas, 2.6 m from the centre of mass at most.
     assert found["position_error_m"]["max"] < (3e-3 if policy == "prototype" else 3.0)
+
+
+def test_a_receiver_that_has_no_second_signal_is_flown_by_its_first_and_that_is_said(tmp_path, capsys):
+    """The receiver in Python, whose vehicle file is told two carriers: it refuses the second of every one."""
+    text = VEHICLE.read_text().replace("clock_domain", 'other_signals = ["L2C", "L2OF"]\nclock_domain')
+    (tmp_path / "two.toml").write_text(text)
+    program = shlex.join([sys.executable, str(PROGRAM), str(tmp_path / "truth.csv")])
+    command = [
+        "run",
+        "soyuz",
+        "--vehicle",
+        str(tmp_path / "two.toml"),
+        "--duration",
+        "40",
+        "--ionosphere-free",
+    ]
+    assert main([*command, "--emulator", program, "--out", str(tmp_path / "run"), "--quiet"]) == 0
+    found = summary_of(tmp_path / "run")["craft"]["soyuz"]
+    assert found["fixes"] == 40 and found["satellites_paired"]["max"] == 0
+    assert found["assignment"]["rejected"] >= 4
+    assert "craft soyuz: 40 of 40 fixes by one carrier: too few pairs" in capsys.readouterr().err

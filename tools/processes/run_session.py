@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -105,9 +105,19 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
         (
             *remarks,
             *(line for row in told for line in account.notes(*row)),
+            *(_by_one_carrier(plan, digests) if config.flight == OURS else ()),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
         ),
     )
+
+
+def _by_one_carrier(plan: Plan, digests: Mapping[str, Digest]) -> Iterator[str]:
+    """A line for each craft that was to make its fixes of two carriers and made some of one."""
+    for craft, flight in zip(plan.names, plan.flights, strict=True):
+        fixes = digests[craft].fixes
+        alone = int((fixes["valid"] & (fixes["satellites_paired"] == 0)).sum())
+        if flight.options.ionosphere_free and alone:
+            yield f"craft {craft}: {alone} of {int(fixes['valid'].sum())} fixes by one carrier: too few pairs"
 
 
 def _unanswered(config: RunConfig, outcome: Outcome) -> tuple[str, ...]:

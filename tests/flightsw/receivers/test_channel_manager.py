@@ -314,6 +314,24 @@ def test_a_second_signal_that_is_refused_leaves_the_satellite_and_the_channel():
     assert not (again.signal == L2C).any() and not ((again.sat == G1) & (again.action == k.TRACK)).any()
 
 
+@pytest.mark.parametrize(
+    ("result", "wait"),
+    [(1, None), (3, "backoff_epochs"), (4, "backoff_epochs"), (5, "backoff_epochs"),
+     (6, "second_signal_backoff_epochs"), (7, "second_signal_backoff_epochs"), (8, None)],
+)  # fmt: skip
+def test_no_refusal_of_a_second_signal_costs_the_first(result, wait):
+    """Results of docs/contract.md; a receiver that does not tell signals apart answers that it tracks it."""
+    c, commands = pair_commanded()
+    results = np.where(commands.signal == L2C, result, 0)
+    c = k.acknowledged(c, replace(answers(commands), result=results), 1, OPTIONS)
+    assert (c.satellites.blocked_until < 0).all()
+    if wait is None:
+        assert (c.satellites.single_until < 0).all() and (c.channels.not_before > 0).sum() == 1
+    else:
+        assert c.satellites.single_until[G1] == 1 + getattr(OPTIONS, wait)
+        assert (c.channels.not_before < 0).all()
+
+
 def test_a_first_signal_that_is_refused_is_the_channels_fault():
     c, commands = pair_commanded()
     result = np.where(commands.signal == L2C, 0, NO_SUCH_SIGNAL)
