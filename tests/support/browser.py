@@ -22,9 +22,20 @@ LIGHT, DARK = 1, 0
 
 _PROBE = """
 <script>
+let loaded = null, onPaper = null;
+const widths = () => [...document.querySelectorAll(".plot")].map(
+  (plot) => +(plot.querySelector("svg.main-svg")?.getAttribute("width") ?? 0));
+addEventListener("load", () => { loaded = widths(); });
 setInterval(() => {
   const root = document.documentElement;
   if (!("drawn" in root.dataset)) return;
+  if (!loaded) return;
+  if (!onPaper) {
+    dispatchEvent(new Event("beforeprint"));
+    onPaper = widths();
+    dispatchEvent(new Event("afterprint"));
+    return;
+  }
   const plots = [...document.querySelectorAll(".plot")].map((plot) => ({
     id: plot.id,
     surfaces: plot.querySelectorAll("svg.main-svg").length,
@@ -37,7 +48,7 @@ setInterval(() => {
   const fetched = performance.getEntriesByType("resource").map((e) => e.name);
   root.dataset.probe = JSON.stringify({
     plots, addresses, fetched, width: innerWidth, scroll: root.scrollWidth,
-    colour: getComputedStyle(root).colorScheme,
+    colour: getComputedStyle(root).colorScheme, loaded, printed: onPaper,
   });
 }, 50);
 </script>
@@ -88,6 +99,19 @@ def screenshot(page: Path, folder: Path, scheme: int, width: int = 500, height: 
     picture = folder / f"{page.stem}-{scheme}.png"
     _chromium(page, folder / "profile", width, height, scheme, f"--screenshot={picture}")
     return pixels(picture.read_bytes())
+
+
+def strokes(page: Path, folder: Path, width: int = 1400) -> int:
+    """Lines on the paper of a page that is printed as soon as it says that it is loaded."""
+    paper = folder / f"{page.stem}.pdf"
+    command = [
+        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}",
+        "--host-resolver-rules=MAP * ~NOTFOUND", f"--window-size={width},900", "--no-pdf-header-footer",
+        f"--print-to-pdf={paper}", page.absolute().as_uri(),
+    ]  # fmt: skip
+    subprocess.run(command, capture_output=True, timeout=HANG_S, check=True)
+    streams = re.findall(rb"stream\r?\n(.*?)endstream", paper.read_bytes(), re.DOTALL)
+    return sum(zlib.decompressobj().decompress(s).count(b" l\n") for s in streams if s[:1] == b"\x78")
 
 
 def pixels(png: bytes) -> np.ndarray:

@@ -37,9 +37,13 @@ pytestmark = [
 
 TITLES = (
     "Assignment", "Sky of antenna fore", "Sky of antenna starboard", "Sky of antenna aft",
-    "Sky of antenna port", "Position error", "Satellites", "Dilution of precision", "Ground track", "Orbit",
-    "Carrier to noise density", "Bus load", "Latency of an epoch",
+    "Sky of antenna port", "Position error", "Velocity error", "Normalised squared error", "Receiver clock",
+    "Satellites", "Dilution of precision", "Ground track", "Orbit", "Carrier to noise density",
+    "Bus load", "Latency of an epoch",
 )  # fmt: skip
+
+
+SKIES = TITLES[1:5]
 
 
 def played(folder: Path, *more: str) -> Path:
@@ -109,12 +113,37 @@ def test_light_and_dark_are_two_pictures_and_neither_is_blank(run, tmp_path):
     assert np.median(light) > 200 > 60 > np.median(dark)
 
 
+def test_a_page_is_printed_whole_as_soon_as_it_is_loaded(run, tmp_path):
+    """Plots are there at the load event, and as wide as the paper before a print begins."""
+    probe = drawn(run / "report.html", tmp_path, width=1400)
+    assert len(probe["loaded"]) == len(TITLES) and min(probe["loaded"]) > 300
+    assert {*probe["printed"]} == {664}
+    assert browser.strokes(run / "report.html", tmp_path) > 1000
+
+
+def test_a_met_and_a_missed_expectation_differ_in_colour():
+    from gnss_hil.tools.report.summary_tables import expectations
+
+    rows = [
+        {"name": "a", "min": 1, "found": 2, "met": True},
+        {"name": "b", "max": 1, "found": 2, "met": False},
+    ]
+    text = expectations({"expectations": rows})
+    assert '<b class="good">met</b>' in text and '<b class="bad">MISSED</b>' in text
+
+
+def test_a_run_without_faults_and_expectations_has_no_empty_card(run):
+    page = (run / "report.html").read_text("utf-8")
+    assert "Frame faults</h3>" not in page and "Expectations</h3>" not in page
+    assert "expects nothing" in page and "No frame was lost" in page
+
+
 def test_a_page_that_fails_is_noticed(run, tmp_path):
     """The tests above would see an exception, a plot that is not drawn, and a stranger's address."""
     browser.require()
     whole = (run / "report.html").read_text("utf-8")
     broken = tmp_path / "broken.html"
-    broken.write_text(whole.replace("await Plotly.react(", "await Plotly.refract("), "utf-8")
+    broken.write_text(whole.replace("return Plotly.react(", "return Plotly.refract("), "utf-8")
     seen = browser.look(broken, tmp_path)
     assert seen.probe is None and "refract" in "".join(seen.complaints)
     calling = tmp_path / "calling.html"
@@ -138,7 +167,7 @@ def test_without_truth_the_page_says_so_and_draws_the_rest(copied, tmp_path, cap
     assert capsys.readouterr().out.endswith(f"\nreport:     {copied}/report.html\n")
     text = (copied / "report.html").read_text("utf-8")
     assert "No truth was kept with this run" in text
-    assert len(drawn(copied / "report.html", tmp_path)["plots"]) == len(TITLES) - 1
+    assert len(drawn(copied / "report.html", tmp_path)["plots"]) == len(TITLES) - 3
 
 
 def test_without_a_log_the_page_shows_fixes_and_truth(tmp_path):
@@ -146,10 +175,10 @@ def test_without_a_log_the_page_shows_fixes_and_truth(tmp_path):
     text = (folder / "report.html").read_text("utf-8")
     assert "has no table of channels" in text
     assert text.count("This run kept no table of channels") == 3
-    assert titles(folder / "report.html") == [
-        "Assignment", "Sky of the antennas", *TITLES[5:]
-    ]  # fmt: skip
-    assert len(drawn(folder / "report.html", tmp_path)["plots"]) == len(TITLES) - 6
+    assert "Not drawn" in text
+    without = {"Assignment", "Carrier to noise density", *SKIES}
+    assert titles(folder / "report.html") == [title for title in TITLES if title not in without]
+    assert len(drawn(folder / "report.html", tmp_path)["plots"]) == len(TITLES) - len(without)
 
 
 def test_a_run_without_a_fix_has_a_page(copied, tmp_path):
@@ -160,7 +189,7 @@ def test_a_run_without_a_fix_has_a_page(copied, tmp_path):
     (copied / "bus.log").write_bytes(b"".join(kept))
     assert main(["report", str(copied)]) == 0
     text = (copied / "report.html").read_text("utf-8")
-    assert text.count("There is not one valid fix in this run.") == 2
+    assert text.count("There is not one valid fix in this run.") == 5
     drawn(copied / "report.html", tmp_path)
 
 
@@ -198,7 +227,7 @@ def test_a_page_that_cannot_be_written_costs_nothing_else(copied, capsys):
 def test_outages_are_counted_and_shaded(run):
     """A cold start: 36 epochs without a fix, one shade."""
     from gnss_hil.dbc.common import vehicle
-    from gnss_hil.tools.report import time_series
+    from gnss_hil.tools.report import error_plots
     from gnss_hil.tools.report.craft import gather
     from gnss_hil.tools.results import assemble, run_digest, truth
 
@@ -208,7 +237,7 @@ def test_outages_are_counted_and_shaded(run):
     craft = gather(
         "soyuz", vehicle.load(run / "vehicle.toml"), 1.0, digest, truth.read(run / "truth").rows, None
     )
-    figure = time_series.position_error(craft).figure
+    figure = error_plots.position_error(craft).figure
     (shade,) = figure["layout"]["shapes"]
     assert shade["x1"] - shade["x0"] == 36_000
     page = (run / "report.html").read_text("utf-8")

@@ -13,7 +13,17 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.report.channels import Channels, Strength, read_channels
-from gnss_hil.tools.report.frames import covariance, radial_along_cross, sigmas_along
+from gnss_hil.tools.report.errors import (
+    PAIRS,
+    ClockErrors,
+    Errors,
+    Fixes,
+    clock_errors,
+    position_errors,
+    vectors,
+    velocity_errors,
+)
+from gnss_hil.tools.report.frames import radial_along_cross
 from gnss_hil.tools.report.sky_plot import Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
 from gnss_hil.tools.results.outages import Stretches, stretches
@@ -30,8 +40,9 @@ class Craft:
 
     position_m                 (e, 3) of valid fixes, ECEF
     here_m                     (e, 3) the same, by truth where there is no fix
-    visible                    (e,) satellites in view as truth has it; this and errors None without truth
-    error_m, sigma_m           (e, 3) radial, along, cross; sigma by the flight software's covariance
+    visible                    (e,) satellites in view as truth has it; None without truth, as errors are
+    position, velocity, clock  errors of the fixes against truth
+    fixes                      columns of the fixes on the marks
     counts                     satellites_used, pdop, pdop_distinct, bits, faults: (e,) each
     holds, strength, sightings None where no channels were kept
     bridge_ns                  breaks up to this long are not drawn in `holds`
@@ -47,8 +58,10 @@ class Craft:
     position_m: F64
     here_m: F64
     visible: F64 | None
-    error_m: F64 | None
-    sigma_m: F64 | None
+    position: Errors | None
+    velocity: Errors | None
+    clock: ClockErrors | None
+    fixes: Fixes
     counts: dict[str, F64]
     holds: Holds | None
     bridge_ns: int
@@ -67,18 +80,18 @@ def gather(
     t_ns, first = np.unique(timeline.get("t_ns", np.zeros(0, np.int64)), return_index=True)
     interval_ns = round(interval_s * 1e9)
     fixes = _on(t_ns, digest.fixes)
-    position = np.where(fixes["valid"][:, None] == 1, _vectors(fixes, "{}_m"), np.nan)
-    counts = {k: np.where(fixes["valid"] == 1, fixes[k], np.nan) for k in _COUNTS}
+    fixes = {name: np.where(fixes["valid"] == 1, column, np.nan) for name, column in fixes.items()}
+    position = vectors(fixes, "{}_m")
+    counts = {k: fixes[k] for k in _COUNTS}
     counts |= {k: _column(timeline, k)[first].astype(float) for k in ("bits", "faults")}
-    here, visible, error, sigma = position, None, None, None
+    here, visible, errors = position, None, (None, None, None)
     if len(rows):
-        truth_m, truth_mps, visible = _truth_on(t_ns, rows)
+        truth_m, truth_mps, visible, clock_s = _truth_on(t_ns, rows)
         here = np.where(np.isnan(position), truth_m, position)
         axes = radial_along_cross(truth_m, truth_mps)
-        error = np.einsum("nij,nj->ni", axes, position - truth_m)
-        rho = np.column_stack([fixes[f"rho_{pair}"] for pair in ("xy", "xz", "yz")])
-        reported = sigmas_along(axes, covariance(_vectors(fixes, "sigma_{}_m"), rho))
-        sigma = np.where(np.isnan(error), np.nan, reported)
+        lowest = clock_s[:, int(vehicle.clock_domain.min())]
+        errors = (position_errors(axes, fixes, truth_m), velocity_errors(axes, fixes, truth_mps),
+                  clock_errors(fixes, lowest))  # fmt: skip
     quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
     looks = instants(np.isfinite(np.column_stack([here, quaternion]).sum(axis=1)))
     held, bridge, strength, sightings = None, 0, None, None
@@ -91,7 +104,8 @@ def gather(
         sightings = look(*pose, table.seen[own], table.seen_by[own], places(digest.almanac.rows))
     return Craft(
         name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns, position_m=position, here_m=here,
-        visible=visible, error_m=error, sigma_m=sigma, counts=counts, holds=held, bridge_ns=bridge,
+        visible=visible, position=errors[0], velocity=errors[1], clock=errors[2], fixes=fixes, counts=counts,
+        holds=held, bridge_ns=bridge,
         strength=strength, sightings=sightings, handed=digest.commands.handed,
         handed_out=digest.commands.commands > 0, without_fix=stretches(t_ns, digest.fixes, interval_ns),
     )  # fmt: skip
@@ -102,8 +116,12 @@ def _column(table: Columns, name: str) -> NDArray:
 
 
 _COUNTS = ("satellites_used", "pdop", "pdop_distinct")
-_FIX_COLUMNS = ("valid", *_COUNTS, "x_m", "y_m", "z_m", "sigma_x_m", "sigma_y_m", "sigma_z_m",
-                "rho_xy", "rho_xz", "rho_yz")  # fmt: skip
+_FIX_COLUMNS = (
+    "valid", *_COUNTS, "clock_bias_m", "clock_drift_mps", "sigma_clock_bias_m",
+    *(f"{a}_m" for a in "xyz"), *(f"v{a}_mps" for a in "xyz"),
+    *(f"sigma_{a}_m" for a in "xyz"), *(f"sigma_v{a}_mps" for a in "xyz"),
+    *(f"rho_{v}{pair}" for v in ("", "v") for pair in PAIRS),
+)  # fmt: skip
 
 
 def _on(t_ns: I64, fixes: Columns) -> dict[str, F64]:
@@ -116,15 +134,11 @@ def _on(t_ns: I64, fixes: Columns) -> dict[str, F64]:
     return out
 
 
-def _vectors(columns: Columns, pattern: str) -> F64:
-    return np.column_stack([columns[pattern.format(axis)] for axis in "xyz"])
-
-
 def _truth_on(t_ns: I64, rows: np.ndarray) -> list[F64]:
-    """Position, velocity and satellites in view on time marks; nan where truth has no row."""
+    """Position, velocity, satellites in view and clocks on time marks; nan where truth has no row."""
     _, at, there = np.intersect1d(t_ns, rows["t_gps_ns"], return_indices=True)
     columns = []
-    for name in ("position_ecef_m", "velocity_ecef_mps", "satellites_visible"):
+    for name in ("position_ecef_m", "velocity_ecef_mps", "satellites_visible", "clock_s"):
         column = np.full((len(t_ns), *rows[name].shape[1:]), np.nan)
         column[at] = rows[name][there]
         columns.append(column)

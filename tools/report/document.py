@@ -17,7 +17,7 @@ from gnss_hil.tools.report.plot import Json, Plot
 
 def slot(plot: Plot, name: str) -> Markup:
     """The place of one plot in a page."""
-    place = tag.div(class_="plot", id=name, style=f"height:{plot.height}px") if plot.figure else None
+    place = tag.div(class_="plot", id=name, style=f"height:{plot.height}px")
     head = tag.figcaption(tag.h3(plot.title), note(plot.note) if plot.note else None)
     return tag.figure(head, place, class_="card wide" if plot.wide else "card")
 
@@ -49,16 +49,22 @@ class Page:
         self._body.append(text(children))
 
     def add_plots(self, plots: Iterable[Plot | None], family: str = "") -> None:
-        """A grid of plots; those over time of one family are zoomed together."""
-        slots = []
+        """A grid of plots, and one list of those there is nothing to draw of; those over time of one family
+        are zoomed together."""
+        slots, missing = [], []
         for plot in filter(None, plots):
+            if plot.figure is None:
+                missing.append(tag.li(f"{plot.title}: {plot.note}"))
+                continue
             name = f"plot-{len(self._plots)}"
             slots.append(slot(plot, name))
-            if plot.figure is not None:
-                over_time = plot.figure["layout"].get("xaxis", {}).get("type") == "date"
-                self._plots.append({"id": name, "height": plot.height, "figure": plot.figure,
-                                    "family": family if over_time else ""})  # fmt: skip
-        self.add(tag.div(slots, class_="grid"))
+            over_time = plot.figure["layout"].get("xaxis", {}).get("type") == "date"
+            self._plots.append({"id": name, "height": plot.height, "figure": plot.figure,
+                                "family": family if over_time else ""})  # fmt: skip
+        if slots:
+            self.add(tag.div(slots, class_="grid"))
+        if missing:
+            self.add(card("Not drawn", tag.ul(missing)))
 
     def html(self) -> str:
         plotly = resources.files("gnss_hil.tools.report").joinpath("plotly.min.js.gz").read_bytes()

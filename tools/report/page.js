@@ -1,6 +1,13 @@
 "use strict";
 // Unpacks what the page carries, draws it, follows the colours of the medium and keeps time axes together.
 (async () => {
+  // The page counts as loaded only once its plots are drawn: who prints at "load" prints them. A frame whose
+  // document is being written holds that event back.
+  const hold = document.createElement("iframe");
+  hold.hidden = true;
+  document.body.append(hold);
+  hold.contentDocument.open();
+  const loaded = () => { hold.contentDocument.close(); hold.remove(); };
   const unpacked = async (id) => {
     const packed = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -8,6 +15,7 @@
   };
   if (!("DecompressionStream" in window)) {
     document.getElementById("trouble").hidden = false; // browsers before 2023
+    loaded();
     return;
   }
   const library = document.createElement("script");
@@ -49,13 +57,16 @@
     return put(value);
   };
   const config = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
-  const draw = async () => {
-    for (const { id, height, figure } of plots) {
-      const { data, layout } = coloured(figure);
-      await Plotly.react(id, data, { ...layout, height, template: coloured(template), uirevision: 1 }, config);
-    }
-  };
-  await draw();
+  const draw = (width) => Promise.all(plots.map(({ id, height, figure }) => {
+    const { data, layout } = coloured(figure);
+    const shape = { ...layout, height, width, autosize: !width, template: coloured(template), uirevision: 1 };
+    return Plotly.react(id, data, shape, config);
+  }));
+  try {
+    await draw();
+  } finally {
+    loaded();
+  }
 
   // One craft's plots over time show the same stretch of it.
   let leading = false;
@@ -72,10 +83,10 @@
     });
   }
 
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw());
   const root = document.documentElement;
-  const resized = () => plots.forEach(({ id }) => Plotly.Plots.resize(document.getElementById(id)));
-  addEventListener("beforeprint", () => { root.dataset.paper = ""; draw(); resized(); });
-  addEventListener("afterprint", () => { delete root.dataset.paper; draw(); resized(); });
+  const PAPER_PX = 664; // inside a card on A4 with the margins of page.css, at 96 pixels an inch
+  addEventListener("beforeprint", () => { root.dataset.paper = ""; draw(PAPER_PX); }); // draws before it returns
+  addEventListener("afterprint", () => { delete root.dataset.paper; draw(); });
   root.dataset.drawn = plots.length;
 })();

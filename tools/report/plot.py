@@ -7,7 +7,7 @@ in light, in dark and on paper.
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,6 +99,59 @@ def layout(x: Json, y: Json, **more) -> Json:
 
 def axis(title: str, **more) -> Json:
     return {"title": {"text": title}} | more
+
+
+_SETS = (
+    (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
+    (1.0, 1.5, 2.0, 3.0, 5.0, 7.0),
+    (1.0, 2.0, 5.0),
+    (1.0,),
+)
+"""Where a decade has ticks, from the finest on."""
+_MOST_TICKS = 8
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Ticks of a logarithmic axis, from the last at or below `low` > 0 to the first at or above `high`: the
+    finest set that makes at most eight; of very many decades every second, third, ..."""
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    found: list[float] = []
+    for marks in _SETS:
+        every = [float(f"{m * 10.0**k:.6g}") for k in decades for m in marks]
+        begin = max((i for i, v in enumerate(every) if v <= low), default=0)
+        end = min((i for i, v in enumerate(every) if v >= high), default=len(every) - 1)
+        found = every[begin : max(end, begin + 1) + 1]
+        if len(found) <= _MOST_TICKS:
+            break
+    return found[:: -(-len(found) // _MOST_TICKS)]
+
+
+def log_axis(title: str, low: float, high: float) -> Json:
+    """A logarithmic axis whose first view is from `low` to `high`, both positive, a labelled tick below and
+    one above; plotly's own labels of such axes leave out the decade ("2", "5")."""
+    ticks = log_ticks(low, high)
+    limits = [float(np.log10(min(low, ticks[0]))), float(np.log10(max(high, ticks[-1])))]
+    return axis(title, type="log", tickvals=ticks, ticktext=[f"{v:.10g}" for v in ticks], range=limits)
+
+
+def positive_span(*values: NDArray) -> tuple[float, float]:
+    """Least and greatest of what is positive and finite; 1 to 10 where nothing is."""
+    every = np.concatenate([np.asarray(v, float).ravel() for v in values]) if values else np.zeros(0)
+    every = every[np.isfinite(every) & (every > 0)]
+    return (float(every.min()), float(every.max())) if len(every) else (1.0, 10.0)
+
+
+def piled(t_ns: I64, rows: Sequence[tuple[Json, list[Json]]], **more) -> Json:
+    """A figure of several plots over one time axis: rows of a y axis and its traces, the first on top. Names
+    stand in the legend once."""
+    data, axes, named = [], {}, set()
+    for i, ((y, traces), domain) in enumerate(zip(rows, stacked(len(rows)), strict=True)):
+        axes[numbered("yaxis", i)] = y | {"domain": domain}
+        for one in traces:
+            data.append({"showlegend": one["name"] not in named} | one | {"yaxis": numbered("y", i)})
+            named.add(one["name"])
+    x = time_axis(t_ns, anchor=numbered("y", len(rows) - 1))
+    return {"data": data, "layout": axes | {"xaxis": x} | more}
 
 
 def time_axis(t_ns: I64, **more) -> Json:

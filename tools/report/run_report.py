@@ -14,9 +14,17 @@ from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH
-from gnss_hil.tools.report import antenna_skies, assignment, ground_track, summary_tables, time_series
+from gnss_hil.tools.report import (
+    antenna_skies,
+    assignment,
+    clock_plots,
+    error_plots,
+    ground_track,
+    summary_tables,
+    time_series,
+)
 from gnss_hil.tools.report.craft import Craft, gather
-from gnss_hil.tools.report.document import Page, card, lead
+from gnss_hil.tools.report.document import Page, card, lead, note
 from gnss_hil.tools.report.markup import Markup, tag
 from gnss_hil.tools.report.plot import Plot
 from gnss_hil.tools.results import truth
@@ -86,10 +94,12 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any], began_ns: int | 
         summary_tables.bus_tiles(s),
     )
     judged = (
-        card("Expectations", summary_tables.expectations(s)),
-        card("Frame faults", summary_tables.faults(s)),
+        ("Expectations", summary_tables.expectations(s), summary_tables.NOTHING_EXPECTED),
+        ("Frame faults", summary_tables.faults(s), summary_tables.NO_FAULTS),
     )
-    page.add(tag.div(judged, class_="grid"))
+    cards = [card(title, table) for title, table, _ in judged if table is not None]
+    page.add(tag.div(cards, class_="grid") if cards else None)
+    page.add(*(note(nothing) for _, table, nothing in judged if table is None))
 
 
 def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> None:
@@ -105,7 +115,9 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> 
         page.add(antenna_skies.legend())
     page.add_plots(
         [
-            time_series.position_error(craft), time_series.satellites(craft), time_series.dilution(craft),
+            error_plots.position_error(craft), error_plots.velocity_error(craft),
+            error_plots.consistency(craft), clock_plots.clock(craft),
+            time_series.satellites(craft), time_series.dilution(craft),
             ground_track.ground_track(craft), ground_track.orbit(craft), time_series.strength(craft),
             time_series.load(craft),
             *more, time_series.faults(craft),

@@ -164,22 +164,32 @@ def aligned(rows: Iterable[Sequence[str]]) -> str:
     )
 
 
-def expectations(s: Summary) -> Markup:
+NOTHING_EXPECTED = "The scenario expects nothing; this run is not judged."
+NO_FAULTS = "No frame was lost and none was refused."
+
+
+def expectations(s: Summary) -> Markup | None:
+    """What was expected and what became of it; None if nothing was."""
     if not s["expectations"]:
-        return note("The scenario expects nothing; this run is not judged.")
+        return None
     rows = [
         (row["name"], f"{row['after_s']:g} s" if "after_s" in row else "",
          *("" if row.get(k) is None else f"{row[k]:g}" for k in ("min", "max")),
-         "no figure" if row["found"] is None else f"{row['found']:g}", "met" if row["met"] else "MISSED")
+         "no figure" if row["found"] is None else f"{row['found']:g}", _met(row["met"]))
         for row in s["expectations"]
     ]  # fmt: skip
     return table(("figure", "from", "at least", "at most", "found", "verdict"), rows)
 
 
-def faults(s: Summary) -> Markup:
+def _met(met: bool) -> Markup:
+    return tag.b("met", class_="good") if met else tag.b("MISSED", class_="bad")
+
+
+def faults(s: Summary) -> Markup | None:
+    """Frames lost and refused; None if every one came."""
     lost, rejected = s["frames"]["lost"], s["frames"]["rejected"]
     if not rejected and not lost:
-        return note("No frame was lost and none was refused.")
+        return None
     rows = [("lost (missing by the counters)", figure(lost))]
     rows += [(f"refused: {why.replace('_', ' ').lower()}", figure(n)) for why, n in rejected.items()]
     return table(("frame faults", "frames"), rows)

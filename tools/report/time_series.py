@@ -17,14 +17,14 @@ from gnss_hil.tools.report.plot import (
     band,
     layout,
     line,
+    log_axis,
     milliseconds,
     moments,
-    numbered,
     numbers,
-    stacked,
+    piled,
+    positive_span,
     time_axis,
 )
-from gnss_hil.tools.results.text import small
 
 NO_TRUTH = "No truth was kept with this run, so nothing can be compared with it."
 NO_CHANNELS = "This run kept no table of channels (it was played without a log)."
@@ -50,6 +50,7 @@ def satellites(craft: Craft) -> Plot:
 
 
 def dilution(craft: Craft) -> Plot:
+    pdop = np.r_[craft.counts["pdop"], craft.counts["pdop_distinct"]]
     if np.isnan(craft.counts["pdop"]).all():
         return Plot.missing("Dilution of precision", NO_FIX)
     traces = [
@@ -60,7 +61,7 @@ def dilution(craft: Craft) -> Plot:
     return Plot(
         "Dilution of precision",
         "Over all measurements of the fix, as published; and as computed here with every satellite once.",
-        {"data": traces, "layout": layout(time_axis(craft.t_ns), axis("PDOP", type="log", dtick="D2"))},
+        {"data": traces, "layout": layout(time_axis(craft.t_ns), log_axis("PDOP", *positive_span(pdop)))},
     )
 
 
@@ -84,69 +85,20 @@ def shades(craft: Craft) -> tuple[list[Json], str]:
     return shapes, f"Shaded: no fix, {int(lacking.epochs.sum())} epochs in {len(lacking)} stretches."
 
 
-_DIRECTIONS = ("radial", "along", "cross")
-_BANDS = ((3, "--band-3"), (1, "--band-1"))
-
-
-def position_error(craft: Craft) -> Plot:
-    title = "Position error"
-    if craft.error_m is None or craft.sigma_m is None:
-        return Plot.missing(title, NO_TRUTH)
-    if np.isnan(craft.error_m).all():
-        return Plot.missing(title, NO_FIX)
-    worst = ", ".join(f"{d} {small(v)}" for d, v in zip(_DIRECTIONS, np.nanmax(np.abs(craft.error_m), axis=0),
-                                                        strict=True))  # fmt: skip
-    data, axes = [], {}
-    shapes, shaded = shades(craft)
-    for i, (direction, domain) in enumerate(zip(_DIRECTIONS, stacked(3), strict=True)):
-        on = {"yaxis": numbered("y", i)}
-        sigma = craft.sigma_m[:, i]
-        rows = extremes(sigma)
-        rows = rows[~np.isnan(sigma[rows])]  # the band closes at the ends of a gap
-        for factor, colour in _BANDS:
-            high, name = factor * sigma[rows], f"{factor} sigma"
-            data.append(band(name, craft.t_ns[rows], -high, high, colour, showlegend=i == 0, **on))
-        error = craft.error_m[:, i]
-        data.append(trace("fix - truth", craft.t_ns, error, "--accent", showlegend=i == 0,
-                          line={"width": 1}, **on))  # fmt: skip
-        limit = _view(error, sigma)
-        axes[numbered("yaxis", i)] = axis(f"{direction} [m]", domain=domain, range=[-limit, limit])
-    return Plot(
-        title,
-        "Fix minus truth at the centre of mass; radial is up, along with the motion, cross on the orbit's "
-        "normal. Bands: 1 and 3 sigma of the flight software's own covariance. The first view may leave out "
-        f"the worst, at most {worst} m; double-click shows all. {shaded}",
-        {"data": data, "layout": axes | {"xaxis": time_axis(craft.t_ns, anchor=numbered("y", 2)),
-                                         "shapes": shapes}},
-        height=480, wide=True,
-    )  # fmt: skip
-
-
-def _view(error_m: NDArray, sigma_m: NDArray) -> float:
-    """Half height of the first view: nine errors of ten, and the usual 3 sigma."""
-    wanted = [1.3 * np.nanpercentile(np.abs(error_m), 90), 1e-4]
-    if not np.isnan(sigma_m).all():
-        wanted.append(3.6 * np.nanmedian(sigma_m))
-    return float(max(wanted))
-
-
 def strength(craft: Craft) -> Plot:
     title = "Carrier to noise density"
     if craft.strength is None:
         return Plot.missing(title, NO_CHANNELS)
-    data, axes, names = [], {}, craft.vehicle.names
-    for i, (receiver, domain) in enumerate(zip(craft.strength, stacked(len(names)), strict=True)):
-        s, on, colour = craft.strength[receiver], {"yaxis": numbered("y", i)}, antenna_colour(receiver)
-        data.append(band("", s.t_ns, s.least, s.greatest, colour, opacity=0.25, showlegend=False, **on))
-        data.append(line(names[receiver - 1], moments(s.t_ns), numbers(s.mean), colour, **on))
-        axes[numbered("yaxis", i)] = axis(names[receiver - 1], domain=domain, nticks=4, matches="y")
-    del axes["yaxis"]["matches"]
-    lowest = numbered("y", len(names) - 1)
+    rows, names = [], craft.vehicle.names
+    for receiver, s in craft.strength.items():
+        colour, name = antenna_colour(receiver), names[receiver - 1]
+        spread = band("", s.t_ns, s.least, s.greatest, colour, opacity=0.25)
+        same = {"matches": "y"} if rows else {}
+        rows.append((axis(name, nticks=4, **same),
+                     [spread, line(name, moments(s.t_ns), numbers(s.mean), colour)]))  # fmt: skip
     return Plot(
         title, "By antenna [dBHz]: mean of its channels; the band is from the weakest to the strongest.",
-        {"data": data, "layout": axes | {"showlegend": False,
-                                         "xaxis": time_axis(craft.t_ns, anchor=lowest)}},
-        height=110 + 75 * len(names), wide=True,
+        piled(craft.t_ns, rows, showlegend=False), height=110 + 75 * len(names), wide=True,
     )  # fmt: skip
 
 
@@ -190,10 +142,10 @@ def latency(histogram: list, p50: float | None, p99: float | None) -> Plot:
     lines = [{"type": "line", "x0": p, "x1": p, "y0": 0, "y1": 1, "yref": "paper",
               "line": {"color": "--ink", "width": 1, "dash": "dot"}} for p, _ in marks]  # fmt: skip
     words = [{"x": float(np.log10(p)), "y": 1, "yref": "paper", "text": f"{name} {p:.3g} ms",
-              "yanchor": "bottom", "showarrow": False, "font": {"size": 11}}
-             for p, name in marks]  # fmt: skip
+              "yanchor": "bottom", "yshift": 13 * k, "showarrow": False, "font": {"size": 11}}
+             for k, (p, name) in enumerate(marks)]  # fmt: skip
     return Plot(
         title, "From the last measurement's way out to the fix's way in; how often.",
-        {"data": [bars], "layout": layout(axis("latency [ms]", type="log"), axis("epochs"), shapes=lines,
-                                          annotations=words, showlegend=False)},
+        {"data": [bars], "layout": layout(log_axis("latency [ms]", low[0], edges[-1]), axis("epochs"),
+                                          shapes=lines, annotations=words, showlegend=False)},
     )  # fmt: skip

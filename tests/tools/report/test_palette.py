@@ -66,13 +66,32 @@ def test_antennas_stay_apart_from_each_other_and_from_the_greys(theme, sight):
         assert min(apart([grey, colour], sight) for colour in antennas) > 14
 
 
+def contrast(theme, name: str, paper: str) -> float:
+    """Of WCAG 2.2, "contrast ratio"."""
+    low, high = sorted(float(XYZ[1] @ linear(theme[colour])) for colour in (name, paper))
+    return (high + 0.05) / (low + 0.05)
+
+
+LINES = (*(f"--antenna-{i}" for i in range(1, 9)), "--accent", "--second", "--muted", "--other")
+
+
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
-def test_words_can_be_read_on_the_paper(theme):
-    """Contrast of WCAG 2.2, 1.4.3 (AA): 4.5 to 1."""
+@pytest.mark.parametrize("name", LINES)
+def test_lines_and_bars_can_be_seen_on_the_paper(theme, name):
+    """WCAG 2.2, 1.4.11 (AA): 3 to 1."""
+    assert contrast(theme, name, "--paper") >= 3
 
-    def luminance(name):
-        return float(XYZ[1] @ linear(theme[name]))
 
-    for name in ("--ink", "--soft", "--good", "--bad"):
-        low, high = sorted((luminance(name), luminance("--paper")))
-        assert (high + 0.05) / (low + 0.05) >= 4.5, name
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("paper", ["--paper", "--ground"])
+@pytest.mark.parametrize("name", ["--ink", "--soft", "--good", "--bad"])
+def test_words_can_be_read(theme, paper, name):
+    """WCAG 2.2, 1.4.3 (AA): 4.5 to 1."""
+    assert contrast(theme, name, paper) >= 4.5
+
+
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_words_can_be_read_where_there_was_no_fix(theme):
+    """A shade lies behind ticks and lines."""
+    assert contrast(theme, "--ink", "--idle") >= 4.5
+    assert contrast(theme, "--accent", "--idle") >= 3

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from gnss_hil.tools.report.sky_plot import Places, angles_deg, antenna_axes, instants, look, side_names
+from gnss_hil.tools.report.antenna_skies import LABEL_PX, RADIUS_PX, skies
+from gnss_hil.tools.report.sky_plot import (
+    Places,
+    Sightings,
+    angles_deg,
+    antenna_axes,
+    instants,
+    look,
+    side_names,
+)
+from tests.support.plots import array
 
 ZENITH = np.array([0.0, 0, -1])
 TILTED = np.array([np.sin(np.radians(35)), 0, -np.cos(np.radians(35))])
@@ -97,3 +109,53 @@ def test_instants_are_spread_over_what_can_be_used():
     rows = instants(usable, 5)
     assert rows.tolist() == [500, 625, 750, 874, 999]
     assert len(instants(np.zeros(10, bool))) == 0
+
+
+def drawn(off, around, tracked, satellite=None, step_s=6):
+    """The sky of one zenith antenna: off, around (k, n) of n satellites at k instants, tracked (k, n)."""
+    off, around, tracked = (np.asarray(v) for v in (off, around, tracked))
+    k, n = off.shape
+    instant = np.repeat(np.arange(k), n)
+    seen = Sightings(
+        instant * step_s * 10**9, instant, np.tile(np.arange(n) + 1 if satellite is None else satellite, k),
+        tracked.reshape(-1, 1), off.reshape(-1, 1).astype(float), around.reshape(-1, 1).astype(float),
+    )  # fmt: skip
+    vehicle = SimpleNamespace(
+        antennas=1, names=("a",), mask_rad=np.radians([85.0]), boresight_body=ZENITH[None]
+    )
+    (plot,) = skies(SimpleNamespace(sightings=seen, vehicle=vehicle))
+    return plot.figure["data"]
+
+
+def test_satellites_are_lines_with_an_arrow_the_way_they_went():
+    """One goes up over the sky, one to the right and then none tracks it."""
+    off, around = np.array([[60.0, 10], [50, 20], [40, 30]]), np.array([[180, 90], [180, 90], [180, 90]])
+    none, other, own, _, heads, *names = drawn(off, around, [[True, True], [True, True], [True, False]])
+    assert array(own["r"]).tolist()[:3] == [60, 50, 40] and np.isnan(array(own["r"])[3])
+    assert array(own["r"]).tolist()[4:] == [10, 20, 30]  # on to where another kind begins
+    assert array(none["r"]).tolist() == [30] and len(array(other["r"])) == 0
+    assert own["mode"].startswith("lines") and own["line"]["color"] == "--antenna-1"
+    assert heads["marker"]["angle"] == pytest.approx([0, 90])
+    assert heads["marker"]["symbol"] == ["arrow", "arrow"]
+    assert sorted(name for trace in names for name in trace["text"]) == ["G01", "G02"]
+
+
+def test_places_of_a_long_run_are_not_joined():
+    off, around = np.array([[80.0], [10], [70]]), np.array([[0], [90], [180]])
+    _, _, own, *_ = drawn(off, around, [[True]] * 3, step_s=600)
+    assert np.isnan(array(own["r"])).tolist() == [False, True, False, True, False]
+
+
+def test_every_satellite_is_named_and_no_name_covers_another():
+    random = np.random.default_rng(3)
+    n = 31
+    around = random.uniform(0, 360, n)
+    end = 88 * np.sqrt(random.random(n))
+    off = np.stack([np.minimum(end + 12 - i, 89) for i in range(13)])
+    *_, inside, outside = drawn(off, np.tile(around, (13, 1)), np.tile(random.random(n) < 0.4, (13, 1)))
+    assert sorted(inside["text"] + outside["text"]) == [f"G{i:02d}" for i in range(1, n + 1)]
+    r, theta = (np.r_[array(inside[k]), array(outside[k])] for k in ("r", "theta"))
+    x, y = (f(np.radians(theta)) * r * RADIUS_PX / 90 for f in (np.sin, np.cos))
+    apart = (np.abs(x[:, None] - x) < LABEL_PX[0] - 0.01) & (np.abs(y[:, None] - y) < LABEL_PX[1] - 0.01)
+    assert np.triu(apart, 1).sum() == 0
+    assert r.max() <= 90  # plotly leaves out what is further
