@@ -11,9 +11,9 @@ import numpy as np
 from gnss_hil.dbc.common import gpstime, satellites, systems
 from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
+from gnss_hil.emulator.assemble import recorded_remarks as remarks
 from gnss_hil.emulator.assemble.shared import Shared
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
@@ -28,7 +28,7 @@ from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.recorded.observables import there
 from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS, Signal
-from gnss_hil.emulator.receivers.recorded.tracks import LOUDEST_DBHZ, Tracks, tracks
+from gnss_hil.emulator.receivers.recorded.tracks import tracks
 from gnss_hil.emulator.sensors import attitude
 from gnss_hil.emulator.sensors.registry import SENSORS
 
@@ -89,12 +89,17 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
             f"{key}: {settings.file}: {np.count_nonzero(epoch_of[inside] < 0)} of {np.count_nonzero(inside)} "
             f"epochs are left out: beside the run's, which are {time.epoch_interval_s:g} s apart"
         )
-    signals = [SIGNALS[name] for name in settings.signals]
-    frequencies = _frequencies(file, shared.sky, marks_ns, signals)
-    played = tracks(file, signals, epoch_of, int(vehicle.channels[0]), frequencies)
-    _tell_left_out(played, craft.name, shared.tell)
-    _tell_unused(file, epoch_of, signals, craft.name, shared.tell)
-    _tell_unknown(file.sat[epoch_of[file.epoch] >= 0], signals, shared.sky, craft.name, shared.tell)
+    chosen = [SIGNALS[name] for name in settings.signals]
+    frequencies = _frequencies(file, shared.sky, marks_ns, chosen)
+    played = tracks(file, chosen, epoch_of, int(vehicle.channels[0]), frequencies)
+    precise = shared.given.sky.reports == "orbits"
+    for remark in (
+        *remarks.left_out(played),
+        *remarks.unused(file, epoch_of, chosen),
+        *remarks.unknown(file.sat[epoch_of[file.epoch] >= 0], chosen, shared.sky),
+        *remarks.lacking_delays(settings.signals, shared.sky, marks_ns, precise),
+    ):
+        shared.tell(f"{craft.name}: {remark}")
     contract = codec.codec(vehicle.antennas)
     return RecordedCraft(
         name=craft.name,
@@ -113,49 +118,6 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
         session=shared.session,
         of_one_carrier=_of_one_carrier(settings.signals),
     )
-
-
-def _tell_left_out(played: Tracks, name: str, tell: Tell) -> None:
-    """Tell of observations that cannot be used."""
-    if played.dropped:
-        tell(
-            f"{name}: {played.dropped} of {played.dropped + len(played)} observations are left out: alone in "
-            "time, hence without a range rate, or without a channel"
-        )
-    if played.doubtful:
-        tell(
-            f"{name}: {played.doubtful} of {len(played)} signal strengths are left out: no receiver measures "
-            f"more than {LOUDEST_DBHZ:g} dBHz"
-        )
-
-
-def _tell_unused(
-    file: rinex_obs.Observations, epoch_of: I64, signals: Sequence[Signal], name: str, tell: Tell
-) -> None:
-    """Tell of satellites whose system is not played, by the letters of the systems."""
-    counts = {letter: np.count_nonzero(epoch_of[epochs] >= 0) for letter, epochs in file.passed.items()}
-    inside = satellites.system_of(file.sat)[epoch_of[file.epoch] >= 0]
-    counts |= {system.letter: np.count_nonzero(inside == system.value) for system in SYSTEMS.values()}
-    used = {system.letter for system in systems.tracked()}
-    played = {system.letter for system in systems.tracked() if system.value in {s.system for s in signals}}
-    for letters, why in (
-        (sorted(counts.keys() - used), "not used by this bench"),
-        (sorted(used - played), "none of their signals is played"),
-    ):
-        present = [letter for letter in letters if counts[letter]]
-        if present:
-            left_out = sum(counts[letter] for letter in present)
-            tell(f"{name}: {', '.join(present)}: {left_out} observations are left out: {why}")
-
-
-def _tell_unknown(sat: I64, signals: Sequence[Signal], sky: Sky, name: str, tell: Tell) -> None:
-    """Tell of satellites of the signals' systems that were observed (p,) and of which nothing is known."""
-    of_system = np.isin(satellites.system_of(sat), [signal.system for signal in signals])
-    unknown = np.setdiff1d(sat[of_system], sky.index)
-    if len(unknown):
-        tell(
-            f"{name}: {satellites.listed(unknown)} were observed, and are left out: the sky's files lack them"
-        )
 
 
 def _of_one_carrier(signals: Sequence[str]) -> Bool:

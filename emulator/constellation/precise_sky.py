@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gnss_hil.dbc.common import satellites
+from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.systems import System
 from gnss_hil.emulator.constellation import phase_centre, precise
 from gnss_hil.emulator.constellation.base import PRECISE, Broadcast
 from gnss_hil.emulator.constellation.precise import LayeredOrbits, PreciseOrbits
@@ -22,6 +23,28 @@ from gnss_hil.emulator.files import sp3
 from gnss_hil.emulator.files.sp3 import Sp3
 
 Orbits = PreciseOrbits | LayeredOrbits
+
+
+def _share(system: System) -> float:
+    """What ranges without ionosphere have of the delay by which a system's second carrier leaves later."""
+    mine = signals.of_system(system)
+    second = next((signal for signal in mine if signal.group_delay == "delta_tau"), None)
+    return 0.0 if second is None else 1 / ((mine[0].carrier_hz / second.carrier_hz) ** 2 - 1)
+
+
+_SHARE: F64 = systems.column(_share, 0.0)
+
+
+def of_two_frequencies_m(index: I64, broadcast: Broadcast) -> F64:
+    """By how much clocks [m], to be added to ranges, of ranges without ionosphere are more than those of the
+    first signals of satellites index (n,), by what satellites broadcast (s, n): (s, n).
+
+    T_GD is defined as that; where the second carrier leaves Delta tau later, the combination of both leaves
+    Delta tau / ((f1 / f2)^2 - 1) later than the first, 1.53 Delta tau for GLONASS.
+    Source: IS-GPS-200, 20.3.3.3.3.2; GLONASS ICD 5.1 (2008), 4.4
+    """
+    share = _SHARE[satellites.system_of(index)]
+    return broadcast.group_delay_m + share * broadcast.band_delay_m
 
 
 def read(paths: Sequence[Path], day: date) -> tuple[Sp3, Orbits]:

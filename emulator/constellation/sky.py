@@ -27,7 +27,7 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
 from gnss_hil.emulator.constellation import presence
 from gnss_hil.emulator.constellation.base import EXACT, NO_ACCURACY, PRECISE, Broadcast, Constellation
-from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
+from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation, of_two_frequencies_m
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.numerics.chebyshev import NS_PER_S, Chunks, Grid
@@ -212,7 +212,7 @@ class Sky:
         there = (column >= 0) & flies[:, column] & broadcast.available
         true_m = np.where(there[:, None, :, None], flown_m[:, :, column], positions)
         # Precise clocks are those of ionosphere-free ranges; what is transmitted on L1 has its group delay.
-        on_l1_m = flown_clock_m[:, :, column] - broadcast.group_delay_m[:, None]
+        on_l1_m = flown_clock_m[:, :, column] - of_two_frequencies_m(self.index, broadcast)[:, None]
         true_clock_m = np.where(there[:, None], on_l1_m, clocks)
         broadcast = replace(broadcast, available=there, ephemeris=np.zeros_like(broadcast.ephemeris))
         true = _columns(true_m, true_clock_m)

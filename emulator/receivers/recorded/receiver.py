@@ -181,9 +181,11 @@ def play(
 def _as_played(craft: RecordedCraft, sky: SkyState) -> Broadcast:
     """What receivers report of a sky. Precise orbits have no frequencies: what the receiver tuned to counts.
     Nor have they group delays: ranges of one carrier lack them, and are that much less accurate."""
+    # GPS has the one delay, GLONASS the other.
     said = sky.broadcast
     tuned = craft.frequency[sky.index]
-    lacking = craft.of_one_carrier[satellites.system_of(sky.index)] & (said.group_delay_m == 0)
+    lacking = craft.of_one_carrier[satellites.system_of(sky.index)]
+    lacking &= (said.group_delay_m == 0) & (said.band_delay_m == 0)
     return replace(
         said,
         frequency=np.where(tuned != 0, tuned, said.frequency),

@@ -12,8 +12,6 @@ from gnss_hil.emulator.assemble.recorded import (
     _epoch_of,
     _frequencies,
     _refuse,
-    _tell_unknown,
-    _tell_unused,
 )
 from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
@@ -70,35 +68,6 @@ def test_a_frequency_that_nobody_knows_is_a_fault_only_of_satellites_above():
         _frequencies(observed(GLONASS, {1: 1}), silent, MARKS_NS, [SIGNALS["L1OF"]])
     assert _frequencies(observed(GLONASS, {1: 1, 2: 0}), silent, MARKS_NS, [SIGNALS["L1OF"]]) == {1: 1, 2: 0}
     assert not _frequencies(observed(GLONASS, {}), silent, MARKS_NS, [SIGNALS["L1CA"]])
-
-
-def test_satellites_that_the_sky_lacks_are_told():
-    told = []
-    sat = satellites.index(satellites.GPS, np.array((1, 2, 3, 3)))
-    sky = SimpleNamespace(index=sat[:1])
-    _tell_unknown(np.concatenate((sat, GLONASS)), [SIGNALS["L1CA"]], sky, "grace", told.append)
-    assert told == ["grace: G02 and G03 were observed, and are left out: the sky's files lack them"]
-    _tell_unknown(sat, [SIGNALS["L1CA"]], SimpleNamespace(index=sat), "grace", told.append)
-    assert len(told) == 1
-
-
-def test_systems_that_are_not_used_are_named_with_how_many_observations():
-    """Of the run's epochs alone: the second is outside."""
-    told = []
-    galileo = int(satellites.index(satellites.parse("E01") // satellites.NUMBERS, 11))
-    file = SimpleNamespace(
-        sat=np.array((1, galileo, GLONASS[0], galileo)), epoch=np.array((0, 0, 0, 1)),
-        passed={"L": np.array((0, 0, 1))},
-    )  # fmt: skip
-    _tell_unused(file, np.array((0, -1)), [SIGNALS["L1CA"]], "grace", told.append)
-    assert told == [
-        "grace: E, L: 3 observations are left out: not used by this bench",
-        "grace: R: 1 observations are left out: none of their signals is played",
-    ]
-    told.clear()
-    only = SimpleNamespace(sat=np.array((1, GLONASS[0])), epoch=np.array((0, 0)), passed={})
-    _tell_unused(only, np.array((0,)), [SIGNALS["L1CA"], SIGNALS["L1OF"]], "grace", told.append)
-    assert not told
 
 
 def test_an_odd_epoch_changes_no_interval_and_is_left_out():

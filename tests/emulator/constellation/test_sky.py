@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -273,6 +275,28 @@ def test_precise_clocks_transmit_l1_with_the_group_delay():
     """A perfect message and the truth are then the same clock: a user of L1 has no error."""
     state = Sky([Delayed()], [0.0], Flown()).at(TIME.start_ns)
     assert state.clock_truth_m == pytest.approx(-Delayed.delay_m, abs=1e-6)
+    assert state.clock_m == pytest.approx(state.clock_truth_m, abs=1e-6)
+
+
+class Apart(Delayed):
+    """The same with GLONASS satellites, whose carriers leave apart; the clocks of messages are L1's."""
+
+    index = satellites.index(satellites.GLONASS, np.array((3, 9)))
+    apart_m = np.array((2.0, -3.0))
+    share = 7**2 / (9**2 - 7**2)
+    """f2^2 / (f1^2 - f2^2): of ranges without ionosphere, (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2)."""
+
+    def sample(self, middles_ns, nodes_s):
+        positions, clocks, broadcast = super().sample(middles_ns, nodes_s)
+        zeros = np.zeros(broadcast.iod.shape)
+        told = replace(broadcast, group_delay_m=zeros, band_delay_m=zeros + self.apart_m)
+        return positions, np.broadcast_to(-self.share * self.apart_m, clocks.shape), told
+
+
+def test_precise_clocks_transmit_l1_of_glonass_with_the_delay_of_l2():
+    flown = SimpleNamespace(index=Apart.index, sample=Flown().sample)
+    state = Sky([Apart()], [0.0], flown).at(TIME.start_ns)
+    assert state.clock_truth_m == pytest.approx(-49 / 32 * Apart.apart_m, abs=1e-6)
     assert state.clock_m == pytest.approx(state.clock_truth_m, abs=1e-6)
 
 
