@@ -2,6 +2,7 @@
 # make test   style, architecture, types, tests; on all processors
 # make quick  the tests of single modules: the inner loop
 # make bench  speeds
+# make strays  the record against one stray frame at every bad moment, and processes that stand still (half an hour)
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
 # make results  every published figure, measured: docs/results.md; QUICK=1 for those of minutes
 # make docs   the documents that are generated from code and tests
@@ -21,7 +22,7 @@ PYTEST      := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-lo
 # Programs are compiled once and not at each of a thousand starts, whatever the environment asks for.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: venv run test quick bench mutants docs results clean
+.PHONY: venv run test quick bench strays mutants docs results clean
 
 run: $(RUNTIME)
 	$(BIN)/gnss-hil run soyuz
@@ -39,6 +40,12 @@ quick: $(DEVELOPMENT)
 bench: $(DEVELOPMENT)
 	@for file in tests/benchmarks/[a-z]*.py; do \
 	  echo "== $$file"; $(BIN)/python -m tests.benchmarks.$$(basename $$file .py) || exit 1; done
+
+strays: $(DEVELOPMENT)
+	$(MAKE) -C examples/fsw_c PYTHON=$(abspath $(BIN))/python GNSS_HIL=$(abspath $(BIN))/gnss-hil
+	$(BIN)/python -m tests.support.strays --flight examples/fsw_c/build/fsw
+	$(BIN)/python -m tests.support.stalls --flight examples/fsw_c/build/fsw
+	$(BIN)/python -m tests.support.stalls --seconds 0 7 --paces lockstep
 
 mutants: $(DEVELOPMENT)
 	$(BIN)/python -m tests.mutants --jobs 2 $(of)

@@ -113,6 +113,12 @@ class Slave:
     def running(self) -> bool:
         return self._last is not None
 
+    @property
+    def _at_hand(self) -> Label:
+        """The last epoch of the run, open or not; there is a run."""
+        assert self._last is not None
+        return self._last
+
     def hear(self, frames: FrameBatch, now_s: float) -> Iterator[Work]:
         """Takes frames in bus order; each piece of work must be done before the next is asked for."""
         marks = np.flatnonzero(frames.can_id == self._mark_id).tolist()
@@ -188,15 +194,15 @@ class Slave:
     def _borne_out_by(self, label: Label) -> bool:
         """Whether a mark bears out the one set aside. Where SYNC closes epochs, the run's own need theirs."""
         doubtful = self._doubtful
-        if doubtful is None or (self._synced and label.session == self._last.session):
+        if doubtful is None or (self._synced and label.session == self._at_hand.session):
             return False
         return doubtful.label.leads_to(label)
 
     def _leads_on(self, label: Label) -> bool:
         """Whether a mark needs nothing more to be believed."""
         if self._synced:
-            return self._open is None and self._last.leads_to(label, 1)
-        return self._last.leads_to(label)
+            return self._open is None and self._at_hand.leads_to(label, 1)
+        return self._at_hand.leads_to(label)
 
     def _label(self, word: int) -> Label:
         session, epoch = (word >> shift & mask for shift, mask in self._label_fields)
@@ -239,7 +245,10 @@ class Slave:
             yield Work(Task.END)
         elif can_id == messages.SYNC_ID and self._for_doubtful(frames, row, found):
             yield from self._believe()
-            yield self._on_sync(messages.judge(frames, row, self._last.session, self._last.epoch))
+            at_hand = self._at_hand
+            sync = messages.judge(frames, row, at_hand.session, at_hand.epoch)
+            assert isinstance(sync, Bench)  # it is why the epoch was believed
+            yield self._on_sync(sync)
         elif isinstance(found, Bench) and self._in_turn(found):
             if self._answered == Label(found.session, found.epoch) and self._open is None:
                 yield Work(Task.REPEAT, self._answer)
@@ -260,7 +269,7 @@ class Slave:
     def _in_turn(self, sync: Bench) -> bool:
         """Whether a SYNC of the run closes the open epoch, or one whose mark was lost, or asks for the last
         answer again."""
-        at_hand = self._last.epoch
+        at_hand = self._at_hand.epoch
         if self._open is not None:
             return sync.epoch >= at_hand
         return sync.epoch > at_hand or self._answered == Label(sync.session, sync.epoch)

@@ -54,8 +54,11 @@ class Master(Protocol):
     reports  it tells itself what it played;  waiting  for whom, while it does
     """
 
-    reports: bool
-    waiting: str
+    @property
+    def reports(self) -> bool: ...
+
+    @property
+    def waiting(self) -> str: ...
 
     @property
     def children(self) -> Sequence[Child]:

@@ -274,11 +274,9 @@ class Sequencer:
         closed: list[Epoch] = []
         assert self._at is not None
         if not (isinstance(found, Bench) and found.epoch == self._at.epoch):
-            doubtful = self._doubtful
-            other = doubtful and messages.judge(frames, row, doubtful.label.session, doubtful.label.epoch)
-            at_doubt = doubtful and isinstance(other, Bench) and other.epoch == doubtful.label.epoch
-            if at_doubt and self._believable:
-                closed, found = self._believe(), other
+            own = self._of_doubtful(frames, row)
+            if own is not None and self._believable:
+                closed, found = self._believe(), own
         if not (
             isinstance(found, Bench) and (found.session, found.epoch) == (self._at.session, self._at.epoch)
         ):
@@ -289,6 +287,14 @@ class Sequencer:
             self._syncs += 1
             self._declared += found.count
         return closed
+
+    def _of_doubtful(self, frames: FrameBatch, row: int) -> Bench | None:
+        """The SYNC in a row if it is that of the mark in doubt."""
+        if self._doubtful is None:
+            return None
+        label = self._doubtful.label
+        found = messages.judge(frames, row, label.session, label.epoch)
+        return found if isinstance(found, Bench) and found.epoch == label.epoch else None
 
     def _take_answer(self, epoch: int, count: int) -> None:
         """A flight block is whole. Of an epoch answered before it is the same again, and not kept."""
