@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from contextlib import suppress
+from operator import setitem
 from typing import Any
 
 from gnss_hil.dbc.common import model_tree
@@ -93,7 +94,7 @@ def _put(document: dict[str, Any], path: Sequence[Key], value: Any, key: str) ->
             rows = f"rows 0 to {len(owner) - 1}" if owner else "no rows in the scenario; set it as a list"
             raise Mistake(f"--set {key}: {where} has {rows}")
         if number == len(path) - 1:
-            owner[part] = value
+            setitem(owner, part, value)
             return
         owner = _below(owner, part, path[number + 1], key)
 
