@@ -28,14 +28,16 @@ DRIFT_M2PS = 0.1**2 / 3600
 
 def unknown(receivers: int, delay_m: float) -> ReceiverDelays:
     """Before anything is learnt: 1 sigma of each."""
-    return ReceiverDelays(np.zeros(receivers), delay_m * np.eye(receivers))
+    root_m: F64 = np.diag(np.full(receivers, delay_m))
+    return ReceiverDelays(np.zeros(receivers), root_m)
 
 
 def walked(delays: ReceiverDelays, dt_s: float) -> ReceiverDelays:
     """After a time without measurements."""
     covariance = delays.root_m @ delays.root_m.T
     covariance[np.diag_indices(len(covariance))] += DRIFT_M2PS * dt_s
-    return ReceiverDelays(delays.mean_m, np.linalg.cholesky(covariance))
+    root_m: F64 = np.linalg.cholesky(covariance).astype(np.float64, copy=False)
+    return ReceiverDelays(delays.mean_m, root_m)
 
 
 def learnt(

@@ -38,8 +38,9 @@ OWN = 0.2
 FLOOR_M = 0.3
 """1 sigma of the vertical delay that no coefficients promise."""
 
-_EDGES_M: F64 = 1e3 * np.concatenate(
-    (np.arange(80, 800, 30), np.arange(800, 1_400, 100), np.geomspace(1_400, 20_000, 10))
+_EDGES_M: F64 = np.concatenate(
+    (np.arange(80e3, 800e3, 30e3), np.arange(800e3, 1_400e3, 100e3), np.geomspace(1_400e3, 20_000e3, 10)),
+    dtype=np.float64,
 )
 """Heights between the shells that electrons are taken to fill evenly."""
 
