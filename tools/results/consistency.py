@@ -25,8 +25,9 @@ def nees(error: NDArray, sigma: NDArray, rho: NDArray) -> NDArray:
         covariance[:, i, j] *= rho[:, k]
         covariance[:, j, i] *= rho[:, k]
     out = np.full(len(error), np.nan)
-    known: NDArray = np.isfinite(covariance).all(axis=(1, 2)) & np.isfinite(error).all(axis=1)
-    known[known] &= np.linalg.det(covariance[known]) > 0
+    whole = np.concatenate((covariance.reshape(len(error), 9), error), axis=1)
+    known = np.flatnonzero(np.isfinite(whole).all(axis=1))
+    known = known[np.linalg.det(covariance[known]) > 0]
     solved = np.linalg.solve(covariance[known], error[known][:, :, None])[:, :, 0]
     out[known] = (error[known] * solved).sum(axis=1)
     return out
