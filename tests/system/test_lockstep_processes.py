@@ -313,7 +313,11 @@ MISTAKES = [
     (["emulator", "soyuz", "--bus", "virtual:x", "--truth", "/nowhere/t"], 2, "/nowhere/t: No such file"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--status", "fd:99"], 2, "fd:99: Bad file descriptor"),
     (["emulator", "soyuz", "--bus", "virtual:x", "--require", "WARP"], 2, "no node 'WARP'"),
-    (["emulator", "soyuz", "--bus", "virtual:x", "--session", "70000"], 2, "70000 is not a 16-bit"),
+    (
+        ["emulator", "soyuz", "--bus", "virtual:x", "--session", "70000"],
+        2,
+        "'70000': a whole number from 1 to 65535",
+    ),
     (["emulator", "soyuz", "--bus", "virtual:x", "--wait", "0.1"], 1, "no heartbeat from FLIGHT"),
     (["emulator", "soyuz"], 2, "--bus"),
     (["flightsw", "--bus", "virtual:x", "--vehicle", "/nowhere.toml"], 2, "no such file; shipped are"),

@@ -83,7 +83,7 @@ def faults(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iter
     if heard.contested:
         nodes = ", ".join(heard.contested)
         yield f"{craft}: several peers of the bus spoke by turns for {nodes}: the record may be of either"
-    elif heard.several and decoded.out_of_order:
+    elif heard.several and decoded.out_of_order and counted.fixes is None:
         nodes, many = ", ".join(heard.several), _many(decoded.out_of_order, "frame")
         yield f"{craft}: several peers of the bus spoke for {nodes}, and {many} on record are out of order"
     if heard.lost_answers:

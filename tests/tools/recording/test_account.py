@@ -56,7 +56,7 @@ def test_a_record_on_which_all_agree_is_silent():
         ),
         (
             replace(HEARD, several=("FLIGHT",)),
-            COUNTED,
+            Counted(60, None),
             Decoded(60, 25, 1),
             "several peers of the bus spoke for FLIGHT, and 1 frame on record",
         ),
@@ -95,6 +95,10 @@ def test_what_changed_nothing_is_a_note_and_the_run_not_reproducible(heard, word
     assert line.startswith("soyuz: ") and words in line
     assert faults(heard) == []
     assert not account.reproducible(heard)
+
+
+def test_noise_that_hit_upon_a_right_crc_is_a_note_where_all_fixes_are_on_record():
+    assert faults(replace(HEARD, several=("FLIGHT",)), COUNTED, Decoded(60, 25, 1)) == []
 
 
 def test_a_record_that_nobody_ended_may_have_fewer_fixes_than_were_flown():
