@@ -26,7 +26,8 @@ from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
 from gnss_hil.emulator.receivers.recorded.observables import there
-from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, Trajectory
+from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft
+from gnss_hil.emulator.receivers.recorded.reference import Reference, reference
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS, Signal
 from gnss_hil.emulator.receivers.recorded.tracks import tracks
 from gnss_hil.emulator.sensors import attitude
@@ -172,12 +173,19 @@ def _marks_ns(file: rinex_obs.Observations, time: scenario.Time, epoch_of: I64) 
 
 def _reference(
     settings: scenario.ObservationFile, marks_ns: I64, measured: Orientation | None, key: str, tell: Tell
-) -> Trajectory | None:
+) -> Reference | None:
     if settings.reference is None:
         return None
-    return read_trajectory(
-        settings.reference, (int(marks_ns[0]), int(marks_ns[-1])), measured, key, tell, whole=False
-    )
+    span_ns = int(marks_ns[0]), int(marks_ns[-1])
+    found = reference(read_trajectory(settings.reference, span_ns, measured, key, tell, whole=False))
+    unknown = np.count_nonzero(~found.known(marks_ns))
+    if unknown:
+        first, last = (gpstime.iso(t_ns) for t_ns in found.flown.span_ns)
+        tell(
+            f"{key}: states from {first} to {last} GPS: {unknown} of {len(marks_ns)} epochs are judged by "
+            "nothing"
+        )
+    return found
 
 
 def _frequencies(

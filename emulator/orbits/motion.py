@@ -79,7 +79,7 @@ def _csv(asked: Asked) -> Segments:
     table = csv_table.read(Path(asked.name), _AXES)
     pos_m = _METRES[asked.given.unit] * table.columns
     return tabulated.of_table(
-        table.t_ns, pos_m, "J2000", asked.name, asked.measured, asked.span_ns, asked.tell
+        table.t_ns, pos_m, "J2000", asked.name, asked.measured, asked.span_ns, asked.tell, asked.whole
     )
 
 
@@ -99,13 +99,14 @@ def read_trajectory(
 
     measured  the Earth's orientation, None without a file of it
     tell      takes remarks
-    whole     the run needs all of it; else gaps between the segments of a message are told
+    whole     the run needs all of it; else gaps between the segments of a message are told, and what lies
+              before or after all of them is the caller's to tell
     """
     kind, name = next((kind, name) for kind in KINDS if (name := getattr(given, kind)) is not None)
     try:
         asked = Asked(name, given, span_ns, measured, whole, lambda remark: tell(f"{key}: {remark}"))
         found = KINDS[kind](asked)
-        found.check(*span_ns, name)
+        found.check(*span_ns, name, whole)
     except (FileError, TrajectoryError) as error:
         raise ScenarioError(f"{key}: {error}") from None
     return found

@@ -88,7 +88,8 @@ def of_ephemeris(
 ) -> Segments:
     """The orbit of an ephemeris message over a run, or all of it; TrajectoryError if there is none.
 
-    whole  a gap between segments in the run is a fault; else it is told
+    whole  a gap between segments in the run is a fault, else it is told; so is one before or after all
+           segments, which else is the caller's to tell
     """
     frame = frame_of(ephemeris, origin)
     bounds, parts, absent = [*ephemeris.begins, len(ephemeris.t_ns)], [], 0
@@ -114,6 +115,7 @@ def of_table(
     measured: Orientation | None = None,
     span_ns: Span | None = None,
     tell: Tell = untold,
+    whole: bool = True,
 ) -> Segments:
     """The orbit of positions (n, 3) [m] at GPS times t_ns (n,), in one of `trajectory.FRAMES`."""
     assert frame in FRAMES
@@ -124,7 +126,7 @@ def of_table(
         useable_ns, near = (int(t_ns[0]), int(t_ns[-1])), _near(t_ns, span_ns)
         t_ns, pos_m = t_ns[near], pos_m[near]
         parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, measured), None, useable_ns)]
-    return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell, whole=True)
+    return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell, whole)
 
 
 def _near(t_ns: I64, span_ns: Span | None) -> slice:
@@ -159,7 +161,7 @@ def _believed(
     found = Segments(arcs, [part.useable_ns for part in parts])
     begin_ns, end_ns = span_ns or found.span_ns
     if span_ns:
-        found.check(begin_ns, end_ns, origin)
+        found.check(begin_ns, end_ns, origin, whole)
         _judge_gaps(found, span_ns, origin, tell, whole)
     for number, part in enumerate(parts):
         used_ns = max(begin_ns, part.useable_ns[0]), min(end_ns, part.useable_ns[1])

@@ -133,10 +133,16 @@ class Trajectory:
         """Whether the table holds GPS time t_ns."""
         return self.span_ns[0] <= t_ns <= self.span_ns[1]
 
-    def check(self, begin_ns: int, end_ns: int, origin: str) -> None:
-        """TrajectoryError unless the table holds all of a run."""
-        if begin_ns < self.span_ns[0] or end_ns > self.span_ns[1]:
-            raise _beyond(self.span_ns, (begin_ns, end_ns), origin)
+    def check(self, begin_ns: int, end_ns: int, origin: str, whole: bool = True) -> None:
+        """TrajectoryError unless the table holds all of a run, or a part of it."""
+        _check_span(self.span_ns, (begin_ns, end_ns), origin, whole)
+
+
+def _check_span(held_ns: tuple[int, int], run_ns: tuple[int, int], origin: str, whole: bool) -> None:
+    """TrajectoryError unless what is held reaches from a run's begin to its end; or into it, not `whole`."""
+    first, last = run_ns if whole else run_ns[::-1]
+    if first < held_ns[0] or last > held_ns[1]:
+        raise _beyond(held_ns, run_ns, origin)
 
 
 def _beyond(held_ns: tuple[int, int], run_ns: tuple[int, int], origin: str) -> TrajectoryError:
@@ -192,10 +198,14 @@ class Segments:
                 yield held_ns, first_ns
             held_ns = max(held_ns, last_ns)
 
-    def check(self, begin_ns: int, end_ns: int, origin: str) -> None:
-        """TrajectoryError unless the segments reach from a run's begin to its end."""
-        if begin_ns < self.span_ns[0] or end_ns > self.span_ns[1]:
-            raise _beyond(self.span_ns, (begin_ns, end_ns), origin)
+    @property
+    def t_ns(self) -> I64:
+        """(n,) GPS times of all states [ns]; where segments overlap they do not ascend."""
+        return np.concatenate([arc.t_ns for arc in self.arcs])
+
+    def check(self, begin_ns: int, end_ns: int, origin: str, whole: bool = True) -> None:
+        """TrajectoryError unless the segments reach from a run's begin to its end, or into it."""
+        _check_span(self.span_ns, (begin_ns, end_ns), origin, whole)
 
 
 def _earth_fixed(t_ns: I64, measured: Orientation | None) -> F64:

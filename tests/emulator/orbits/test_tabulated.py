@@ -158,9 +158,14 @@ def test_a_reference_may_have_gaps_and_knows_where():
         False, True, True, False, False, True, True, False,
     ]  # fmt: skip
     assert off_m(orbit, np.linspace(7200, 7800, 9)) < 1e-3
-    with pytest.raises(TrajectoryError, match="states from"):
-        beyond_ns = tuple(ns((600, 9000)).tolist())
-        tabulated.of_ephemeris(given, "x.oem", None, beyond_ns, told.append, whole=False)
+    for begin_s, end_s in ((600, 9000), (-500, 9000)):
+        span_ns = tuple(ns((begin_s, end_s)).tolist())
+        part = tabulated.of_ephemeris(given, "x.oem", None, span_ns, told.append, whole=False)
+        assert off_m(part, np.linspace(7200, 8400, 9)) < 1e-3
+    for begin_s, end_s in ((8401, 9000), (-50, -1)):
+        with pytest.raises(TrajectoryError, match="states from"):
+            outside_ns = tuple(ns((begin_s, end_s)).tolist())
+            tabulated.of_ephemeris(given, "x.oem", None, outside_ns, told.append, whole=False)
 
 
 def test_segments_that_meet_are_kept_apart_and_the_later_one_counts_from_there():
