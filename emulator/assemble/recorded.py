@@ -25,8 +25,9 @@ from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
+from gnss_hil.emulator.receivers.recorded import ground
 from gnss_hil.emulator.receivers.recorded.observables import there
-from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft
+from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, observed
 from gnss_hil.emulator.receivers.recorded.reference import Reference, reference
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS, Signal
 from gnss_hil.emulator.receivers.recorded.tracks import tracks
@@ -35,6 +36,9 @@ from gnss_hil.emulator.sensors.registry import SENSORS
 
 NEAR = 0.1
 """A tag this share of an interval beside a run's epoch still is that epoch's."""
+
+_SAMPLES = 5
+"""Epochs by whose ranges the receiver's height is found."""
 
 _QUARTER_NS = 900 * NS_PER_S
 
@@ -102,7 +106,7 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     ):
         shared.tell(f"{craft.name}: {remark}")
     contract = codec.codec(vehicle.antennas)
-    return RecordedCraft(
+    found = RecordedCraft(
         name=craft.name,
         vehicle=vehicle,
         orbit=_reference(settings, marks_ns, shared.measured, f"{key}.reference", shared.tell),
@@ -119,6 +123,22 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
         session=shared.session,
         of_one_carrier=_of_one_carrier(settings.signals),
     )
+    _refuse_ground(found, f"{key}: {settings.file}")
+    return found
+
+
+def _refuse_ground(craft: RecordedCraft, origin: str) -> None:
+    """ScenarioError if the receiver was in the atmosphere, by its ranges at some epochs."""
+    full = np.flatnonzero(np.diff(craft.bounds) >= ground.ENOUGH)
+    some = np.unique(full[np.linspace(0, len(full) - 1, min(len(full), _SAMPLES)).astype(np.int64)])
+    skies = ((epoch, craft.sky.at(int(craft.marks_ns[epoch]))) for epoch in some.tolist())
+    height_m = ground.median_height_m(observed(craft, sky, craft.row_of, epoch) for epoch, sky in skies)
+    if height_m < ground.LOWEST_M:
+        raise ScenarioError(
+            f"{origin}: the receiver is {height_m / 1e3:.1f} km above the ellipsoid by its own ranges: there is "
+            "no model of the troposphere here, without which fixes on the ground are some 18 m too high; "
+            f"played are receivers above {ground.LOWEST_M / 1e3:g} km"
+        )
 
 
 def _of_one_carrier(signals: Sequence[str]) -> Bool:
