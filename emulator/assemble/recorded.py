@@ -135,8 +135,8 @@ def _refuse_ground(craft: RecordedCraft, origin: str) -> None:
     height_m = ground.median_height_m(observed(craft, sky, craft.row_of, epoch) for epoch, sky in skies)
     if height_m < ground.LOWEST_M:
         raise ScenarioError(
-            f"{origin}: the receiver is {height_m / 1e3:.1f} km above the ellipsoid by its own ranges: there is "
-            "no model of the troposphere here, without which fixes on the ground are some 18 m too high; "
+            f"{origin}: the receiver is {height_m / 1e3:.1f} km above the ellipsoid by its own ranges: there "
+            "is no model of the troposphere here, without which fixes on the ground are some 18 m too high; "
             f"played are receivers above {ground.LOWEST_M / 1e3:g} km"
         )
 
