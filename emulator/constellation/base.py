@@ -7,7 +7,7 @@ from typing import Protocol
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 
-EXACT, PRECISE, WITHOUT_GROUP_DELAY, NO_ACCURACY = -16, -8, 2, 15
+EXACT, PRECISE, WITHOUT_GROUP_DELAY, NO_ACCURACY = -15, -8, 2, 15
 """Accuracy indices: a centimetre or better; 0.125 m, some centimetres of a final orbit and a decimetre that
 clocks wander between the quarters of an hour that products have (modelled); 4 m; no prediction. Source:
 IS-GPS-200, 30.3.3.1.1.4 and 20.3.3.3.1.3

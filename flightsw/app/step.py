@@ -45,7 +45,7 @@ from gnss_hil.flightsw.measurement.ionosphere_filter import Delays
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.measurement.registry import other_measurements
-from gnss_hil.flightsw.measurement.space import NO_URA
+from gnss_hil.flightsw.measurement.space import predicted
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.almanac import Predictions
 from gnss_hil.flightsw.receivers import channel_manager
@@ -87,7 +87,7 @@ def flight_step(
     channels = channel_manager.contradicted(channels, m, decoded.boots)
 
     rows, in_orbit = almanac.orbits(decoded.almanac, m)
-    sound = in_orbit & (m.lock == FULL_LOCK) & (m.ura < NO_URA)
+    sound = in_orbit & (m.lock == FULL_LOCK) & predicted(m.ura)
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
     delays, z = _form(offered, config, state.delays, t_ns)

@@ -22,6 +22,10 @@ on the covariance promises too much; longer, and receivers that have no delays g
 EVERY_S = 10.0
 """So often is learnt: epochs in between tell next to nothing new."""
 
+LEAST = 1e-9
+"""Share of a variance that is left at least. Where delays may be far larger than ranges err by, rounding
+makes less than nothing of it."""
+
 DRIFT_M2PS = 0.1**2 / 3600
 """ReceiverDelays walk a decimetre in an hour, by temperature (modelled)."""
 
@@ -64,7 +68,8 @@ def learnt(
     # In units of what was known before: told at once they would be at `told`, with covariance `left`.
     told = pull @ residual_m
     left = unit - pull @ columns + along @ covariance @ along.T
-    information = np.linalg.inv(left) - unit
-    after = np.linalg.inv(unit + share * information)
-    step = after @ (share * (information @ told + told))
-    return ReceiverDelays(delays.mean_m + delays.root_m @ step, delays.root_m @ np.linalg.cholesky(after))
+    variance, axes = np.linalg.eigh(left)
+    variance = np.clip(variance, LEAST, 1.0)
+    after = variance / (variance + share * (1 - variance))
+    step = axes @ (after * share / variance * (axes.T @ told))
+    return ReceiverDelays(delays.mean_m + delays.root_m @ step, delays.root_m @ (axes * np.sqrt(after)))

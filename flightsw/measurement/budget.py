@@ -42,7 +42,9 @@ class Budget:
 
 
 def budget_of(figures: ReceiverFigures, options: MeasurementOptions) -> Budget:
-    return Budget(receiver_noise(figures), figures.delay_m, options.ura_scale, options.range_sigma_m)
+    # A stated sigma has nothing in common with others: no delay may be learnt from ranges weighed by it.
+    delay_m = 0.0 if options.range_sigma_m else figures.delay_m
+    return Budget(receiver_noise(figures), delay_m, options.ura_scale, options.range_sigma_m)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

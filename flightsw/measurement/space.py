@@ -16,17 +16,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common import signals, systems
-from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.satellites import NUMBERS
 
-BEST, NO_URA = -16, 15
-"""Accuracy indices: better than a centimetre; no prediction, not used for a fix."""
+BEST, WORST = -15, 14
+"""Accuracy indices: a centimetre or better; 4.1 km. Those beyond, -16 and 15, are no prediction at all, "use
+at own risk", and not for a fix."""
 
 _NOMINAL = (2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0, 1024.0, 2048.0, 4096.0)
 """Accuracy of index 0 to 14 [m]: 2^(1 + N/2) up to 6 with 2.8, 5.7 and 11.3 rounded as printed in the source,
 2^(N - 2) above; below 0 it is 2^(1 + N/2)."""
 
-URA_M: F64 = np.array([*_NOMINAL, np.inf, *(2 ** (1 + n / 2) for n in range(BEST, 0))])
+URA_M: F64 = np.array([*_NOMINAL, np.inf, np.inf, *(2 ** (1 + n / 2) for n in range(BEST, 0))])
 """(32,) by index, negative ones counted from the end."""
 
 
@@ -58,6 +59,11 @@ CODE_BIAS_M = 0.28
 satellites in IGS's cc2noncc, December 1999 to March 2000."""
 
 _OTHER_CODE: F64 = CODE_BIAS_M * signals.column(lambda signal: bool(signal.clock_code), False)
+
+
+def predicted(ura: F64) -> Bool:
+    """Whether indices (n,) promise anything."""
+    return (ura >= BEST) & (ura <= WORST)
 
 
 def space_sigma(ura: F64, sat: I64, signal: I64) -> tuple[F64, F64, F64]:

@@ -367,6 +367,23 @@ def test_corrupted_channel_is_out_of_the_fix_and_the_others_stay(flight):
     assert state.solution.fix is not None
 
 
+@pytest.mark.parametrize(("ura", "enters"), [(-16, False), (-15, True), (14, True), (15, False)])
+def test_what_promises_no_accuracy_stays_out(flight, ura, enters):
+    """15 and -16 are no prediction, use at own risk: IS-GPS-200, 30.3.3.1.1.4."""
+    _, config, states, answers, blocks = flight
+    epoch = blocks[-1]
+    row = np.flatnonzero(epoch.can_id == CODEC.can_id_of["SV_VZ", 1])[0]
+    bits = CODEC.kinds["SV_VZ"]
+    shift = int(bits.shift[bits.signals.index("ura")])
+    data = epoch.data.copy()
+    word = int(data[row].view("<u8")[0]) & ~(31 << shift) | (ura & 31) << shift
+    data[row] = np.array([word], "<u8").view(np.uint8)
+    data[row, 0] = e2e.crc(epoch.can_id[row : row + 1], data[row : row + 1])[0]
+    _, answer = flight_step(config, states[-2], replace(epoch, data=data))
+    left_out = set() if enters else {(1, int(data[row, 2] & 31))}
+    assert used(answers[-1]) - used(answer) == left_out
+
+
 def test_unhealthy_and_unlocked_channels_stay_out(flight):
     _, config, states, answers, _ = flight
     epoch = flight[4][-1]

@@ -11,7 +11,9 @@ from gnss_hil.flightsw.attitude.attitude import attitude_now
 from gnss_hil.flightsw.estimation import receiver_delays
 from gnss_hil.flightsw.estimation.all_in_view import all_in_view
 from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.least_squares import least_squares
 from gnss_hil.flightsw.estimation.snapshot import SnapshotNavigator
+from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.solution import NoFix
 from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
@@ -91,6 +93,24 @@ def test_fixes_become_as_good_as_without_delays():
     truth = s.truth_ecef(c)[0]
     off = [np.linalg.norm(fix.position_m - truth) for _, fix in out[-200:]]
     assert np.sqrt(np.mean(np.square(off))) < 1.3 * sigma[1]
+
+
+@pytest.mark.parametrize("delay_m", [3.0, 1000.0])
+def test_delays_far_larger_than_ranges_err_by_break_nothing(delay_m):
+    """Ranges of a millimetre: what is left of a delay is less than rounding makes of its square."""
+    receiver = np.repeat(np.arange(4), 6)
+    rng = np.random.default_rng(5)
+    design = np.column_stack((rng.normal(size=(24, 3)), np.ones(24)))
+    delays, drawn_m = receiver_delays.unknown(4, delay_m), delay_m * rng.normal(size=4)
+    for _ in range(60):
+        columns = delays.root_m[receiver]
+        w = weight(np.full(24, 1e-6), columns)
+        fit = least_squares(design, drawn_m[receiver] - delays.mean_m[receiver], w)
+        residual = drawn_m[receiver] - delays.mean_m[receiver] - design @ fit.x
+        delays = receiver_delays.learnt(delays, receiver, design, residual, w, fit.covariance, 60.0)
+        variance = np.diag(delays.root_m @ delays.root_m.T)
+        assert (variance > 0).all() and (variance <= delay_m**2 * (1 + 1e-9)).all()
+    assert apart(delays.mean_m) == pytest.approx(apart(drawn_m), abs=1e-4 * delay_m)
 
 
 def test_delays_are_kept_where_an_epoch_has_no_fix():

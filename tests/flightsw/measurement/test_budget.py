@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gnss_hil.flightsw.measurement.budget import range_errors
+from gnss_hil.dbc.common.vehicle import ReceiverFigures
+from gnss_hil.flightsw.measurement.budget import budget_of, range_errors
 from gnss_hil.flightsw.measurement.code_range import code_ranges
+from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.records.solution import ReceiverDelays
+from gnss_hil.tools.command_line.main import main
 from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET, SPACE_M, budget
@@ -79,3 +82,23 @@ def test_ura_scale_is_of_the_satellites_error_and_a_stated_sigma_of_everything()
     same = m.sat[:, None] == m.sat
     assert covariance(m, budget(ura_scale=2.0)) == pytest.approx(noise + (2 * SPACE_M) ** 2 * same)
     assert covariance(m, replace(BUDGET, range_sigma_m=5.0)) == pytest.approx(25.0 * np.eye(len(m)))
+
+
+def test_by_a_stated_sigma_no_receiver_has_a_delay():
+    figures = ReceiverFigures(delay_m=3.0)
+    assert budget_of(figures, MeasurementOptions()).delay_m == 3.0
+    assert budget_of(figures, MeasurementOptions(range_sigma_m=5.0)).delay_m == 0.0
+
+
+@pytest.mark.parametrize("sigma_m", [1.0, 5.0])
+def test_a_stated_sigma_flies(tmp_path, sigma_m):
+    words = ["run", "soyuz", "--duration", "60", "--interval", "10", "--bus", "inline", "--quiet"]
+    words += [
+        "--no-log",
+        "--no-report",
+        "--option",
+        f"range_sigma_m={sigma_m}",
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    assert main(words) == 0

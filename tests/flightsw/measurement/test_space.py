@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common.signals import SIGNALS
-from gnss_hil.flightsw.measurement.space import URA_M, space_sigma
+from gnss_hil.flightsw.measurement.space import URA_M, predicted, space_sigma
 
 pytestmark = pytest.mark.verifies(
     "flightsw/measurement/space.py",
@@ -26,10 +26,14 @@ def sigma_m(ura, sat=GPS, signal="L1P"):
 
 
 def test_indices_are_the_interface_documents():
-    """Nominal accuracy by IS-GPS-200: index 0, 5, 6, 7, 14; -16 is a centimetre or better; 15 no promise."""
+    """Nominal accuracy by IS-GPS-200: index 0, 5, 6, 7, 14; -15 is a centimetre or better; 15 and -16 are no
+    promise."""
     assert URA_M[[0, 5, 6, 7, 14]].tolist() == [2.0, 11.3, 16.0, 32.0, 4096.0]
-    assert URA_M[-16] == 2**-7 and URA_M[-8] == 0.125 and URA_M[-1] == pytest.approx(2**0.5)
-    assert np.isinf(URA_M[15])
+    assert URA_M[-15] == pytest.approx(0.01, rel=0.15) and URA_M[-8] == 0.125
+    assert URA_M[-1] == pytest.approx(2**0.5)
+    assert np.isinf(URA_M[[15, -16]]).all()
+    index = np.arange(-16, 16)
+    assert index[~predicted(index.astype(float))].tolist() == [-16, 15]
 
 
 def test_usual_satellites_err_by_what_was_found_in_years_not_by_what_they_promise():
@@ -42,15 +46,15 @@ def test_worse_than_usual_is_worse_in_proportion_and_a_better_promise_is_taken_a
     assert sigma_m(2) == pytest.approx(1.2)
     assert sigma_m(8) == pytest.approx(0.6 * 32)
     assert sigma_m(-8) == 0.125
-    assert sigma_m(-16) < 0.01
+    assert sigma_m(-15) < 0.012
     assert sigma_m(-4, GLONASS, "L1OF") == 0.5
 
 
 def test_another_code_than_the_clocks_adds_what_satellites_differ_by():
     assert sigma_m(0, signal="L1CA") == pytest.approx(np.hypot(0.6, 0.28))
-    assert sigma_m(-16, signal="L1CA") < 0.012, "a sky that promises to be exact has none"
+    assert sigma_m(-15, signal="L1CA") < 0.016, "a sky that promises to be exact has none"
 
 
 def test_clocks_wander_within_a_second():
-    rate = space_sigma(np.array([0.0, -16.0, 4.0]), np.array([GPS, GPS, GLONASS]), np.array([2, 2, 1]))[2]
+    rate = space_sigma(np.array([0.0, -15.0, 4.0]), np.array([GPS, GPS, GLONASS]), np.array([2, 2, 1]))[2]
     assert rate[0] == 0.0015 and rate[1] < 5e-5 and rate[2] == 0.003
