@@ -19,7 +19,12 @@ from gnss_hil.emulator.numerics.rotations import dcm_of_quaternion, product, qua
 from gnss_hil.emulator.orbits.dynamics import CraftState
 
 COLUMNS = tuple(f"quaternion_{part}" for part in "cxyz")
-"""Names of the columns read: scalar first, Hamilton, passive, body from EME2000."""
+"""Names of the columns read: scalar first, Hamilton; passive, body from EME2000 once read."""
+
+CONJUGATE = np.array((1.0, -1.0, -1.0, -1.0))
+
+CONVENTIONS = {"body_from_celestial": np.ones(4), "celestial_from_body": CONJUGATE}
+"""Convention of a file's quaternions -> factors that make them passive ones of the body from EME2000."""
 
 
 class AttitudeTableError(ValueError):
@@ -38,9 +43,16 @@ class TabulatedAttitude:
     """Attitude of a table (n rows); the craft's state has no part in it.
 
     measured  the Earth's orientation, the same that the craft's trajectory has
+    convention   of the table, a row of CONVENTIONS
     """
 
-    def __init__(self, table: Table, origin: str, measured: Orientation | None = None):
+    def __init__(
+        self,
+        table: Table,
+        origin: str,
+        measured: Orientation | None = None,
+        convention: str = "body_from_celestial",
+    ):
         norms = np.linalg.norm(table.columns, axis=1)
         odd = np.flatnonzero(np.abs(norms - 1) > 1e-3)
         if len(odd):
@@ -49,9 +61,9 @@ class TabulatedAttitude:
             )
         self._measured = measured
         self._t_ns = table.t_ns.tolist()
-        self._quaternion = table.columns / norms[:, None]
+        self._quaternion = table.columns * CONVENTIONS[convention] / norms[:, None]
         # Passive: the step from one row's body axes to the next's stands on the right.
-        back = self._quaternion[:-1] * np.array((1.0, -1.0, -1.0, -1.0))
+        back = self._quaternion[:-1] * CONJUGATE
         step = rotation_vectors(product(back, self._quaternion[1:]))
         self._rate_rps = step / (np.diff(table.t_ns) / gpstime.NS_PER_S)[:, None]
 
@@ -75,13 +87,22 @@ class TabulatedAttitude:
         worst = int(np.argmax(doubt[used]))
         return float(doubt[used][worst]), float(step_s[used][worst])
 
-    def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
-        """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
+    def body_from_eme2000(self, t_ns: int) -> F64:
+        """The attitude at a GPS time (3, 3)."""
+        row, turned, _ = self._turned(t_ns)
+        return dcm_of_quaternion(product(self._quaternion[row], turned))
+
+    def _turned(self, t_ns: int) -> tuple[int, F64, F64]:
+        """The row before a GPS time, the turn since then (4,) and its rate, body axes (3,) [rad/s]."""
         row = min(max(bisect_right(self._t_ns, t_ns) - 1, 0), len(self._rate_rps) - 1)
         rate = self._rate_rps[row]
         half = 0.5e-9 * (t_ns - self._t_ns[row]) * rate
         angle = np.sqrt(half @ half)
-        turned = np.append(np.cos(angle), half * np.sinc(angle / np.pi))
+        return row, np.append(np.cos(angle), half * np.sinc(angle / np.pi)), rate
+
+    def at(self, t_ns: int, state: CraftState) -> tuple[F64, F64]:
+        """Quaternion body from ECEF (4,) and rate relative to inertial space, body axes (3,) [rad/s]."""
+        row, turned, rate = self._turned(t_ns)
         body_from_eme2000 = dcm_of_quaternion(product(self._quaternion[row], turned))
         ecef_from_eme2000 = frames.ecef_from_eme2000(t_ns, self._measured)
         return quaternion_of_dcm(body_from_eme2000 @ ecef_from_eme2000.T), rate

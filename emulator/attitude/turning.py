@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.emulator.attitude import transposed
 from gnss_hil.emulator.attitude.profile import build_attitude
 from gnss_hil.emulator.attitude.table import COLUMNS, AttitudeTableError, TabulatedAttitude
 from gnss_hil.emulator.config import tables as scenario
@@ -43,10 +44,11 @@ def build_turning(
     tell: Tell = untold,
 ) -> Attitude:
     """The attitude of a craft; ScenarioError with one line if its table does not serve."""
-    if attitude.file is None:
+    if attitude.file is None or attitude.convention is None:
         return build_attitude(attitude, time.start_ns, motion.at(time.start_ns))
     try:
-        table = TabulatedAttitude(csv_table.read(Path(attitude.file), COLUMNS), attitude.file, measured)
+        rows = csv_table.read(Path(attitude.file), COLUMNS)
+        table = TabulatedAttitude(rows, attitude.file, measured, attitude.convention)
         table.check(*time.span_ns, attitude.file)
     except (FileError, AttitudeTableError) as error:
         raise ScenarioError(f"craft.{name}.attitude: {error}") from None
@@ -56,4 +58,7 @@ def build_turning(
             f"craft.{name}.attitude: {attitude.file}: rows are {step_s:g} s apart, too coarse a step for how "
             f"the craft turns: between them it is uncertain by some {np.degrees(doubt_rad):.2g} deg"
         )
+    looks_transposed = transposed.remark(table, motion, time.span_ns, measured)
+    if looks_transposed is not None:
+        tell(f"craft.{name}.attitude: {attitude.file} ({attitude.convention}): {looks_transposed}")
     return table

@@ -166,7 +166,11 @@ class Attitude(Strict):
     mode      "lvlh": orbital attitude; "offset": turned from it by the angles; "inertial": the offset
               attitude of the start, kept in inertial space; "slew": by `profile`; "table": by `file`
     roll_deg, pitch_deg, yaw_deg   from the orbital attitude; yaw first, roll last
-    file      table: UTC, quaternion_c, _x, _y, _z, body from celestial axes (J2000)
+    file      table: UTC, quaternion_c, _x, _y, _z between body axes and those of J2000, scalar first
+    convention   of the table's quaternions q, which goes with a file and has no default, since both are in
+              use: "body_from_celestial": v_body = q* v_celestial q, as on the bus (q turns the axes of J2000
+              into those of the body); "celestial_from_body": v_celestial = q* v_body q, the conjugate
+              (SPICE's quaternion of a C-matrix, v_body = q v_celestial q*)
     """
 
     mode: Literal["lvlh", "offset", "inertial", "slew", "table"] = "lvlh"
@@ -175,6 +179,7 @@ class Attitude(Strict):
     yaw_deg: Angle = 0.0
     profile: tuple[Turn, ...] = ()
     file: str | None = None
+    convention: Literal["body_from_celestial", "celestial_from_body"] | None = None
 
     @model_validator(mode="after")
     def _profile_goes_with_slew(self):
@@ -182,6 +187,9 @@ class Attitude(Strict):
             raise ValueError("profile goes with mode 'slew', and mode 'slew' with a profile")
         if (self.mode == "table") != (self.file is not None):
             raise ValueError("file goes with mode 'table', and mode 'table' with a file")
+        if (self.mode == "table") != (self.convention is not None):
+            both = "convention = 'body_from_celestial' or 'celestial_from_body', of the file's quaternions"
+            raise ValueError(f"mode 'table' takes {both}, and no other mode does")
         times = [turn.t_s for turn in self.profile]
         if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError(f"profile times are {times}; each must be later than the one before")

@@ -54,7 +54,7 @@ epoch_interval_s = 10
 name = "told"
 vehicle = "soyuz-ms.toml"
 trajectory = {{oem = "told.oem"}}
-attitude = {{mode = "table", file = "told.csv"}}
+attitude = {{mode = "table", file = "told.csv", convention = "body_from_celestial"}}
 """
 HEAD = """\
 CCSDS_OEM_VERS = 2.0

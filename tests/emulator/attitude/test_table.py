@@ -45,6 +45,22 @@ def test_between_rows_it_is_the_shortest_turn():
         assert np.abs(rate - step).max() < 1e-8
 
 
+def test_both_conventions_are_the_same_attitude():
+    """v_body = q* v q of the one is v = q* v_body q of the other, whose quaternions are conjugate."""
+    turns, t_ns, table = turning(np.random.default_rng(5))
+    conjugate = Table(t_ns, table.columns * np.array((1, -1, -1, -1)))
+    for t_s in (0, 20, 47, 90):
+        t, own = START_NS + t_s * 10**9, turns[t_s // 10].as_matrix()
+        plain = TabulatedAttitude(table, "x", convention="body_from_celestial")
+        other = TabulatedAttitude(conjugate, "x", convention="celestial_from_body")
+        assert plain.at(t, None)[0] == pytest.approx(other.at(t, None)[0], abs=1e-14)
+        assert plain.at(t, None)[1] == pytest.approx(other.at(t, None)[1], abs=1e-14)
+        if t_s % 10 == 0:
+            assert np.abs(plain.body_from_eme2000(t) - own.T).max() < 1e-12
+            wrong = TabulatedAttitude(table, "x", convention="celestial_from_body")
+            assert np.abs(wrong.body_from_eme2000(t) - own).max() < 1e-12
+
+
 def test_what_is_no_attitude_or_too_short_is_refused():
     _, t_ns, table = turning(np.random.default_rng(3))
     bad = table.columns.copy()

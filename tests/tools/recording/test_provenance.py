@@ -97,7 +97,11 @@ def test_a_moved_run_folder_is_enough_to_play_the_run(tmp_path):
     csv = data / "turn.csv"
     csv.write_text("nothing that is read here")
     raw = scenarios.read(scenarios.shipped()["soyuz"])
-    raw["craft"][0]["attitude"] = {"mode": "table", "file": str(csv)}
+    raw["craft"][0]["attitude"] = {
+        "mode": "table",
+        "file": str(csv),
+        "convention": "body_from_celestial",
+    }
     folder = RunFolder(tmp_path / "run")
     folder.describe(scenarios.parse(raw, "here"), [vehicle.find("soyuz-ms").read_text()])
     moved = folder.path.rename(tmp_path / "moved")
