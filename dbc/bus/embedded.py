@@ -8,8 +8,10 @@ the bus is lossless, so a client that does not read holds all others back.
 from __future__ import annotations
 
 import errno
+import os
 import select
 import socket
+import struct
 import time
 from pathlib import Path
 
@@ -26,7 +28,7 @@ _GONE = (BrokenPipeError, ConnectionResetError)
 
 
 def connect(path: str) -> EmbeddedLink:
-    """A link to the hub listening at `path`; LinkError if there is none."""
+    """A link to the hub listening at `path`; LinkError if there is none, or if it is another user's."""
     sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         sock.connect(path)
@@ -37,7 +39,17 @@ def connect(path: str) -> EmbeddedLink:
         raise (NotYet if may_come else LinkError)(
             f"bus 'embedded:{path}': {reason} (no bench is running there)"
         ) from None
+    owner = credentials(sock)[1]
+    if owner != os.getuid():
+        sock.close()
+        raise LinkError(f"bus 'embedded:{path}': user {owner} serves it, not you (user {os.getuid()})")
     return EmbeddedLink(sock)
+
+
+def credentials(sock: socket.socket) -> tuple[int, int]:
+    """Process and user at the other end of a connected socket: who connected, or who listens."""
+    process, user, _ = struct.unpack("=3i", sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+    return process, user
 
 
 class EmbeddedLink:

@@ -13,7 +13,6 @@ import math
 import os
 import selectors
 import socket
-import struct
 import threading
 import time
 from collections import deque
@@ -23,7 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from gnss_hil.dbc.bus.base import LinkError
-from gnss_hil.dbc.bus.embedded import CHUNK, FRAME, SUN_PATH_BYTES
+from gnss_hil.dbc.bus.embedded import CHUNK, FRAME, SUN_PATH_BYTES, credentials
 from gnss_hil.dbc.contract.frames import WIDTH
 
 QUEUE_BYTES = 1 << 20
@@ -116,6 +115,7 @@ class Hub:
         self._full: set[int] = set()
         self._joined = 0
         self._listener = _listen(self.path)
+        self._mark = _mark(self.path)
         self._wake, self._woken = socket.socketpair()
         self._selector = selectors.DefaultSelector()
         self._refusing = False
@@ -134,10 +134,20 @@ class Hub:
     def peers(self) -> int:
         return len(self._peers)
 
+    @property
+    def joined(self) -> int:
+        """How many have joined since it began."""
+        return self._joined
+
     def holding_back(self, seconds: float) -> list[tuple[int, int]]:
         """Number and process of peers that do not read and so have held everybody back for so long."""
         since_s = self._clock() - seconds
         return [(peer.number, peer.process) for peer in list(self._peers.values()) if peer.full_s <= since_s]
+
+    @property
+    def reachable(self) -> bool:
+        """Whether what lies at `path` is this hub's socket: it may be gone, or another's by now."""
+        return _mark(self.path) == self._mark
 
     def close(self) -> None:
         """Ends the bus: every peer reads an end of file. May be called twice."""
@@ -194,7 +204,7 @@ class Hub:
                 return
             sock.setblocking(False)
             self._joined += 1
-            peer = _Peer(self._joined, sock, process=_process_of(sock))
+            peer = _Peer(self._joined, sock, process=credentials(sock)[0])
             self._selector.register(sock, peer.interest, peer)
             self._peers[peer.number] = peer
             self._apply_interest()
@@ -291,13 +301,17 @@ class Hub:
         self._wake.close()
         self._woken.close()
         self._selector.close()
-        with suppress(FileNotFoundError):
-            self.path.unlink()
+        if self.reachable:
+            self.path.unlink(missing_ok=True)
 
 
-def _process_of(sock: socket.socket) -> int:
-    """Who connected; SO_PEERCRED is pid, uid, gid."""
-    return struct.unpack("=3i", sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))[0]
+def _mark(path: Path) -> tuple[int, int] | None:
+    """Device and inode of what lies at a path; None if nothing does."""
+    try:
+        found = path.lstat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _listen(path: Path) -> socket.socket:
@@ -311,10 +325,15 @@ def _listen(path: Path) -> socket.socket:
         sock.listen()
     except OSError as error:
         sock.close()
-        taken = "another process serves it" if error.errno == errno.EADDRINUSE else error.strerror
-        raise LinkError(f"bus 'embedded:{path}': {taken or error}") from None
+        raise LinkError(f"bus 'embedded:{path}': {_refusal(path, error)}") from None
     sock.setblocking(False)
     return sock
+
+
+def _refusal(path: Path, error: OSError) -> str:
+    if error.errno != errno.EADDRINUSE:
+        return error.strerror or str(error)
+    return "another process serves it" if path.is_socket() else "something else than a socket is there"
 
 
 def _clear_away(path: Path) -> None:

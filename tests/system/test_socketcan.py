@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from gnss_hil.tools.processes import vcan
 from tests.support.outside import missing
-from tests.support.programs import ROOT
+from tests.support.programs import GNSS_HIL, ROOT
 from tests.support.waiting import HANG_S, exit_status, until
 
 pytestmark = pytest.mark.verifies(
@@ -24,6 +26,7 @@ pytestmark = pytest.mark.verifies(
     "dbc/bus/mmsg.py",
     "dbc/bus/pythoncan.py",
     "tools/processes/vcan.py",
+    "tools/processes/vcan_guard.py",
     what="SocketCAN, and a kernel that has it",
     by="Linux vcan in user-mode Linux; candump, cansend, python-can",
     status="validated",
@@ -49,11 +52,16 @@ def shell(*command: str, timeout_s: float = HANG_S, **more) -> subprocess.Comple
     )  # fmt: skip
 
 
-def nothing_left() -> bool:
-    """Whether no folder and no kernel of this test is there: each test has its own temporary folder."""
+def kernels() -> list[int]:
+    """Processes of the kernels of this test, which has a temporary folder of its own."""
     here = re.escape(tempfile.gettempdir())
-    kernels = subprocess.run(["pgrep", "-f", f"{here}/gnss-hil-vcan-.*/init"], capture_output=True)
-    return not kernels.stdout and not list(Path(tempfile.gettempdir()).glob("gnss-hil-vcan-*"))
+    found = subprocess.run(["pgrep", "-f", f"{here}/gnss-hil-vcan-.*/init"], capture_output=True)
+    return [int(number) for number in found.stdout.split()]
+
+
+def nothing_left() -> bool:
+    """Whether no folder and no kernel of this test is there."""
+    return not kernels() and not list(Path(tempfile.gettempdir()).glob("gnss-hil-vcan-*"))
 
 
 @pytest.mark.slow(seconds=150)
@@ -124,6 +132,51 @@ def test_an_interrupt_ends_it(uml):
     until(nothing_left)
 
 
+@pytest.fixture
+def sleeper(uml):
+    """`gnss-hil vcan shell` whose command is at work."""
+    process = subprocess.Popen(
+        [*GNSS_HIL, "vcan", "shell", "--mem", "128M", "--", "sh", "-c", "echo here; sleep 1000"],
+        stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, process_group=0,
+    )  # fmt: skip
+    assert process.stdout.readline() == b"here\n"
+    yield process
+    process.stdout.close()
+    for number in kernels():  # what a failed test left
+        with suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_ends_the_kernel_too(sleeper, number, status):
+    sleeper.send_signal(number)
+    assert exit_status(sleeper) == status
+    until(nothing_left)
+
+
+def test_a_kernel_ends_with_who_started_it(sleeper):
+    sleeper.kill()
+    assert exit_status(sleeper) == -signal.SIGKILL
+    until(nothing_left)
+    assert not sleeper.stdout.read()  # nobody holds the pipe any more
+
+
+def test_a_signal_to_the_whole_group_leaves_nothing(sleeper):
+    """As a supervisor of jobs ends them: the guard is not among those."""
+    os.killpg(sleeper.pid, signal.SIGKILL)
+    exit_status(sleeper)
+    until(nothing_left)
+
+
+def test_memory_is_what_was_asked_for(uml):
+    done = subprocess.run(
+        [*GNSS_HIL, "vcan", "shell", "--mem", "128M", "--", "grep", "MemTotal", "/proc/meminfo"],
+        capture_output=True, text=True, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert 64 << 10 < int(done.stdout.split()[1]) <= 128 << 10  # kB; the kernel takes some for itself
+
+
 def test_missing_packages_are_named(monkeypatch, capsys):
     monkeypatch.setattr(vcan, "_which", lambda program: None)
     assert vcan.shell(["true"]) == vcan.MISSING
@@ -135,6 +188,8 @@ def test_missing_packages_are_named(monkeypatch, capsys):
 
 
 def test_a_kernel_without_can_is_told_in_one_line(monkeypatch, capsys):
+    monkeypatch.setattr(vcan, "_may_change_interfaces", lambda: True)
+    monkeypatch.setattr(vcan, "_is_up", lambda interface: False)
     monkeypatch.setattr(vcan, "_run", lambda *command: f"{command[0]}: Operation not supported")
     assert vcan.up(["vcan0"]) == vcan.MISSING
     said = capsys.readouterr().err

@@ -71,9 +71,20 @@ def commands() -> list[Command]:
 
     known = _known()
     return [
-        Command(c.name, c.help, tuple(_argument(action, known) for action in parser_of(c)._actions))
+        Command(c.name, c.help, tuple(_argument(action, known) for action in actions(parser_of(c))))
         for c in COMMANDS.values()
     ]
+
+
+def actions(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """What a parser takes, and what the parsers of its parts take besides."""
+    own = list(parser._actions)
+    for action in [*own]:
+        if isinstance(action, argparse._SubParsersAction):
+            known = {name for taken in own for name in taken.option_strings}
+            parts = [more for part in action.choices.values() for more in actions(part)]
+            own += [more for more in parts if not known & set(more.option_strings)]
+    return own
 
 
 def _argument(action: argparse.Action, known: Mapping[str, Sequence[str]]) -> Argument:

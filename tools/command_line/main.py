@@ -101,7 +101,15 @@ COMMANDS = {
         ),
         Command(
             "vcan", "virtual CAN: on this kernel, or in a user-mode Linux without root",
-            ("vcan up", "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0"),
+            (
+                "vcan up",
+                "vcan shell -- gnss-hil run soyuz --bus socketcan:vcan0",
+                "vcan shell --mem 512M -- candump vcan0",
+            ),
+        ),
+        Command(
+            "hub", "an embedded bus without a run, which programs of yours may join",
+            ("hub /tmp/bus",),
         ),
         Command(
             "monitor", "listen on a bus: every frame decoded and checked, live",

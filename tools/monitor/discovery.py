@@ -28,11 +28,24 @@ def sockets(parent: Path) -> list[Path]:
 
 
 def running_bus() -> str:
-    """The one embedded bus that is there; Missing if there is none, Mistake if there are several."""
-    found = sockets(parent_folder())
+    """The one embedded bus of this user; Missing if there is none, Mistake if there are several."""
+    there = sockets(parent_folder())
+    found = [path for path in there if _is_ours(path)]
+    if there and not found:
+        raise Missing(
+            f"--bus embedded: the bench that runs here is another user's ({there[0]}); start one of yours"
+        )
     if not found:
         raise Missing("--bus embedded: no bench is running on a bus of its own; start one, or name the bus")
     if len(found) > 1:
         names = ", ".join(f"embedded:{path}" for path in found)
         raise Mistake(f"--bus embedded: several are running; name one: {names}")
     return f"embedded:{found[0]}"
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a socket is this user's; one that is gone by now is nobody's."""
+    try:
+        return path.stat().st_uid == os.getuid()
+    except OSError:
+        return False

@@ -1,7 +1,8 @@
 """Virtual CAN: on a kernel that has it, or inside a Linux kernel that runs as an ordinary program.
 
 `shell` boots Debian's user-mode Linux on the host's own files, with vcan0 and vcan1 up, and runs a command
-there. It needs neither root nor kernel modules of the host.
+there. It needs neither root nor kernel modules of the host. The kernel ends with the command, at a signal,
+and with the process that started it, however that went.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ import termios
 from collections.abc import Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from gnss_hil.tools.processes import vcan_guard
 
 INTERFACES = ("vcan0", "vcan1")
 MISSING, INTERRUPTED, TIMED_OUT = 3, 130, 124
@@ -40,6 +43,9 @@ _PACKAGES = {
 """Programs that the guest needs, and the Debian packages they come in."""
 
 _BUFFER_BYTES = 16 << 20
+
+MEMORY_BYTES = 2 << 30
+"""Of the kernel; pages come into being as they are touched."""
 
 _TEMPORARY = ("TMPDIR", "TMP", "TEMP")
 """Variables by which the kernel chooses where its memory lies."""
@@ -104,7 +110,7 @@ exec {command}
 def up(argv: Sequence[str] = ()) -> int:
     """Creates vcan interfaces on this kernel (vcan0 if none is named); the exit status."""
     for interface in argv or INTERFACES[:1]:
-        fault = _raise_interface(interface)
+        fault = _raise_interface(interface) if not _is_up(interface) else ""
         if fault:
             print(f"gnss-hil vcan up: {interface}: {fault}", file=sys.stderr)
             return MISSING
@@ -112,8 +118,30 @@ def up(argv: Sequence[str] = ()) -> int:
     return 0
 
 
+_CAP_NET_ADMIN = 12
+"""capabilities(7): without it a process changes no interface."""
+
+
+def _may_change_interfaces() -> bool:
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return bool(next(int(x.split()[1], 16) for x in lines if x.startswith("CapEff:")) >> _CAP_NET_ADMIN & 1)
+
+
+def _is_up(interface: str) -> bool:
+    """Whether there is such an interface, and it is up (IFF_UP)."""
+    try:
+        return bool(int((_INTERFACES / interface / "flags").read_text(), 16) & 1)
+    except OSError:
+        return False
+
+
+_INTERFACES = Path("/sys/class/net")
+
+
 def _raise_interface(interface: str) -> str:
     """'' or why it cannot be."""
+    if not _may_change_interfaces():
+        return f"needs root (sudo gnss-hil vcan up {interface}); without it: gnss-hil vcan shell -- COMMAND"
     if _run("ip", "link", "show", interface):
         _run("modprobe", "vcan")  # built into some kernels: only the next line tells
         fault = _run("ip", "link", "add", interface, "type", "vcan")
@@ -133,13 +161,42 @@ def _run(*command: str) -> str:
     return (done.stderr.strip() or f"{command[0]} ended with status {done.returncode}").splitlines()[0]
 
 
-def shell(command: Sequence[str], timeout_s: float | None = None) -> int:
+class _Ended(BaseException):
+    """A signal that asks this process to end."""
+
+
+@contextmanager
+def _signals_raise():
+    """SIGTERM and SIGHUP end the kernel before they end us. What is ignored (nohup) stays so."""
+
+    def end(number, frame):
+        raise _Ended(number)
+
+    heard = (n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is not signal.SIG_IGN)
+    before = {number: signal.signal(number, end) for number in heard}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def shell(command: Sequence[str], timeout_s: float | None = None, memory_bytes: int = MEMORY_BYTES) -> int:
     """Runs a command in a user-mode Linux with vcan0 and vcan1; its exit status.
 
     Working folder, environment and the host's files are the command's. Its stdin is the terminal if there
-    is one, else empty. 3: the kernel is missing or did not boot; 124: `timeout_s` passed; 130: interrupted.
+    is one, else empty. 3: the kernel is missing or did not boot; 124: `timeout_s` passed; 130: interrupted;
+    128 + N: signal N asked it to end.
     """
-    fault = _lacking()
+    try:
+        with _signals_raise():
+            return _shell(command, timeout_s, memory_bytes)
+    except _Ended as signalled:
+        return 128 + signalled.args[0]
+
+
+def _shell(command: Sequence[str], timeout_s: float | None, memory_bytes: int) -> int:
+    fault = _lacking(memory_bytes)
     if fault:
         print(f"gnss-hil vcan shell: {fault}", file=sys.stderr)
         return MISSING
@@ -149,7 +206,7 @@ def shell(command: Sequence[str], timeout_s: float | None = None) -> int:
         _write(folder, command, os.environ, terminal)
         try:
             with _kept_terminal(terminal):
-                _boot(folder, terminal, timeout_s)
+                _boot(folder, terminal, timeout_s, memory_bytes)
         except KeyboardInterrupt:
             return INTERRUPTED
         except subprocess.TimeoutExpired:
@@ -158,15 +215,22 @@ def shell(command: Sequence[str], timeout_s: float | None = None) -> int:
         return _status(folder)
 
 
-def _lacking() -> str:
+def _lacking(memory_bytes: int = MEMORY_BYTES) -> str:
     """'' or what user-mode Linux needs and this machine has not."""
     missing = sorted({package for name, package in _PACKAGES.items() if _which(name) is None})
     if missing:
         return f"needs the Debian packages {' '.join(missing)} (apt install {' '.join(missing)})"
     if not _modules().is_dir():
         return f"no modules for this user-mode-linux in {_MODULE_ROOT} (reinstall the package)"
-    if memory_folder() is None:
+    rooms = _rooms()
+    if not rooms:
         return f"needs a writable folder that is not mounted noexec, for memory: {_MEMORY[0]} or TMPDIR"
+    if memory_folder(memory_bytes) is None:
+        name, room = max(rooms.items(), key=lambda item: item[1])
+        return (
+            f"needs {memory_bytes >> 20}M of room for memory; the most there is: {room >> 20}M, in {name} "
+            "(--mem SIZE, or TMPDIR)"
+        )
     return ""
 
 
@@ -174,17 +238,26 @@ _MEMORY = ("/dev/shm", "/tmp", "/var/tmp")
 """Where the kernel's memory may lie, best first: on a tmpfs it costs no disk."""
 
 
-def memory_folder() -> str | None:
-    """A folder for the kernel's memory, which it maps as a program: in containers /dev/shm may be noexec."""
-    places = (_MEMORY[0], tempfile.gettempdir(), *_MEMORY[1:])
-    return next((name for name in places if _holds_programs(name)), None)
+def memory_folder(memory_bytes: int) -> str | None:
+    """The first folder with room for the kernel's memory: a full disk kills it in the middle of its work."""
+    return next((name for name, room in _rooms().items() if room >= memory_bytes), None)
 
 
-def _holds_programs(name: str) -> bool:
+def _rooms() -> dict[str, int]:
+    """Folders for the kernel's memory, which it maps as a program (in containers /dev/shm may be noexec),
+    best first, and the bytes that are free there."""
+    places = dict.fromkeys((_MEMORY[0], tempfile.gettempdir(), *_MEMORY[1:]))
+    return {name: room for name in places if (room := _room(name)) is not None}
+
+
+def _room(name: str) -> int | None:
     try:
-        return os.access(name, os.W_OK | os.X_OK) and not os.statvfs(name).f_flag & os.ST_NOEXEC
+        status = os.statvfs(name)
+        if status.f_flag & os.ST_NOEXEC or not os.access(name, os.W_OK | os.X_OK):
+            return None
     except OSError:
-        return False
+        return None
+    return status.f_bavail * status.f_frsize
 
 
 def _which(program: str) -> str | None:
@@ -216,24 +289,49 @@ def _write(folder: Path, command: Sequence[str], environment: Mapping[str, str],
         (folder / name).chmod(0o700)
 
 
-def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
-    """Runs the kernel to its end, or kills it."""
+def _boot(folder: Path, terminal: bool, timeout_s: float | None, memory_bytes: int) -> None:
+    """Runs the kernel to its end, or kills it; a guard does if we cannot."""
+    with _guarded(folder) as guard:
+        _run_kernel(folder, terminal, timeout_s, memory_bytes, guard)
+
+
+@contextmanager
+def _guarded(folder: Path):
+    """A process that ends the kernel and removes its folder should this one be killed."""
+    guard = subprocess.Popen(
+        [sys.executable, "-I", "-S", vcan_guard.__file__, str(folder)],
+        stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, process_group=0,
+    )  # fmt: skip
+    try:
+        yield guard
+    finally:
+        guard.kill()
+        guard.wait()
+        if guard.stdin:
+            guard.stdin.close()
+
+
+def _run_kernel(
+    folder: Path, terminal: bool, timeout_s: float | None, memory_bytes: int, guard: subprocess.Popen
+) -> None:
     kernel = subprocess.Popen(
         [
             _which("linux.uml") or "linux.uml",
-            "mem=2G", "rootfstype=hostfs", "rootflags=/", "rw", f"init={folder}/init",
+            f"mem={memory_bytes >> 20}M", "rootfstype=hostfs", "rootflags=/", "rw", f"init={folder}/init",
             "con=null", f"con0={'fd:0' if terminal else 'null'},fd:1", "con1=null,fd:2",
             "console=tty9", "quiet", f"uml_dir={folder}/",
         ],
         stdin=None if terminal else subprocess.DEVNULL,
         process_group=0,
         env={key: value for key, value in os.environ.items() if key not in _TEMPORARY}
-        | {"TMPDIR": memory_folder() or _MEMORY[0]},
+        | {"TMPDIR": memory_folder(memory_bytes) or _MEMORY[0]},
     )  # fmt: skip
-    # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times more.
-    allowed = sorted(os.sched_getaffinity(0))
-    os.sched_setaffinity(kernel.pid, {allowed[kernel.pid % len(allowed)]})
     try:
+        _tell(guard, kernel.pid)
+        # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times
+        # more.
+        allowed = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(kernel.pid, {allowed[kernel.pid % len(allowed)]})
         if terminal:
             _give_terminal(kernel.pid)
         kernel.wait(timeout_s)
@@ -241,6 +339,12 @@ def _boot(folder: Path, terminal: bool, timeout_s: float | None) -> None:
         if kernel.poll() is None:
             os.killpg(kernel.pid, signal.SIGKILL)  # its guest processes are processes of ours, too
             kernel.wait()
+
+
+def _tell(guard: subprocess.Popen, group: int) -> None:
+    """Tells the guard what to end; one that was killed guards nothing."""
+    with suppress(BrokenPipeError):
+        os.write(guard.stdin.fileno(), str(group).encode())
 
 
 def _give_terminal(group: int) -> None:

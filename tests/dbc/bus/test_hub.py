@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import queue
+import stat
 import threading
 
 import numpy as np
+import pytest
 
+from gnss_hil.dbc.bus.base import LinkError
 from gnss_hil.dbc.bus.embedded import connect
 from gnss_hil.dbc.bus.hub import HELD_BACK_S, LOOK_S, Hub
 from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
@@ -105,3 +108,41 @@ def test_a_peer_that_never_reads_is_dropped_and_the_others_go_on():
         deaf.close()
         sender.close()
     assert heard
+
+
+def test_a_hub_removes_its_own_socket_and_no_other(tmp_path):
+    path = tmp_path / "bus"
+    with Hub(path) as hub:
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600 and hub.reachable
+    assert not path.exists()
+    with Hub(path) as first:
+        path.unlink()
+        assert not first.reachable
+        second = Hub(path)
+        assert second.reachable and not first.reachable
+        first.close()
+        assert second.reachable
+        connect(str(path)).close()
+        second.close()
+    assert not path.exists()
+
+
+def test_what_lies_where_the_socket_is_to_be_stays_and_is_told(tmp_path):
+    path = tmp_path / "bus"
+    path.write_text("mine")
+    with pytest.raises(LinkError, match="something else than a socket is there"):
+        Hub(path)
+    assert path.read_text() == "mine"
+    path.unlink()
+    with Hub(path), pytest.raises(LinkError, match="another process serves it"):
+        Hub(path)
+
+
+def test_a_bus_of_another_user_is_not_joined(tmp_path, monkeypatch):
+    with Hub(tmp_path / "bus") as hub:
+        me = os.getuid()
+        monkeypatch.setattr(os, "getuid", lambda: me + 1)
+        with pytest.raises(LinkError, match=f"user {me} serves it, not you \\(user {me + 1}\\)"):
+            connect(str(hub.path))
+        monkeypatch.undo()
+        connect(str(hub.path)).close()

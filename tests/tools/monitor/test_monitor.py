@@ -240,3 +240,32 @@ def test_which_bus_is_asked_when_there_are_several(capsys):
 def test_without_a_bench_there_is_one_clear_line(capsys):
     assert main(["monitor"]) == 3
     assert capsys.readouterr().err.startswith("gnss-hil: --bus embedded: no bench is running")
+
+
+def test_a_bench_of_another_user_is_told_and_not_joined(capsys, monkeypatch):
+    me = os.getuid()
+    with bus() as (_, spec, _):
+        monkeypatch.setattr(os, "getuid", lambda: me + 1)
+        assert main(["monitor"]) == 3
+        said = capsys.readouterr().err
+        assert re.fullmatch(
+            r"gnss-hil: --bus embedded: the bench that runs here is another user's \(\S+/can0\); .*\n", said
+        )
+        assert main(["monitor", "--bus", spec]) == 3
+        said = capsys.readouterr().err
+        assert said == f"gnss-hil: bus '{spec}': user {me} serves it, not you (user {me + 1})\n"
+
+
+def test_the_monitor_ends_with_a_bench_that_is_killed(tmp_path):
+    run = subprocess.Popen(
+        [*GNSS_HIL, "run", "--pace", "realtime", "--out", str(tmp_path / "run"), "--quiet"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    until(lambda: discovery.sockets(parent_folder()), run)
+    listener = monitor_of_the_only_bus()
+    assert listener.stdout.readline()
+    run.kill()
+    run.wait()
+    _, err = ended(listener)
+    assert listener.returncode == 1
+    assert re.search(r"^gnss-hil: bus embedded:\S+: the hub closed the bus$", err, re.M)
