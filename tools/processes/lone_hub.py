@@ -40,9 +40,7 @@ def serve(path: Path) -> int:
                 told += 1
             if not lost and not hub.reachable:
                 lost = True
-                _say(
-                    f"embedded:{path}: the socket is no longer ours: those on the bus stay, nobody joins"
-                )
+                _say(f"embedded:{path}: the socket is no longer ours: those on the bus stay, nobody joins")
     if hub.failure is not None:
         raise Failed(f"the bus failed: {hub.failure}")
     odd = f", {hub.malformed} malformed left out" if hub.malformed else ""
