@@ -19,7 +19,8 @@ class ReceivePattern(Factor):
     gain_dbi                   of the law, along the boresight
     gain_at_90deg_dbi          of the law, at right angles; linear in the cosine between
     antennas                   antenna name -> pattern, where it differs
-    floor_dbi                  gain at 180 deg of a table that ends before
+    floor_dbi                  gain at 180 deg of a table that ends before: a straight line leads there from
+                               its last angle; without it nothing is received behind that
     How weakly left-handed waves are received belongs to reflections: `Multipath.cross_polar_db`.
     """
 
@@ -28,7 +29,7 @@ class ReceivePattern(Factor):
     gain_dbi: Annotated[float, Field(ge=-20, le=30)] = 4.0
     gain_at_90deg_dbi: Annotated[float, Field(ge=-60, le=30)] = -6.0
     antennas: dict[str, str] = Field(default_factory=dict)
-    floor_dbi: Annotated[float, Field(ge=-120, le=30)] = -20.0
+    floor_dbi: Annotated[float, Field(ge=-120, le=30)] | None = None
 
 
 def antennas_of(params: ReceivePattern, names: tuple[str, ...]) -> antenna_patterns.Receive:

@@ -18,6 +18,10 @@ NODES = 721
 GRID_DEG = np.linspace(0.0, 180.0, NODES)
 _PER_RAD = (NODES - 1) / np.pi
 
+ABSENT_DB = -300.0
+"""Where nothing is published, nothing is sent or received: no receiver hears what is so far down, and sums
+of it stay finite."""
+
 
 def cosine_law(boresight_dbi: float, at_90deg_dbi: float) -> Pattern:
     """The two-parameter law of `gnss_hil.emulator.signal.simple_link_budget.gain_dbi`, in dB linear in the
@@ -26,15 +30,16 @@ def cosine_law(boresight_dbi: float, at_90deg_dbi: float) -> Pattern:
     return Pattern(GRID_DEG, gain, "linear in the cosine")
 
 
-def on_grid(pattern: Pattern, floor_db: float) -> F64:
+def on_grid(pattern: Pattern, floor_db: float | None = None) -> F64:
     """Gains (721,) at GRID_DEG.
 
-    floor_db   gain at 180 deg of a pattern that ends before: from its last angle a straight line leads there
+    floor_db   gain at 180 deg of a pattern that ends before: from its last angle a straight line leads there.
+               None: behind its last angle there is nothing, ABSENT_DB
     """
     angle, gain = pattern.angle_deg, pattern.gain_db
-    if angle[-1] < 180.0:
+    if angle[-1] < 180.0 and floor_db is not None:
         angle, gain = np.append(angle, 180.0), np.append(gain, floor_db)
-    return np.interp(GRID_DEG, angle, gain)
+    return np.where(angle[-1] >= GRID_DEG, np.interp(GRID_DEG, angle, gain), ABSENT_DB)
 
 
 def look_up(tables: F64, row: ArrayLike, angle_rad: F64) -> F64:
@@ -60,8 +65,9 @@ class Receive:
     row: Index
 
 
-def receive(patterns: tuple[Pattern, ...], floor_dbi: float) -> Receive:
-    """Receiving antennas from one pattern for each; floor_dbi at 180 deg where one ends before."""
+def receive(patterns: tuple[Pattern, ...], floor_dbi: float | None = None) -> Receive:
+    """Receiving antennas from one pattern for each; floor_dbi at 180 deg where one ends before, None: nothing
+    behind its last angle."""
     distinct = list(dict.fromkeys(patterns))
     right = np.array([on_grid(pattern, floor_dbi) for pattern in distinct])
     row = np.array([distinct.index(pattern) for pattern in patterns])

@@ -106,17 +106,21 @@ def _level_dbwm2(block: Block, own: Band, name: str, level: str) -> F64:
         received_dbw += block.others[name] - own.received_dbw
     pattern = of_carrier(shipped(block.pattern), SIGNALS[name].carrier_hz / own.signal.carrier_hz)
     edge_db = np.interp(np.degrees(edge_off_nadir_rad(own.radius_m)), pattern.angle_deg, pattern.gain_db)
-    shape_db = antenna_patterns.on_grid(pattern, pattern.gain_db[-1]) - edge_db
+    shape_db = antenna_patterns.on_grid(pattern) - edge_db
     return shape_db + received_dbw + 20 * np.log10(slant_range_m(own.radius_m))
 
 
 def of_carrier(pattern: Pattern, ratio: float) -> Pattern:
-    """A pattern of the same antenna at a carrier `ratio` times as high: angles are as much smaller."""
+    """A pattern of the same antenna at a carrier `ratio` times as high: angles are as much smaller. What is
+    behind the last angle of the pattern itself is left out too."""
     if ratio == 1:
         return pattern
-    angle_deg = pattern.angle_deg / ratio
-    inside = angle_deg <= 180.0
-    return Pattern(angle_deg[inside], pattern.gain_db[inside], pattern.source)
+    end = pattern.angle_deg[-1]
+    inside = pattern.angle_deg / ratio < end
+    angle_deg = np.append(pattern.angle_deg[inside] / ratio, end)
+    return Pattern(
+        angle_deg, np.interp(angle_deg, pattern.angle_deg / ratio, pattern.gain_db), pattern.source
+    )
 
 
 def arriving_dbw(transmitters: Transmit, signal: I64, index: I64, off_nadir: F64, distance_m: F64) -> F64:

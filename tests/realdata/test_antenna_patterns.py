@@ -76,7 +76,7 @@ def test_panels_against_mean_gains_of_other_satellites(shipped, published, loss_
     by=(
         "IIA and IIF typed from their publishers (IIF's side lobes thinned, its main lobe of a program that "
         "names no source), without a second judge; no GPS antenna radiates more than it is fed; GLONASS "
-        "beyond 26 deg and all blocks behind 90 deg are floors"
+        "beyond 26 deg is a floor, and behind 90 deg no block sends anything"
     ),
     status="modelled",
 )

@@ -72,6 +72,15 @@ def test_a_table_that_ends_before_goes_down_to_the_floor(tmp_path):
     assert antenna_patterns.gain_dbi(antennas, angles)[0] == pytest.approx([3.0, -5.0, -15.0, -25.0])
 
 
+def test_without_a_floor_nothing_is_received_behind_a_table(tmp_path):
+    file = tmp_path / "half.txt"
+    file.write_text("0 3\n90 -5\n")
+    antennas = receive_pattern.antennas_of(ReceivePattern(pattern=str(file)), ("zenith",))
+    found = antenna_patterns.gain_dbi(antennas, np.radians([[0.0, 90.0, 91.0, 180.0]]))[0]
+    assert found[:2] == pytest.approx([3.0, -5.0])
+    assert (found[2:] < -200).all()
+
+
 def test_an_antenna_that_is_not_there_is_told():
     with pytest.raises(ValueError, match="antenna 'aft' is not there; there are fore, zenith"):
         receive_pattern.antennas_of(ReceivePattern(antennas={"aft": "isotropic"}), ("fore", "zenith"))

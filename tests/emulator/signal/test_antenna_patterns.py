@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gnss_hil.emulator.constellation.block_types import BLOCKS
 from gnss_hil.emulator.signal import antenna_patterns, link_budget, simple_link_budget
 from gnss_hil.emulator.signal.antenna_patterns import Pattern
 
@@ -36,6 +37,26 @@ def test_the_whole_sphere_has_a_value():
     assert antenna_patterns.gain_dbi(tables, angle)[0] == pytest.approx([4, -6, -30, -30])
 
 
+def test_behind_its_last_angle_a_pattern_has_nothing():
+    tables = antenna_patterns.receive((of((0, 4), (90, -6)),))
+    angle = np.radians([[0.0, 90.0, 90.25, 135.0, 180.0]])
+    assert antenna_patterns.gain_dbi(tables, angle)[0] == pytest.approx(
+        [4, -6, *[antenna_patterns.ABSENT_DB] * 3]
+    )
+
+
+@pytest.mark.parametrize("level", ["typical", "minimum"])
+def test_no_satellite_sends_backwards(level):
+    """Behind 90 deg no block has a published pattern: on no carrier is anything heard of it there, whose
+    lobes are wider. At 1000 km a receiver hears what is 170 dB below a watt."""
+    everyone = np.arange(512) % len(BLOCKS)
+    sent = link_budget.transmit(everyone, level)
+    for row in np.unique(sent.row[sent.row > 0]).tolist():
+        behind = sent.level_dbwm2[row, antenna_patterns.GRID_DEG > 90]
+        assert behind.max() - 20 * np.log10(1e6) < -250
+        assert sent.level_dbwm2[row, antenna_patterns.GRID_DEG <= 90].min() > -100
+
+
 def test_every_antenna_has_its_own_pattern():
     up, down = of((0, 5), (180, 5)), of((0, -5), (180, -5))
     tables = antenna_patterns.receive((up, down, up), 0.0)
@@ -56,7 +77,7 @@ def test_the_law_is_that_of_the_simple_budget():
 def test_no_antenna_radiates_more_than_it_is_fed(name):
     """The mean of the gain over the sphere is the efficiency; means in dB make it a little less."""
     angle = np.radians(antenna_patterns.GRID_DEG)
-    gain = 10 ** (antenna_patterns.on_grid(link_budget.shipped(name), 0.0) / 10)
+    gain = 10 ** (antenna_patterns.on_grid(link_budget.shipped(name)) / 10)
     efficiency = np.trapezoid(gain * np.sin(angle), angle) / 2
     assert 0.5 < efficiency < 1.0
 
