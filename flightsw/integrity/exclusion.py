@@ -98,8 +98,10 @@ class Kept(Generic[T]):
 
     @property
     def misfit(self) -> float:
-        """Chi-square for each degree of freedom where the fit is one of rows that disagree; else 1."""
-        return 1.0 if self.consistent else self.trial.chi_square / self.trial.freedom
+        """Chi-square for each degree of freedom where the fit is one of rows that disagree; else 1. Many that
+        agree well may hide one that does not: no fit of rows that disagree is better than one of rows that
+        agree."""
+        return 1.0 if self.consistent else max(self.trial.chi_square / self.trial.freedom, 1.0)
 
 
 def exclude(
@@ -128,13 +130,13 @@ def exclude(
 
 
 def agree(trial: Trial[Any]) -> bool:
-    """Whether what was measured agrees: on the whole, and each by itself."""
-    return chi_square_test(trial) and outlier_test(trial)
+    """Whether what was measured agrees: on the whole, and each by itself. Without redundancy it does."""
+    return trial.freedom < 1 or (chi_square_test(trial) and outlier_test(trial))
 
 
 def chi_square_test(trial: Trial[Any]) -> bool:
-    """Whether the residuals of a fit are noise. Without redundancy they always are."""
-    return trial.freedom < 1 or trial.chi_square <= chi2_limit(trial.freedom)
+    """Whether the residuals of a fit, with a freedom of at least 1, are noise."""
+    return trial.chi_square <= chi2_limit(trial.freedom)
 
 
 def outlier_test(trial: Trial[Any]) -> bool:

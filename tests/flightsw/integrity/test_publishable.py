@@ -28,7 +28,7 @@ from gnss_hil.flightsw.records.solution import (
     SolutionError,
     carriable,
 )
-from tests.flightsw.app.test_step import SKY, drop, fly, soyuz, status
+from tests.flightsw.app.test_step import CODEC, SKY, drop, fly, soyuz, status
 from tests.support.flown import FakeBus
 
 pytestmark = pytest.mark.verifies(
@@ -66,6 +66,11 @@ def flown(monkeypatch, spoil, tamper=lambda epoch, block: block):
     return states[-1], answers[-1]
 
 
+def of_kind(answer, kind):
+    """Frames of one kind in an answer."""
+    return np.flatnonzero(answer.can_id == CODEC.can_id_of[kind, 0])
+
+
 def of_fix(**changed):
     return lambda solution: replace(solution, fix=replace(solution.fix, **changed))
 
@@ -89,6 +94,8 @@ def scaled(solution: Solution) -> Solution:
         of_fix(clock_m=np.array([3.0, INF])),
         of_fix(covariance_m2=np.diag([1.0, -1.0, 1.0])),
         of_fix(pdop=NAN),
+        of_fix(clock_variance_m2=np.array([NAN, 1.0])),
+        of_fix(clock_variance_m2=np.array([1.0, -1.0])),
         of_fix(misfit=NAN),
     ],
 )
@@ -105,12 +112,18 @@ def test_a_fix_of_nonsense_is_none_and_points_no_antenna(monkeypatch, spoil):
         {"velocity_mps": np.array([7e3, NAN, 0.0])},
         {"velocity_mps": np.array([7e3, 1.01 * FASTEST_MPS, 0.0])},
         {"drift_mps": np.array([1.0, INF])},
+        {"velocity_covariance_m2ps2": np.diag([1.0, -1.0, 1.0])},
+        {"velocity_covariance_m2ps2": np.diag([1.0, 1.0, NAN])},
+        {"velocity_covariance_m2ps2": np.eye(3) + 2 * np.eye(3)[::-1]},
+        {"drift_variance_m2ps2": np.array([-1.0, 1.0])},
+        {"drift_variance_m2ps2": np.array([1.0, INF])},
     ],
 )
 def test_a_velocity_of_nonsense_is_left_out(monkeypatch, changed):
     state, answer = flown(monkeypatch, of_fix(**changed))
     assert status(answer, "mode") == FixMode.POSITION and status(answer, "no_fix") == NoFix.FIX
     assert state.solution.fix.velocity_mps is None and state.solution.fix.drift_mps is None
+    assert not len(of_kind(answer, "NAV_VSIGMA")) and not len(of_kind(answer, "NAV_VCORR"))
     assert np.linalg.norm(state.solution.orbit.velocity_mps) > 7000, "what the navigator says of it is sound"
 
 
@@ -200,6 +213,13 @@ def test_what_the_bus_carries_is_by_axis_and_no_number_hides_behind_another(axis
         ({"drift_mps": None}, "drift_mps: no array but NoneType"),
         ({"velocity_mps": None}, "velocity_mps: no array but NoneType"),
         ({"velocity_mps": np.zeros((3, 1))}, r"velocity_mps: of shape \(3, 1\)"),
+        ({"velocity_covariance_m2ps2": np.ones(3)}, r"velocity_covariance_m2ps2: of shape \(3,\), has to be"),
+        ({"clock_variance_m2": np.ones(3)}, r"clock_variance_m2: of shape \(3,\), has to be of shape \(2,\)"),
+        ({"drift_variance_m2ps2": np.ones(1)}, r"drift_variance_m2ps2: of shape \(1,\), has to be of"),
+        (
+            {"velocity_mps": None, "drift_mps": None, "drift_variance_m2ps2": np.ones(2)},
+            "drift_variance_m2ps2: of a fix without velocity",
+        ),
         ({"drift_mps": np.zeros(3)}, r"drift_mps: of shape \(3,\), has to be of shape \(2,\)"),
     ],
 )
