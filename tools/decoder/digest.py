@@ -77,8 +77,8 @@ class Digest:
     def fixes(self) -> dict[str, NDArray]:
         """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
         measurements, pdop, sigma_x_m .. rho_vyz, clock_drift_mps, sigma_clock_bias_m, sigma_clock_drift_mps
-        as the flight software reports them; satellites_used,
-        satellites_paired, pdop_distinct as computed here."""
+        and clock_domain, the lowest of the fix, which these are of, as the flight software reports them;
+        satellites_used, satellites_paired, pdop_distinct as computed here."""
         return self._fixes.rows
 
     @property

@@ -21,7 +21,7 @@ _FIX_SIGNALS = {
     "NAV_VCORR": ("rho_vxy", "rho_vxz", "rho_vyz"),
 }
 _CLOCK_SIGNALS = {
-    "NAV_CLOCK": {"clock_bias_m": "bias_m"},
+    "NAV_CLOCK": {"clock_bias_m": "bias_m", "clock_domain": "item"},
     "NAV_DRIFT": {"clock_drift_mps": "drift_mps"},
     "NAV_CLOCK_SIGMA": {"sigma_clock_bias_m": "sigma_bias_m", "sigma_clock_drift_mps": "sigma_drift_mps"},
 }

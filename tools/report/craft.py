@@ -26,6 +26,7 @@ from gnss_hil.tools.report.errors import (
 from gnss_hil.tools.report.frames import radial_along_cross
 from gnss_hil.tools.report.sky_plot import Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
+from gnss_hil.tools.results.consistency import clock_of_fix
 from gnss_hil.tools.results.outages import Stretches, stretches
 
 Columns = Mapping[str, NDArray]
@@ -89,9 +90,8 @@ def gather(
         truth_m, truth_mps, visible, clock_s = _truth_on(t_ns, rows)
         here = np.where(np.isnan(position), truth_m, position)
         axes = radial_along_cross(truth_m, truth_mps)
-        lowest = clock_s[:, int(vehicle.clock_domain.min())]
         errors = (position_errors(axes, fixes, truth_m), velocity_errors(axes, fixes, truth_mps),
-                  clock_errors(fixes, lowest))  # fmt: skip
+                  clock_errors(fixes, clock_of_fix(fixes, clock_s)))  # fmt: skip
     quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
     looks = instants(np.isfinite(np.column_stack([here, quaternion]).sum(axis=1)))
     held, bridge, strength, sightings = None, 0, None, None
@@ -117,7 +117,7 @@ def _column(table: Columns, name: str) -> NDArray:
 
 _COUNTS = ("satellites_used", "pdop", "pdop_distinct")
 _FIX_COLUMNS = (
-    "valid", *_COUNTS, "clock_bias_m", "clock_drift_mps", "sigma_clock_bias_m",
+    "valid", *_COUNTS, "clock_bias_m", "clock_domain", "clock_drift_mps", "sigma_clock_bias_m",
     *(f"{a}_m" for a in "xyz"), *(f"v{a}_mps" for a in "xyz"),
     *(f"sigma_{a}_m" for a in "xyz"), *(f"sigma_v{a}_mps" for a in "xyz"),
     *(f"rho_{v}{pair}" for v in ("", "v") for pair in PAIRS),

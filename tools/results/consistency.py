@@ -47,6 +47,14 @@ def velocity_nees(fixes: Mapping[str, NDArray], error_mps: NDArray) -> NDArray:
     return nees(error_mps, np.maximum(sigma, _LEAST_MPS), rho)
 
 
+def clock_of_fix(fixes: Mapping[str, NDArray], clock: NDArray) -> NDArray:
+    """(n,) of clocks (n, domains): the one whose bias each fix has, nan where it has none."""
+    domain = fixes["clock_domain"]
+    has = np.isfinite(domain) & (domain < clock.shape[1])
+    row, column = np.arange(len(domain)), np.where(has, domain, 0).astype(np.intp)
+    return np.where(has, clock[row, column], np.nan)
+
+
 def clock_nees(fixes: Mapping[str, NDArray], clock_m: NDArray) -> NDArray:
-    """(n,) of the lowest clock domain's bias against the truth (n,) [m]; 1 on the mean."""
+    """(n,) of the bias of a fix's lowest clock domain against the truth (n,) [m]; 1 on the mean."""
     return ((fixes["clock_bias_m"] - clock_m) / fixes["sigma_clock_bias_m"]) ** 2

@@ -81,7 +81,9 @@ def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> E
         {
             "position": consistency.position_nees(fixes, position),
             "velocity": consistency.velocity_nees(fixes, velocity),
-            "clock": consistency.clock_nees(fixes, LIGHT_MPS * rows["clock_s"][:, 0]),
+            "clock": consistency.clock_nees(
+                fixes, LIGHT_MPS * consistency.clock_of_fix(fixes, rows["clock_s"])
+            ),
         },
     )
 

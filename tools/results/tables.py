@@ -82,6 +82,7 @@ FIXES: Table = {
     "sigma_clock_bias_m": "sigma_clock_bias_m",
     "clock_drift_mps": "clock_drift_mps",
     "sigma_clock_drift_mps": "sigma_clock_drift_mps",
+    "clock_domain": "clock_domain",
 }
 """One row per navigation block: the columns that are promised first, the rest of its frames behind."""
 

@@ -13,8 +13,10 @@ from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.exclusion import (
     STRICT,
+    Kept,
     Rules,
     Trial,
+    agree,
     chi_square_test,
     isolate,
     outlier_limit,
@@ -198,3 +200,20 @@ def test_false_alarms_are_as_rare_as_claimed():
     assert outlier_limit(18) == pytest.approx(NormalDist().inv_cdf(1 - 0.5e-5 / 36) ** 2)
     found = [outlier_test(Trial(None, design, r, weight, covariance)) for r in residual.T[:2000]]
     assert all(found) == bool((worst[:2000] <= outlier_limit(18)).all())
+
+
+def test_a_fit_of_rows_that_disagree_is_never_better_than_one_of_rows_that_agree():
+    """One range 5.5 sigma off among a hundred that agree to a tenth of theirs: chi-square below its mean."""
+    residual = 0.1 * np.ones(100)
+    residual[3] = 5.5
+    trial = Trial(None, np.zeros((100, 5)), residual, np.ones(100), np.zeros((5, 5)))
+    assert trial.chi_square < trial.freedom and not agree(trial)
+    assert Kept(trial, np.arange(100), consistent=False).misfit == 1.0
+
+
+def test_without_redundancy_nothing_is_tested():
+    """Four ranges for four unknowns: what rounding leaves of a covariance and of residuals is not judged."""
+    rounded = (1 - 1e-5) * np.eye(4)
+    found = Trial(None, np.eye(4), np.array([0.1, 0, 0, 0]), np.ones(4), rounded)
+    assert found.freedom == 0 and not outlier_test(found)
+    assert agree(found)

@@ -268,6 +268,8 @@ def test_the_clock_of_a_fix_is_that_of_its_lowest_domain(order):
     without_zero, _ = digested(Sender().block(0, frames_of("NAV_STATUS", mode=0), clocks[0], clocks[1]))
     assert digest.fixes["clock_bias_m"].tolist() == [10.0]
     assert without_zero.fixes["clock_bias_m"].tolist() == [10.0 + min(order[:2])]
+    assert digest.fixes["clock_domain"].tolist() == [0]
+    assert without_zero.fixes["clock_domain"].tolist() == [min(order[:2])]
 
 
 def test_nothing_and_rubbish_raise_nothing():

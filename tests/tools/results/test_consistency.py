@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gnss_hil.tools.results.consistency import clock_nees, nees, position_nees, velocity_nees
+from gnss_hil.tools.results.consistency import clock_nees, clock_of_fix, nees, position_nees, velocity_nees
 
 pytestmark = pytest.mark.verifies(
     "tools/results/consistency.py",
@@ -48,3 +48,10 @@ def test_of_the_columns_of_fixes():
     assert position_nees(fixes, np.array([[2.0, 4.0, 0.0]])) == pytest.approx([5.0])
     assert velocity_nees(fixes, np.array([[0.5, 0.0, 0.0]])) == pytest.approx([1.0])
     assert clock_nees(fixes, np.array([3.0])) == pytest.approx([4.0])
+
+
+def test_a_clock_is_compared_with_itself_whichever_it_is():
+    """Of receivers with clocks of their own a fix of one has the clock of that one."""
+    truth_s = np.array([[1.0, 2.0, 3.0]] * 4)
+    found = clock_of_fix({"clock_domain": np.array([0, 2, np.nan, 5])}, truth_s)
+    assert found[:2].tolist() == [1.0, 3.0] and np.isnan(found[2:]).all()

@@ -28,7 +28,7 @@ NO_FIX = raw_of("NoFix")
 UNCERTAINTY = (
     *(f"sigma_{v}{a}_{unit}" for v, unit in (("", "m"), ("v", "mps")) for a in "xyz"),
     *(f"rho_{v}{pair}" for v in ("", "v") for pair in ("xy", "xz", "yz")),
-    *("clock_bias_m", "sigma_clock_bias_m"),
+    *("clock_bias_m", "clock_domain", "sigma_clock_bias_m"),
 )
 
 
