@@ -8,6 +8,7 @@ its consequence. The rules:
 - Of two frames for one slot of a record in one epoch the first stands.
 - A channel counts when all its ten frames are there; a lost frame takes out its own channel, nothing else.
   So a status that announces more frames than came changes nothing: the missing ones have done their harm.
+- Of ionospheres that differ that stands which most receivers report, of equally many the lowest receiver's.
 - A node whose heartbeat names another contract is not used at all in that block.
 - Without a complete time mark of a time that exists nothing else of the block is used: an epoch without a
   time is no epoch.
@@ -108,6 +109,10 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
     for unused in (plan.unused, almanac_unused):
         counts.add_rows(Reason.SURPLUS, epoch_block.can_id, unused.surplus)
         counts.add_rows(Reason.INCOMPLETE, epoch_block.can_id, unused.incomplete)
+    ionosphere, others = _ionosphere(values["ionosphere"])
+    counts.add_rows(
+        Reason.CONTRADICTED, epoch_block.can_id, plan.records["ionosphere"].rows[:, others].ravel()
+    )
     boots, domains = _receivers(plan.records["receiver"], values["receiver"])
     epoch = Epoch(
         mark=mark,
@@ -115,7 +120,7 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
         measurements=_measurements(plan.records["measurement"], values["measurement"]),
         almanac=_almanac(almanac, almanac_values),
         acks=_acks(plan.records["ack"], values["ack"]),
-        ionosphere=_ionosphere(values["ionosphere"]),
+        ionosphere=ionosphere,
         boots=boots,
         domains=domains,
         lost=screened.lost,
@@ -241,9 +246,20 @@ def _acks(found: Records, values: F64) -> Acks:
     )
 
 
-def _ionosphere(values: F64) -> Coefficients | None:
-    """By the first receiver that reports it: all have it from the same satellites."""
-    return Coefficients(values[:4, 0], values[4:, 0]) if values.size else None
+_NO_OTHERS = np.zeros(0, np.int64)
+
+
+def _ionosphere(values: F64) -> tuple[Coefficients | None, Index]:
+    """By most receivers of those (8, s) that report it, and which (k,) of these say something else. All have it
+    from the same satellites: who differs has been told lies, or tells them."""
+    if not values.size:
+        return None, _NO_OTHERS
+    chosen, others = values[:, 0], _NO_OTHERS
+    if (values != chosen[:, None]).any():
+        alike = (values[:, :, None] == values[:, None, :]).all(axis=0)
+        stands = int(alike.sum(axis=0).argmax())
+        chosen, others = values[:, stands], np.flatnonzero(~alike[stands])
+    return Coefficients(chosen[:4], chosen[4:]), others
 
 
 def _receivers(found: Records, values: F64) -> tuple[I64, I64]:

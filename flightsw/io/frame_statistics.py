@@ -23,6 +23,7 @@ class Reason(IntEnum):
     OTHER_SESSION = 20
     OTHER_CONTRACT = 21
     TIMED_OUT = 22
+    CONTRADICTED = 23
 
 
 REASONS = max(Reason) + 1
@@ -35,6 +36,7 @@ CONSEQUENCE: dict[int, str] = {
     Reason.BAD_TIME_MARK: "frame ignored, its time mark names no time or another epoch",
     Reason.OTHER_SESSION: "frame ignored, no complete time mark of that session opens the block",
     Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
+    Reason.CONTRADICTED: "frame ignored, more receivers, or else a lower one, say something else",
     Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not send is not used",
 }
 

@@ -383,3 +383,36 @@ def test_rejections_are_explained(blocks):
     table = rejection_table(CODEC, rejected)
     assert ("CORRUPTED", "0x103 RX1", 1, "frame ignored, its channel is out of this epoch") in table
     assert sum(n for *_, n, _ in table) == 10
+
+
+def reported(block, alpha0_of):
+    """With an ionosphere from each of some receivers, which differ by alpha0 [2^-30 s]."""
+    beta = {"beta0": 102400.0, "beta1": 0.0, "beta2": -196608.0, "beta3": 0.0}
+    more = []
+    for receiver, alpha0 in alpha0_of.items():
+        alpha = {"alpha0": alpha0 * 2.0**-30, "alpha1": 0.0, "alpha2": 0.0, "alpha3": 0.0}
+        more += [frames("IONO_ALPHA", alpha, receiver), frames("IONO_BETA", beta, receiver)]
+    block = concat([block[:-1], *more, block[-1:]])
+    return e2e.protect(CODEC, replace(block, data=block.data.copy()), e2e.fresh_counters(CODEC), 0)[0]
+
+
+@pytest.mark.parametrize(
+    ("alpha0_of", "stands", "left_out"),
+    [
+        ({}, None, []),
+        ({3: 20}, 20, []),
+        ({1: 20, 2: 20, 3: 20, 4: 20}, 20, []),
+        ({1: 127, 2: 20, 3: 20, 4: 20}, 20, [1]),
+        ({1: 20, 2: -128, 4: 20}, 20, [2]),
+        ({2: 20, 4: 127}, 20, [4]),
+        ({1: 1, 2: 2, 3: 3, 4: 3}, 3, [1, 2]),
+    ],
+)
+def test_an_ionosphere_is_that_of_most_receivers_and_others_are_told(blocks, alpha0_of, stands, left_out):
+    epoch, rejected, counts = taken_whole(reported(blocks[0], alpha0_of))
+    found = None if epoch.ionosphere is None else epoch.ionosphere.alpha[0] * 2.0**30
+    assert found == stands
+    assert rejected == ({Reason.CONTRADICTED: 2 * len(left_out)} if left_out else {})
+    of_whom = np.flatnonzero(counts[Reason.CONTRADICTED]).tolist()
+    kinds = ("IONO_ALPHA", "IONO_BETA")
+    assert of_whom == sorted(CODEC.can_id_of[kind, r] for r in left_out for kind in kinds)
