@@ -17,6 +17,12 @@ MAX_COAST_S = 3600.0
 """So long after the last fix the position is forgotten and the next fix starts cold."""
 
 
+FORGOTTEN_S = 60.0
+"""So long ranges may contradict each other before delays of receivers that were learnt are not believed any
+more: a receiver that was restarted, or whose line was changed, is late by something else, and by what was
+known of it no fix would ever be consistent again."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
     """orbit     of the last fix, propagated; None without one
@@ -61,12 +67,24 @@ class SnapshotNavigator:
         if isinstance(fix, Fix):
             fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
         if isinstance(fix, NoFix):
+            state = _doubted(state) if fix is NoFix.INCONSISTENT_RANGES else state
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
         velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
         orbit = OrbitState(state.t_ns, fix.position_m, velocity, state.t_ns)
         learnt = fix.delays if isinstance(fix, SnapshotFix) else None
-        delays, unlearnt_s = (state.delays, state.unlearnt_s) if learnt is None else (learnt, 0.0)
+        if learnt is None:
+            doubted = _doubted(state)
+            delays, unlearnt_s = doubted.delays, doubted.unlearnt_s
+        else:
+            delays, unlearnt_s = learnt, 0.0
         return Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s), Solution(NoFix.FIX, fix, orbit)
+
+
+def _doubted(state: Snapshot) -> Snapshot:
+    """After an epoch that told nothing of delays: what was learnt of them is forgotten if that lasts."""
+    if state.unlearnt_s <= FORGOTTEN_S:
+        return state
+    return replace(state, delays=None, unlearnt_s=EVERY_S)
 
 
 def coasted(orbit: OrbitState | None, t_ns: int) -> OrbitState | None:

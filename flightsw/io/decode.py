@@ -250,8 +250,8 @@ _NO_OTHERS = np.zeros(0, np.int64)
 
 
 def _ionosphere(values: F64) -> tuple[Coefficients | None, Index]:
-    """By most receivers of those (8, s) that report it, and which (k,) of these say something else. All have it
-    from the same satellites: who differs has been told lies, or tells them."""
+    """By most receivers of those (8, s) that report it, and which (k,) of these say something else. All have
+    it from the same satellites: who differs has been told lies, or tells them."""
     if not values.size:
         return None, _NO_OTHERS
     chosen, others = values[:, 0], _NO_OTHERS

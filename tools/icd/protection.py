@@ -169,7 +169,7 @@ _ORDER_OF_CHECKS = (
     Verdict.ERROR_FRAME, Verdict.EXTENDED, Verdict.REMOTE, Verdict.WRONG_LENGTH, Verdict.UNKNOWN_ID,
     Verdict.CORRUPTED, Verdict.REPEATED, Verdict.WRONG_SEQUENCE, Verdict.LOST,
     Reason.OTHER_CONTRACT, Reason.OTHER_SESSION, Reason.BAD_TIME_MARK, Reason.NO_TIME_MARK,
-    Verdict.MIXED_EPOCH, Reason.SURPLUS, Reason.INCOMPLETE, Reason.TIMED_OUT,
+    Verdict.MIXED_EPOCH, Reason.SURPLUS, Reason.INCOMPLETE, Reason.CONTRADICTED, Reason.TIMED_OUT,
 )  # fmt: skip
 
 

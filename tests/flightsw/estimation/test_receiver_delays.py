@@ -13,6 +13,7 @@ from gnss_hil.flightsw.estimation.all_in_view import all_in_view
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.least_squares import least_squares
 from gnss_hil.flightsw.estimation.snapshot import SnapshotNavigator
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.solution import NoFix
@@ -30,8 +31,10 @@ pytestmark = pytest.mark.verifies(
 STEP_NS = 1_000_000_000
 
 
-def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1):
+def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rules=STRICT):
     """States and solutions of a craft whose receivers are late by delays_m, with new noise every so often.
+
+    later   epoch -> that they are late by besides; epochs may have no fix then
 
     Satellites stand still: what differs from epoch to epoch is the noise."""
     c = craft(rate=(0.0,))
@@ -40,7 +43,7 @@ def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1):
     dcm = c.dcm_body_from_eci @ s.ecef_from_eci(0.0).T
     report = AttitudeReport(s.quaternion(dcm), c.rate_body)
     attitude = attitude_now(report, None, s.T0_NS, 0)
-    inputs = FixInputs(attitude, c.lever_body, c.domain, budget(delay_m=delay_m))
+    inputs = FixInputs(attitude, c.lever_body, c.domain, budget(delay_m=delay_m), rules=rules)
     rng = np.random.default_rng(seed)
     sigma, navigator = np.sqrt(m.code_variance_m2), SnapshotNavigator(all_in_view)
     state, out = navigator.initial(), []
@@ -48,9 +51,10 @@ def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1):
     for k in range(epochs):
         if k % lasting == 0:
             noise = sigma * rng.normal(size=len(m))
-        z = replace(m, pseudorange_m=late + noise)
+        changed_m = 0.0 if later is None else np.asarray(later(k))[m.receiver]
+        z = replace(m, pseudorange_m=late + changed_m + noise)
         state, solution = navigator.update(navigator.predict(state, s.T0_NS + k * STEP_NS), z, inputs)
-        assert solution.reason is NoFix.FIX
+        assert solution.reason is NoFix.FIX or later is not None
         out.append((state.delays or receiver_delays.unknown(4, delay_m), solution.fix))
     return c, out
 
@@ -111,6 +115,25 @@ def test_delays_far_larger_than_ranges_err_by_break_nothing(delay_m):
         variance = np.diag(delays.root_m @ delays.root_m.T)
         assert (variance > 0).all() and (variance <= delay_m**2 * (1 + 1e-9)).all()
     assert apart(delays.mean_m) == pytest.approx(apart(drawn_m), abs=1e-4 * delay_m)
+
+
+@pytest.mark.parametrize("rules", [STRICT, Rules(exclude=0, refuse=False)])
+def test_a_receiver_that_is_late_by_something_else_is_learnt_anew(rules):
+    """Restarted, a receiver is 10 m later, which is not what was learnt of it: one minute, not for ever."""
+    before = np.array((4.0, -2.5, 0.5, 1.0))
+    _, out = flown(before, 420, rules=rules, later=lambda k: np.array((0, 10.0, 0, 0)) * (k >= 120))
+    agree = [fix is not None and fix.misfit == 1.0 for _, fix in out]
+    assert all(agree[:120]) and not any(agree[120:170]) and all(agree[185:])
+    assert apart(out[-1][0].mean_m) == pytest.approx(apart(before + np.array((0, 10.0, 0, 0))), abs=1.0)
+
+
+def test_a_contradiction_of_half_a_minute_costs_nothing_that_was_learnt():
+    def later(k):
+        return np.array((0, 10.0, 0, 0)) * (120 <= k < 150)
+
+    _, out = flown((4.0, -2.5, 0.5, 1.0), 160, later=later)
+    first, last = (np.trace(out[k][0].root_m @ out[k][0].root_m.T) for k in (60, 159))
+    assert last < first
 
 
 def test_delays_are_kept_where_an_epoch_has_no_fix():
