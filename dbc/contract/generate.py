@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import dataclass, replace
 from decimal import Decimal
 
-from gnss_hil.dbc.contract.messages import BIT_RATE, VALUES, Message, Signal, messages, node_names
+from gnss_hil.dbc.contract.messages import BIT_RATE, CHANNELS, VALUES, Message, Signal, messages, node_names
+
+CHANNEL_KEY = "channel"
+"""Signal by which messages of channels are told apart."""
 
 _NEW_SYMBOLS = (
     "NS_DESC_ CM_ BA_DEF_ BA_ VAL_ CAT_DEF_ CAT_ FILTER BA_DEF_DEF_ EV_DATA_ ENVVAR_DATA_ SGTYPE_ "
@@ -51,18 +55,46 @@ def _number(value: float) -> str:
     return text.removesuffix(".0")
 
 
-def _signal_line(s: Signal, receivers: tuple[str, ...]) -> str:
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A signal of a message in the file; `switch`: '', or 'M' of the multiplexer, or 'm3' of what is in the
+    frame where the multiplexer is 3."""
+
+    signal: Signal
+    switch: str = ""
+
+
+def _plain(m: Message) -> list[Placed]:
+    return [Placed(s) for s in m.kind.signals]
+
+
+def _by_channel(m: Message) -> list[Placed]:
+    """With a signal for each channel: `range_ch03`, where the plain file has `channel` and `range`."""
+    if m.kind.key != CHANNEL_KEY:
+        return _plain(m)
+    names = [s.name for s in m.kind.signals]
+    shared = names.index(CHANNEL_KEY)  # what stands before it protects the frame, whichever channel it is of
+    head = [Placed(s, "M" if s.name == CHANNEL_KEY else "") for s in m.kind.signals[: shared + 1]]
+    return head + [
+        Placed(replace(s, name=f"{s.name}_ch{channel:02d}"), f"m{channel}")
+        for channel in range(CHANNELS)
+        for s in m.kind.signals[shared + 1 :]
+    ]
+
+
+def _signal_line(placed: Placed, receivers: tuple[str, ...]) -> str:
+    s, switch = placed.signal, placed.switch and f" {placed.switch}"
     low, high = (_number(round(raw * s.factor + s.offset, 9)) for raw in s.raw_range)
     sign = "-" if s.signed else "+"
     return (
-        f" SG_ {s.name} : {s.start}|{s.bits}@1{sign} ({_number(s.factor)},{_number(s.offset)})"
+        f" SG_ {s.name}{switch} : {s.start}|{s.bits}@1{sign} ({_number(s.factor)},{_number(s.offset)})"
         f' [{low}|{high}] "{s.unit}" {",".join(receivers)}'
     )
 
 
-def _message_block(m: Message) -> str:
+def _message_block(m: Message, placed: list[Placed]) -> str:
     return "\n".join(
-        [f"BO_ {m.can_id} {m.name}: 8 {m.sender}", *(_signal_line(s, m.receivers) for s in m.kind.signals)]
+        [f"BO_ {m.can_id} {m.name}: 8 {m.sender}", *(_signal_line(each, m.receivers) for each in placed)]
     )
 
 
@@ -82,19 +114,31 @@ def _attributes(m: Message) -> list[str]:
     return [f'BA_ "{name}" BO_ {m.can_id} {value};' for name, value in rows]
 
 
-def dbc_text(receivers: int = 4) -> str:
-    """The DBC file, ASCII, for 1 to 8 receivers."""
+_PER_CHANNEL = (
+    ". A signal for each channel: a variant, of the same frames, for programs that plot signals. The "
+    "contract, and its hash, are those of the file without --per-channel"
+)
+
+
+def dbc_text(receivers: int = 4, per_channel: bool = False) -> str:
+    """The DBC file, ASCII, for 1 to 8 receivers.
+
+    per_channel  the messages of channels are multiplexed by `channel`, so that each channel has signals of
+                 its own; it describes the same frames and is not what the contract's hash is of
+    """
     every = list(messages(receivers))
-    signals = [(m, s) for m in every for s in m.kind.signals]
+    placed = [(_by_channel if per_channel else _plain)(m) for m in every]
+    signals = [(m, each.signal) for m, among in zip(every, placed, strict=True) for each in among]
+    variant = _PER_CHANNEL if per_channel else ""
     parts = [
         'VERSION ""',
         "NS_ :\n" + "\n".join(f"\t{symbol}" for symbol in _NEW_SYMBOLS),
         "BS_:",
         "BU_: " + " ".join(node_names(receivers)),
         "\n".join(f"VAL_TABLE_ {name} {_value_list(name)} ;" for name in VALUES),
-        "\n\n".join(_message_block(m) for m in every),
+        "\n\n".join(_message_block(m, among) for m, among in zip(every, placed, strict=True)),
         "\n".join(
-            [f'CM_ "gnss-hil bus contract, {receivers} receivers. Conventions: docs/contract.md";']
+            [f'CM_ "gnss-hil bus contract, {receivers} receivers. Conventions: docs/contract.md{variant}";']
             + [f'CM_ BO_ {m.can_id} "{m.kind.comment}";' for m in every]
             + [f'CM_ SG_ {m.can_id} {s.name} "{s.comment}";' for m, s in signals]
         ),

@@ -37,6 +37,7 @@ ACROSS = {
     "tools/icd/test_command.py": "gnss-hil icd",
     "tools/icd/test_document.py": "the document of all chapters",
     "tools/monitor/test_monitor.py": "gnss-hil monitor",
+    "tools/packaging/test_container.py": "the Containerfile",
     "tools/packaging/test_wheel.py": "what a wheel holds",
     "tools/report/test_palette.py": "colours of all figures",
     "tools/results/test_timeline.py": "tables and text along a run",

@@ -33,6 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="receivers on the bus, 1 to 8 (default 4, for html those of the scenario)",
     )
     add(
+        "--per-channel", action="store_true",
+        help="dbc: multiplexed by channel, so that programs plot each channel by itself; the hash stays that "
+        "of the plain file",
+    )  # fmt: skip
+    add(
         "--out",
         type=Path,
         metavar="FILE",
@@ -52,6 +57,8 @@ def run(arguments: Namespace) -> int:
         raise Mistake(f"icd {part} takes no scenario, found '{scenario}'")
     if arguments.receivers and part == "budget":
         raise Mistake("icd budget takes its receivers from the scenario's vehicle, not from --receivers")
+    if arguments.per_channel and part != "dbc":
+        raise Mistake(f"icd {part}: --per-channel is for dbc")
     if arguments.out and part != "html":
         raise Mistake(f"icd {part} writes to standard output; --out is for html")
     if part == "html":
@@ -62,7 +69,12 @@ def run(arguments: Namespace) -> int:
         from gnss_hil.dbc.contract.codec import codec
 
         contract = codec(arguments.receivers or 4)
-        sys.stdout.write(contract.text if part == "dbc" else f"{contract.hash:08x}\n")
+        if arguments.per_channel:
+            from gnss_hil.dbc.contract.generate import dbc_text
+
+            sys.stdout.write(dbc_text(arguments.receivers or 4, per_channel=True))
+        else:
+            sys.stdout.write(contract.text if part == "dbc" else f"{contract.hash:08x}\n")
     return 0
 
 
