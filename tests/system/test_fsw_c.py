@@ -86,16 +86,23 @@ def sanitized(fsw) -> Path:
     return fsw.parent / "sanitize" / "fsw"
 
 
-@pytest.fixture(scope="module")
-def ours(tmp_path_factory) -> Path:
-    """A run of our own flight software, which is told no more of the receivers than the one in C goes by."""
-    folder = tmp_path_factory.mktemp("runs")
+def without_figures(folder: Path) -> Path:
+    """A scenario as `soyuz`, whose vehicle file says nothing of the receivers: the flight software in C goes
+    by its own figures."""
     figures = re.compile(r"^\[receivers\]\n(?:\w+ = .*\n)+", re.M)
     stripped, count = figures.subn("", find("soyuz-ms").read_text())
     assert count == 1
     (folder / "soyuz-ms.toml").write_text(stripped)
     (folder / "soyuz.toml").write_text(find_scenario("soyuz").read_text())
-    words = ["run", str(folder / "soyuz.toml"), "--bus", "inline", "--duration", str(EPOCHS), "--quiet"]
+    return folder / "soyuz.toml"
+
+
+@pytest.fixture(scope="module")
+def ours(tmp_path_factory) -> Path:
+    """A run of our own flight software, which is told no more of the receivers than the one in C goes by."""
+    folder = tmp_path_factory.mktemp("runs")
+    soyuz = without_figures(folder)
+    words = ["run", str(soyuz), "--bus", "inline", "--duration", str(EPOCHS), "--quiet"]
     assert main([*words, "--out", str(folder / "ours")]) == 0
     return folder / "ours"
 
