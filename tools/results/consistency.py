@@ -16,35 +16,47 @@ _PAIRS = (("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2))
 _LEAST_M, _LEAST_MPS = 0.01 / np.sqrt(12), 0.001 / np.sqrt(12)
 """What the steps of NAV_SIGMA and NAV_VSIGMA leave open: no deviation is taken for smaller."""
 
+_MOST_M, _MOST_MPS = 655.35, 65.535
+"""Where they saturate: nobody knows by how much a deviation was larger."""
+
+_LEAST_SHARE = 1e-3
+"""Of correlations the least eigenvalue that their steps of 1e-4 leave known, to a tenth. Along its axis a
+position is known 30 times better than across, and what was published does not say how much better."""
+
 
 def nees(error: NDArray, sigma: NDArray, rho: NDArray) -> NDArray:
     """(n,) of errors (n, 3), deviations (n, 3) and correlations xy, xz, yz (n, 3); nan where something is
-    missing or the three are no covariance."""
-    covariance = sigma[:, :, None] * sigma[:, None, :]
+    missing or what was published is no covariance, or none to the last digit."""
+    unit = np.tile(np.eye(3), (len(error), 1, 1))
     for k, (_, i, j) in enumerate(_PAIRS):
-        covariance[:, i, j] *= rho[:, k]
-        covariance[:, j, i] *= rho[:, k]
+        unit[:, i, j] = unit[:, j, i] = rho[:, k]
     out = np.full(len(error), np.nan)
-    whole = np.concatenate((covariance.reshape(len(error), 9), error), axis=1)
-    known = np.flatnonzero(np.isfinite(whole).all(axis=1))
-    known = known[np.linalg.det(covariance[known]) > 0]
-    solved = np.linalg.solve(covariance[known], error[known][:, :, None])[:, :, 0]
-    out[known] = (error[known] * solved).sum(axis=1)
+    whole = np.concatenate((error, sigma, rho), axis=1)
+    known = np.flatnonzero(np.isfinite(whole).all(axis=1) & (sigma > 0).all(axis=1))
+    known = known[np.linalg.eigvalsh(unit[known])[:, 0] >= _LEAST_SHARE]
+    scaled = error[known] / sigma[known]
+    solved = np.linalg.solve(unit[known], scaled[:, :, None])[:, :, 0]
+    out[known] = (scaled * solved).sum(axis=1)
     return out
+
+
+def _within(sigma: NDArray, least: float, most: float) -> NDArray:
+    """Deviations (n, 3) as published, nan where they are saturated."""
+    return np.where(sigma < most, np.maximum(sigma, least), np.nan)
 
 
 def position_nees(fixes: Mapping[str, NDArray], error_m: NDArray) -> NDArray:
     """(n,) of fixes with errors (n, 3)."""
     sigma = np.column_stack([fixes[f"sigma_{a}_m"] for a in "xyz"])
     rho = np.column_stack([fixes[f"rho_{pair}"] for pair, _, _ in _PAIRS])
-    return nees(error_m, np.maximum(sigma, _LEAST_M), rho)
+    return nees(error_m, _within(sigma, _LEAST_M, _MOST_M), rho)
 
 
 def velocity_nees(fixes: Mapping[str, NDArray], error_mps: NDArray) -> NDArray:
     """(n,) of fixes with errors (n, 3)."""
     sigma = np.column_stack([fixes[f"sigma_v{a}_mps"] for a in "xyz"])
     rho = np.column_stack([fixes[f"rho_v{pair}"] for pair, _, _ in _PAIRS])
-    return nees(error_mps, np.maximum(sigma, _LEAST_MPS), rho)
+    return nees(error_mps, _within(sigma, _LEAST_MPS, _MOST_MPS), rho)
 
 
 def clock_of_fix(fixes: Mapping[str, NDArray], clock: NDArray) -> NDArray:

@@ -55,3 +55,22 @@ def test_a_clock_is_compared_with_itself_whichever_it_is():
     truth_s = np.array([[1.0, 2.0, 3.0]] * 4)
     found = clock_of_fix({"clock_domain": np.array([0, 2, np.nan, 5])}, truth_s)
     assert found[:2].tolist() == [1.0, 3.0] and np.isnan(found[2:]).all()
+
+
+def test_what_steps_leave_open_is_not_judged():
+    """Correlations as frames carry them, in steps of 1e-4: of a poor geometry they may be anything."""
+    rho = np.array(
+        [[0.9999, 0.9999, 1.0], [0.9999, -0.9999, -0.9999], [0.9999, 0.9998, 0.9995], [0.99, 0, 0]]
+    )
+    found = nees(np.ones((4, 3)), np.ones((4, 3)), rho)
+    assert np.isnan(found).tolist() == [True, True, True, False]
+    assert found[3] == pytest.approx(2 / 1.99 + 1)
+
+
+@pytest.mark.parametrize(
+    ("unit", "v", "of", "most"), [("m", "", position_nees, 655.35), ("mps", "v", velocity_nees, 65.535)]
+)
+def test_a_saturated_deviation_is_none(unit, v, of, most):
+    fixes = {f"sigma_{v}{a}_{unit}": np.array([most - 0.1, most]) for a in "xyz"}
+    fixes |= {f"rho_{v}{pair}": np.zeros(2) for pair in ("xy", "xz", "yz")}
+    assert np.isnan(of(fixes, np.ones((2, 3)))).tolist() == [False, True]
