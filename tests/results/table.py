@@ -181,7 +181,9 @@ ANTENNAS = Section(
     "Boresights +Y, -Y, zenith and nadir (`cross`), six hours of the same sky: the literal rule leaves "
     "channels idle, one more rule fills them. The station that rolls (`iss-zenith`): satellites that the "
     "antennas hold, before the roll and after. The patent's figures are 7 to 12, 3 and 4 to 8; its 3 needs "
-    "the station's structure in the way, which this scenario leaves out.",
+    "the station's structure in the way, which this scenario leaves out and `iss-roll` has, its antennas on "
+    "Zvezda: there 3 to 8 and 4 to 8 after the roll but for moments of 9 (nominal sky, "
+    "`tests/system/test_scenarios.py`).",
     ("what", "measured"),
     (
         Result(

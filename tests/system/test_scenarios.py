@@ -95,6 +95,27 @@ def test_a_roll_takes_the_zenith_antennas_satellites_and_the_canted_one_keeps_mo
     assert canted.mean() > rolled.mean() + 0.5
 
 
+def test_the_stations_structure_leaves_three_and_four_to_eight_after_the_roll(station, tmp_path):
+    """The patent's figures after the roll: 3, and 4 to 8; without the structure 5 to 9 and 6 to 9. Over an
+    orbit the zenith antenna has 3 to 8 and the canted one 4 to 8, but for moments of 9."""
+    played(tmp_path / "run", "iss-roll", "--interval", "10")
+    channels, truth = (
+        pl.read_parquet(tmp_path / "run" / f"{name}.parquet") for name in ("channels", "truth")
+    )
+    channels = channels.with_columns(t=pl.col("t_gps_s") - truth["t_gps_s"].min())
+    spans = {"level": (1, LEVEL_S), "rolled": (1, ROLLED_S), "canted": (2, (ROLLED_S[0] + 60, ROLLED_S[1]))}
+    here = {name: seen(channels, *of) for name, of in spans.items()}
+    print(
+        "iss-roll:",
+        {name: (int(n.min()), float(np.percentile(n, 99)), int(n.max())) for name, n in here.items()},
+    )
+    assert (here["rolled"].min(), np.percentile(here["rolled"], 98)) == (3, 8)
+    assert (here["canted"].min(), np.percentile(here["canted"], 98)) == (4, 8)
+    _, free, *_ = station
+    for name, of in spans.items():
+        assert here[name].mean() < seen(free, *of).mean() - 0.5
+
+
 def test_single_antenna_is_off_by_its_lever_arm_and_jumps_where_the_lead_changes(station):
     _, channels, fixes, truth = station
     lead = channels.filter(pl.col("used")).group_by("t").agg(pl.col("receiver").unique())
