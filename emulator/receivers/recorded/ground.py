@@ -43,6 +43,7 @@ def height_m(seen: Observations) -> float:
 def _solved(sent_ecef_m: F64, range_m: F64) -> float:
     """The height by satellites' places when they sent (n, 3) and ranges less their clocks (n,)."""
     x = np.append(EQUATORIAL_RADIUS_M * _direction(sent_ecef_m), range_m.mean() - 2.2e7)
+    left_m = np.full(len(range_m), np.nan)
     for _ in range(_STEPS):
         flight_s = np.linalg.norm(sent_ecef_m - x[:3], axis=1) / LIGHT_MPS
         away_m = eci_to_ecef(sent_ecef_m, ROTATION_RPS * flight_s) - x[:3]
