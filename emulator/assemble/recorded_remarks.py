@@ -88,8 +88,8 @@ def lacking_delays(names: Sequence[str], sky: Sky, marks_ns: I64, precise: bool)
             theirs = " and ".join(dict.fromkeys(signal.clock_code for signal in apart))
             yield (
                 f"{system.name}: clocks are those of {theirs}: how far from it a satellite sends "
-                f"{' and '.join(signal.name for signal in apart)} (ISC) no file here has; decimetres, of L5 "
-                "metres"
+                f"{' and '.join(signal.name for signal in apart)} (ISC) is read from no file; decimetres, "
+                "metres in pairs and of L5"
             )
 
 
