@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites, systems
-from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
@@ -25,7 +25,7 @@ from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits.motion import read_trajectory
 from gnss_hil.emulator.receivers import frames
-from gnss_hil.emulator.receivers.recorded import ground
+from gnss_hil.emulator.receivers.recorded import ground, inter_signal
 from gnss_hil.emulator.receivers.recorded.observables import there
 from gnss_hil.emulator.receivers.recorded.receiver import RecordedCraft, observed
 from gnss_hil.emulator.receivers.recorded.reference import Reference, reference
@@ -97,12 +97,13 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     chosen = [SIGNALS[name] for name in settings.signals]
     frequencies = _frequencies(file, shared.sky, marks_ns, chosen)
     played = tracks(file, chosen, epoch_of, int(vehicle.channels[0]), frequencies)
+    inter_signal_m = _inter_signal_m(shared)
     precise = shared.given.sky.reports == "orbits"
     for remark in (
         *remarks.left_out(played),
         *remarks.unused(file, epoch_of, chosen),
         *remarks.unknown(file.sat[epoch_of[file.epoch] >= 0], chosen, shared.sky),
-        *remarks.lacking_delays(settings.signals, shared.sky, marks_ns, precise),
+        *remarks.lacking_delays(settings.signals, shared.sky, marks_ns, precise, inter_signal_m),
     ):
         shared.tell(f"{craft.name}: {remark}")
     contract = codec.codec(vehicle.antennas)
@@ -111,6 +112,7 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
         vehicle=vehicle,
         orbit=_reference(settings, marks_ns, shared.measured, f"{key}.reference", shared.tell),
         frequency=_by_index(frequencies),
+        inter_signal_m=inter_signal_m,
         tracks=played,
         bounds=np.searchsorted(played.epoch, np.arange(time.epochs + 1)),
         marks_ns=marks_ns,
@@ -125,6 +127,18 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     )
     _refuse_ground(found, f"{key}: {settings.file}")
     return found
+
+
+def _inter_signal_m(shared: Shared) -> F64:
+    """What the scenario's navigation files say of single signals, see `inter_signal.of_files`."""
+    source = shared.given.sky.sources()[systems.reference().name]
+    if source in ("nominal", "none") or not shared.sky.messages.any():
+        return inter_signal.unknown()
+    names = [source] if isinstance(source, str) else source
+    try:
+        return inter_signal.of_files([shared.open_path(name) for name in names])
+    except FileError as error:
+        raise ScenarioError(f"sky.{systems.reference().name}: {error}") from None
 
 
 def _refuse_ground(craft: RecordedCraft, origin: str) -> None:

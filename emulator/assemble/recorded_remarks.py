@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gnss_hil.dbc.common import satellites, signals, systems
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.constellation.sky import Sky
@@ -62,10 +62,13 @@ def unknown(sat: I64, played: Sequence[Signal], sky: Sky) -> Iterator[str]:
         yield f"{satellites.listed(found)} were observed, and are left out: the sky's files lack them"
 
 
-def lacking_delays(names: Sequence[str], sky: Sky, marks_ns: I64, precise: bool) -> Iterator[str]:
+def lacking_delays(
+    names: Sequence[str], sky: Sky, marks_ns: I64, precise: bool, inter_signal_m: F64
+) -> Iterator[str]:
     """Lines on what clocks of signals lack, by the sky at the begin, in the middle and at the end of a run.
 
     precise  satellites report precise clocks, which are those of ranges without ionosphere
+    inter_signal_m   (16, SATELLITES) what civil messages say of signals, nan where nothing
     Source: IS-GPS-200, 20.3.3.3.3.2 (T_GD) and 30.3.3.3.1.1 (ISC); GLONASS ICD 5.1 (2008), 4.4
     """
     said = [sky.at(int(t_ns)).broadcast for t_ns in (marks_ns[0], marks_ns[len(marks_ns) // 2], marks_ns[-1])]
@@ -83,13 +86,15 @@ def lacking_delays(names: Sequence[str], sky: Sky, marks_ns: I64, precise: bool)
                 f"{system.name}: {have} have no group delay between the carriers ({item}; --nav FILE): "
                 f"ranges of {' and '.join(signal.name for signal in mine)} are off by some metres"
             )
-        apart = [signal for signal in mine if signal.clock_code]
+        lacks = {s.name: sky.index[rows][np.isnan(inter_signal_m[s.value, sky.index[rows]])] for s in mine}
+        apart = [signal for signal in mine if signal.clock_code and len(lacks[signal.name])]
         if apart:
             theirs = " and ".join(dict.fromkeys(signal.clock_code for signal in apart))
+            ours = " and ".join(signal.name for signal in apart)
+            number = len(lacks[apart[0].name])
             yield (
-                f"{system.name}: clocks are those of {theirs}: how far from it a satellite sends "
-                f"{' and '.join(signal.name for signal in apart)} (ISC) is read from no file; decimetres, "
-                "metres in pairs and of L5"
+                f"{system.name}: clocks are those of {theirs}: how far from it a satellite sends {ours} (ISC) "
+                f"no file says of {number} of {len(rows)} satellites; decimetres, metres in pairs and of L5"
             )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.common.arrays import I8, I64, Bool
+from gnss_hil.dbc.common.arrays import F64, I8, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
@@ -66,6 +66,8 @@ class RecordedCraft:
     marks_ns (epochs,) tags, those that the file would have where it has none
     orbit    the reference, None without one
     frequency   (SATELLITES,) GLONASS frequency numbers by the file, 0 elsewhere
+    inter_signal_m   (16, SATELLITES) by how much clocks of signals are more than those of the first, by
+             civil messages; nan where these say nothing
     sky, row_of, almanac   satellites, their rows by satellite index, and the almanac instead of the sky
     """
 
@@ -73,6 +75,7 @@ class RecordedCraft:
     vehicle: Vehicle
     orbit: Trajectory | None
     frequency: I64
+    inter_signal_m: F64
     tracks: Tracks
     bounds: I64
     marks_ns: I64
@@ -118,7 +121,9 @@ def observed(craft: RecordedCraft, sky: SkyState, row_of: I64, epoch: int) -> Ob
     known = (row >= 0) & sky.broadcast.available[row]
     seen, row = seen[known], row[known]
     delays_m = sky.broadcast.group_delay_m[row], sky.broadcast.band_delay_m[row]
-    clock_m = sky.clock_m[row] + beyond_first_m(seen.signal, *delays_m)
+    told_m = craft.inter_signal_m[seen.signal, seen.sat]
+    beyond_m = np.where(np.isfinite(told_m), told_m, beyond_first_m(seen.signal, *delays_m))
+    clock_m = sky.clock_m[row] + beyond_m
     # The satellite's clock showed tag - P / c when it sent, and is clock_m ahead of GPS time.
     back_s = (seen.range_m + clock_m) / LIGHT_MPS
     pos, vel = reported_at_transmission(sky, row, back_s)

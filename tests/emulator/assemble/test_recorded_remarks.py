@@ -7,6 +7,7 @@ import pytest
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.emulator.assemble.recorded_remarks import lacking_delays, unknown, unused
+from gnss_hil.emulator.receivers.recorded.inter_signal import unknown as unknown_isc
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 
 pytestmark = pytest.mark.verifies(
@@ -43,7 +44,7 @@ def test_systems_that_are_not_used_are_named_with_how_many_observations():
     assert not list(unused(only, np.array((0,)), [SIGNALS["L1CA"], SIGNALS["L1OF"]]))
 
 
-def lacking(names, precise, known, messages=True):
+def lacking(names, precise, known, messages=True, isc_m=None):
     """Remarks on the group delay of signals, and on codes, of a sky of both systems."""
     index = np.concatenate((GPS, GLONASS))
     delay_m = np.full(6, 2.0 if known else 0.0)
@@ -53,7 +54,7 @@ def lacking(names, precise, known, messages=True):
     sky = SimpleNamespace(
         index=index, messages=np.full(6, messages), at=lambda t_ns: SimpleNamespace(broadcast=broadcast)
     )
-    found = list(lacking_delays(names, sky, np.arange(5), precise))
+    found = list(lacking_delays(names, sky, np.arange(5), precise, unknown_isc() if isc_m is None else isc_m))
     return [line for line in found if "group delay" in line], [line for line in found if "ISC" in line]
 
 
@@ -86,3 +87,9 @@ def test_codes_that_clocks_do_not_belong_to_are_told():
     assert not lacking(("L1P", "L2P"), True, known=True)[1]
     (line,) = lacking(("L1CA", "L2P"), True, known=True)[1]
     assert line.startswith("gps: clocks are those of L1P: how far from it a satellite sends L1CA (ISC)")
+    assert "no file says of 3 of 3 satellites" in line
+    isc_m = unknown_isc()
+    isc_m[SIGNALS["L1CA"].number, GPS] = 0.3
+    assert not lacking(("L1CA", "L2P"), True, known=True, isc_m=isc_m)[1]
+    isc_m[SIGNALS["L1CA"].number, GPS[1]] = np.nan
+    assert "1 of 3" in lacking(("L1CA", "L2P"), True, known=True, isc_m=isc_m)[1][0]
