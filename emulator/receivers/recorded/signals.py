@@ -57,7 +57,7 @@ _CODES: dict[str, tuple[Codes, ...]] = {
     "L2P": (*_three("2", "WPYD"), _two("P2", "2")),
     "L2C": (*_three("2", "XLSC"), _two("C2", "2")),
     "L5": (*_three("5", "QXI"), _two("C5", "5")),
-    "L1OF": (*_three("1", "CP"), _two("C1", "1")),
+    "L1OF": (*_three("1", "CP"), _two("C1", "1"), _two("P1", "1")),
     "L2OF": (*_three("2", "CP"), _two("C2", "2"), _two("P2", "2")),
 }
 """By the signal's name; the first is what the signal is written as."""
