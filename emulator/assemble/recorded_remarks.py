@@ -94,7 +94,8 @@ def lacking_delays(
             number = len(lacks[apart[0].name])
             yield (
                 f"{system.name}: clocks are those of {theirs}: how far from it a satellite sends {ours} "
-                f"(ISC) no file says of {number} of {len(rows)} satellites; decimetres, metres in pairs and of L5"
+                f"(ISC) no file says of {number} of {len(rows)} satellites; decimetres, metres in pairs "
+                "and of L5"
             )
 
 
