@@ -6,12 +6,10 @@ import pytest
 
 from gnss_hil.emulator.files import rinex_cnav, rinex_nav
 from gnss_hil.emulator.files.text import FileError
-from gnss_hil.emulator.receivers.recorded import inter_signal
 from tests.emulator.files.test_rinex_nav import GPS_2, MIXED_4
 
 pytestmark = pytest.mark.verifies(
     "emulator/files/rinex_cnav.py",
-    "emulator/receivers/recorded/inter_signal.py",
     what="Inter-signal corrections of GPS",
     by="records written by the published layout; no file of a station",
     status="modelled",
@@ -66,11 +64,3 @@ def test_a_correction_that_no_message_can_have_is_refused(value):
 def test_the_reader_of_orbits_passes_the_record_over():
     text = MIXED_4.replace(SHORT, record(1, 1e-9, -2e-9, 3e-9, -4e-9))
     assert rinex_nav.parse(text, "x").records["G"].number.tolist() == [1]
-
-
-def test_metres_by_signal(tmp_path):
-    path = tmp_path / "x.rnx"
-    path.write_text(MIXED_4.replace(SHORT, record(1, 1e-9, -2e-9, 3e-9, -4e-9)))
-    found = inter_signal.of_files([path])
-    assert (found[0, 1], found[4, 1], found[5, 1]) == pytest.approx((0.299792458, -0.599584916, -1.199169832))
-    assert (found == found).sum() == 3
