@@ -38,8 +38,8 @@ pytestmark = [
 TITLES = (
     "Assignment", "Sky of antenna fore", "Sky of antenna starboard", "Sky of antenna aft",
     "Sky of antenna port", "Position error", "Velocity error", "Normalised squared error", "Receiver clock",
-    "Satellites", "Dilution of precision", "Ground track", "Orbit", "Carrier to noise density",
-    "Bus load", "Latency of an epoch",
+    "Attitude", "Residuals", "Satellites by antenna", "Satellites", "Dilution of precision", "Ground track", "Orbit", "Carrier to noise density",
+    "Bus load", "Latency of an epoch", "Commands and faults",
 )  # fmt: skip
 
 
@@ -153,6 +153,16 @@ def test_a_page_that_fails_is_noticed(run, tmp_path):
     assert "http://example.com/a.png" in seen.probe["addresses"]
 
 
+def test_two_craft_have_their_relative_position(tmp_path):
+    folder = tmp_path / "pair"
+    assert main(["run", "pair", "--bus", "inline", "--duration", "120", "--quiet", "--out", str(folder)]) == 0
+    page = folder / "report.html"
+    names = titles(page)
+    assert names.count("Velocity error") == 2 and names[-1] == "Latency of an epoch"
+    assert "passive from active" in names
+    drawn(page, tmp_path)
+
+
 def test_satellites_on_several_antennas_at_once_are_told(prototype, run):
     assert re.search(
         r"several antennas held the satellite at once: \d+ satellites",
@@ -174,9 +184,9 @@ def test_without_a_log_the_page_shows_fixes_and_truth(tmp_path):
     folder = played(tmp_path / "bare", "--no-log")
     text = (folder / "report.html").read_text("utf-8")
     assert "has no table of channels" in text
-    assert text.count("This run kept no table of channels") == 3
+    assert text.count("This run kept no table of channels") == 5
     assert "Not drawn" in text
-    without = {"Assignment", "Carrier to noise density", *SKIES}
+    without = {"Assignment", "Carrier to noise density", "Residuals", "Satellites by antenna", *SKIES}
     assert titles(folder / "report.html") == [title for title in TITLES if title not in without]
     assert len(drawn(folder / "report.html", tmp_path)["plots"]) == len(TITLES) - len(without)
 

@@ -23,10 +23,11 @@ def assignment(craft: Craft) -> Plot:
     cut = lanes(craft.holds)
     rows = np.unique(cut.holds.satellite)[::-1]  # GPS on top
     doubled = len(np.unique(cut.holds.satellite[cut.share > 1]))
+    marks = _taken_up(craft)
     note = (
         f"Which antenna measured which satellite, and when: {len(rows)} satellites. "
-        f"Diamonds are handovers, satellites that commands took from one antenna and gave to another: "
-        f"{len(craft.handed)}. "
+        f"Diamonds are handovers, satellites that commands took from one antenna and gave to another, "
+        f"where that one first measured them: {len(marks)} of {len(craft.handed)}. "
     )
     note += (
         f"Where a row is split, several antennas held the satellite at once: {doubled} satellites."
@@ -37,7 +38,7 @@ def assignment(craft: Craft) -> Plot:
     if craft.bridge_ns:
         note += f" Breaks of up to {craft.bridge_ns / 1e9:g} s are not drawn."
     data = [_bars(craft, cut, rows, receiver) for receiver in range(1, craft.vehicle.antennas + 1)]
-    data += _handovers(craft, rows)
+    data += _handovers(craft, marks, rows)
     names = [satellite_name(s) for s in rows]
     y = axis("satellite", tickvals=list(range(len(rows))), ticktext=names, range=[-0.7, len(rows) - 0.3],
              zeroline=False, showgrid=False, tickfont={"size": 10})  # fmt: skip
@@ -90,8 +91,24 @@ def _bars(craft: Craft, cut: Lanes, rows: np.ndarray, receiver: int) -> Json:
     }  # fmt: skip
 
 
-def _handovers(craft: Craft, rows: np.ndarray) -> list[Json]:
-    marks = [h for h in craft.handed if h[1] in rows]
+_TAKEN_UP_NS = 120_000_000_000
+"""A satellite that was handed over is measured within this time, or was not taken up."""
+
+
+def _taken_up(craft: Craft) -> list[tuple[int, int, int, int]]:
+    """Handovers that led to a measurement, each at the first one."""
+    assert craft.holds is not None
+    held, found = craft.holds, []
+    for t_ns, satellite, before, after in craft.handed:
+        mine = (held.satellite == satellite) & (held.receiver == after)
+        mine &= (held.end_ns > t_ns) & (held.begin_ns <= t_ns + _TAKEN_UP_NS)
+        if mine.any():
+            begin_ns = int(held.begin_ns[mine].min())
+            found.append((max(t_ns, begin_ns), satellite, before, after))
+    return found
+
+
+def _handovers(craft: Craft, marks: list[tuple[int, int, int, int]], rows: np.ndarray) -> list[Json]:
     if not marks:
         return []
     names = craft.vehicle.names
@@ -100,7 +117,7 @@ def _handovers(craft: Craft, rows: np.ndarray) -> list[Json]:
         "type": "scatter", "mode": "markers", "name": "handover",
         "x": milliseconds(t_ns), "y": _row_of(rows, np.array([s for _, s, *_ in marks])).tolist(),
         "text": [f"{satellite_name(s)}: {names[a - 1]} to {names[b - 1]}" for _, s, a, b in marks],
-        "hovertemplate": "%{text}, commanded %{x|%H:%M:%S}<extra></extra>",
+        "hovertemplate": "%{text}, measured from %{x|%H:%M:%S}<extra></extra>",
         "marker": {"symbol": "diamond", "size": 7, "color": "--paper",
                    "line": {"color": "--ink", "width": 1.2}},
     }]  # fmt: skip

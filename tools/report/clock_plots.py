@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.error_plots import sigma_bands, view
-from gnss_hil.tools.report.plot import Json, Plot, axis, piled
+from gnss_hil.tools.report.plot import Json, Plot, axis, piled, usual_span
 from gnss_hil.tools.report.time_series import NO_FIX, shades, trace
 
 
@@ -31,14 +30,7 @@ def clock(craft: Craft) -> Plot:
     if np.isnan(drift).all():
         words += " No drift is published."
     else:
-        rows.append((axis("drift [m/s]", range=_span(drift)), [trace("drift", t_ns, drift, "--accent")]))
+        rows.append((axis("drift [m/s]", range=usual_span(drift)), [trace("drift", t_ns, drift, "--accent")]))
     shapes, shaded = shades(craft)
     return Plot(title, f"{words} {shaded}", piled(t_ns, rows, shapes=shapes, showlegend=False),
                 height=80 + 130 * len(rows), wide=True)  # fmt: skip
-
-
-def _span(values: F64) -> list[float]:
-    """A view of all but the wildest hundredth of values, with some air."""
-    low, high = np.nanpercentile(values, (0.5, 99.5))
-    air = 0.15 * (high - low) or 1e-3
-    return [float(low - air), float(high + air)]

@@ -24,6 +24,7 @@ from gnss_hil.tools.report.errors import (
     velocity_errors,
 )
 from gnss_hil.tools.report.frames import radial_along_cross
+from gnss_hil.tools.report.residuals import Residuals, residuals
 from gnss_hil.tools.report.sky_plot import Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
 from gnss_hil.tools.results.consistency import clock_of_fix
@@ -44,9 +45,16 @@ class Craft:
     visible                    (e,) satellites in view as truth has it; None without truth, as errors are
     position, velocity, clock  errors of the fixes against truth
     fixes                      columns of the fixes on the marks
+    axes                       (e, 3, 3) rows radial, along, cross: by truth, without it by the fixes
+    truth_m                    (e, 3) ECEF, None without truth
+    quaternion                 (e, 4) body from ECEF, on the bus
+    truth_quaternion           (e, 4), None without truth
     counts                     satellites_used, pdop, pdop_distinct, bits, faults: (e,) each
-    holds, strength, sightings None where no channels were kept
+    by_antenna                 by receiver: satellites it measured, (e,)
+    residuals                  of the ranges at `looked_at` marks
+    holds, by_antenna, strength, sightings, residuals are None where no channels were kept
     bridge_ns                  breaks up to this long are not drawn in `holds`
+    commands                   the command log's columns (k,): t_ns, event, receiver, ...
     handed                     handovers: (t_ns, satellite, receiver before, after)
     handed_out                 whether satellites were commanded at all
     without_fix                stretches of epochs without a fix
@@ -63,11 +71,19 @@ class Craft:
     velocity: Errors | None
     clock: ClockErrors | None
     fixes: Fixes
+    axes: F64
+    truth_m: F64 | None
+    quaternion: F64
+    truth_quaternion: F64 | None
     counts: dict[str, F64]
     holds: Holds | None
     bridge_ns: int
+    by_antenna: dict[int, F64] | None
+    residuals: Residuals | None
+    looked_at: int
     strength: dict[int, Strength] | None
     sightings: Sightings | None
+    commands: Columns
     handed: list[tuple[int, int, int, int]]
     handed_out: bool
     without_fix: Stretches
@@ -86,27 +102,38 @@ def gather(
     counts = {k: fixes[k] for k in _COUNTS}
     counts |= {k: _column(timeline, k)[first].astype(float) for k in ("bits", "faults")}
     here, visible, errors = position, None, (None, None, None)
+    truth_m, turned = None, None
     if len(rows):
-        truth_m, truth_mps, visible, clock_s = _truth_on(t_ns, rows)
+        truth_m, truth_mps, visible, clock_s, turned = _truth_on(t_ns, rows)
         here = np.where(np.isnan(position), truth_m, position)
         axes = radial_along_cross(truth_m, truth_mps)
         errors = (position_errors(axes, fixes, truth_m), velocity_errors(axes, fixes, truth_mps),
                   clock_errors(fixes, clock_of_fix(fixes, clock_s)))  # fmt: skip
+    else:
+        axes = radial_along_cross(position, vectors(fixes, "v{}_mps"))
     quaternion = np.column_stack([_column(timeline, f"q{i}")[first] for i in range(4)])
     looks = instants(np.isfinite(np.column_stack([here, quaternion]).sum(axis=1)))
     held, bridge, strength, sightings = None, 0, None, None
+    by_antenna, left, looked_at = None, None, 0
     if channels is not None:
         table = read_channels(channels, name, t_ns, looks)
         held, bridge = _bridged(table, vehicle.antennas, interval_ns)
         strength = table.strength(vehicle.antennas)
+        several = any(vehicle.other_signals)
+        by_antenna = {r: table.satellites_of(r, several) for r in range(1, vehicle.antennas + 1)}
+        ranges = table.ranges[table.ranges.receiver <= vehicle.antennas]
+        left = residuals(ranges, position, quaternion, vehicle)
+        looked_at = table.looked_at
         own = table.seen_by <= vehicle.antennas
         pose = t_ns[looks], here[looks], quaternion[looks], vehicle.boresight_body
         sightings = look(*pose, table.seen[own], table.seen_by[own], places(digest.almanac.rows))
     return Craft(
         name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns, position_m=position, here_m=here,
-        visible=visible, position=errors[0], velocity=errors[1], clock=errors[2], fixes=fixes, counts=counts,
-        holds=held, bridge_ns=bridge,
+        visible=visible, position=errors[0], velocity=errors[1], clock=errors[2], fixes=fixes, axes=axes,
+        truth_m=truth_m, quaternion=quaternion, truth_quaternion=turned, counts=counts, holds=held,
+        bridge_ns=bridge, by_antenna=by_antenna, residuals=left, looked_at=looked_at,
         strength=strength, sightings=sightings, handed=digest.commands.handed,
+        commands={name: np.array(column) for name, column in digest.commands.events.items()},
         handed_out=digest.commands.commands > 0, without_fix=stretches(t_ns, digest.fixes, interval_ns),
     )  # fmt: skip
 
@@ -134,11 +161,16 @@ def _on(t_ns: I64, fixes: Columns) -> dict[str, F64]:
     return out
 
 
+_TRUTH = (
+    "position_ecef_m", "velocity_ecef_mps", "satellites_visible", "clock_s", "quaternion_body_from_ecef"
+)  # fmt: skip
+
+
 def _truth_on(t_ns: I64, rows: np.ndarray) -> list[F64]:
-    """Position, velocity, satellites in view and clocks on time marks; nan where truth has no row."""
+    """Columns _TRUTH on time marks; nan where truth has no row."""
     _, at, there = np.intersect1d(t_ns, rows["t_gps_ns"], return_indices=True)
     columns = []
-    for name in ("position_ecef_m", "velocity_ecef_mps", "satellites_visible", "clock_s"):
+    for name in _TRUTH:
         column = np.full((len(t_ns), *rows[name].shape[1:]), np.nan)
         column[at] = rows[name][there]
         columns.append(column)

@@ -28,14 +28,14 @@ def extremes(values: F64, buckets: int = BUCKETS) -> I64:
     bucket = np.zeros(n, np.int64)
     bucket[starts[1:]] = 1
     bucket = np.cumsum(bucket)
-    missing = np.isnan(values)
-    order = np.lexsort((values, bucket))  # nan sorts behind the greatest
-    present = np.add.reduceat((~missing).astype(np.int64), starts)
-    least = order[starts]
-    greatest = order[starts + np.maximum(present - 1, 0)]
-    gaps = np.flatnonzero(missing)
-    _, first = np.unique(bucket[gaps], return_index=True)
-    return np.unique(np.r_[0, least, greatest, gaps[first], n - 1])
+    least, greatest = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+    kinds = values == least[bucket], values == greatest[bucket], np.isnan(values)
+    return np.unique(np.r_[0, *(_first_of_each(bucket, np.flatnonzero(kind)) for kind in kinds), n - 1])
+
+
+def _first_of_each(bucket: I64, rows: I64) -> I64:
+    """The first of the rows (k,), ascending, in every bucket that has any."""
+    return rows[np.flatnonzero(np.diff(bucket[rows], prepend=-1))]
 
 
 def evenly(n: int, count: int) -> I64:

@@ -51,6 +51,18 @@ def numbers(values: NDArray) -> Json:
     return _typed(values, "f4")
 
 
+def array2d(values: NDArray) -> Json:
+    """Values (r, c) as plotly's typed array of rows."""
+    return _typed(values, "f4") | {"shape": f"{values.shape[0]}, {values.shape[1]}"}
+
+
+def usual_span(values: NDArray) -> list[float]:
+    """A first view of all but the wildest hundredth of values, with some air."""
+    low, high = np.nanpercentile(values, (0.5, 99.5))
+    air = 0.15 * (high - low) or 1e-3
+    return [float(low - air), float(high + air)]
+
+
 def moments(t_ns: I64) -> Json:
     """GPS time as milliseconds of a calendar that runs with it, for an axis of dates."""
     return _typed(np.asarray(t_ns) / 1e6 + UNIX_OF_GPS_EPOCH_S * 1e3, "f8")

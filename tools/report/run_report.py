@@ -17,9 +17,12 @@ from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH
 from gnss_hil.tools.report import (
     antenna_skies,
     assignment,
+    attitude_plot,
     clock_plots,
     error_plots,
+    events,
     ground_track,
+    relative_position,
     summary_tables,
     time_series,
 )
@@ -52,6 +55,7 @@ def write(
     latency = summary["epoch_latency_ms"]
     bench = time_series.latency(facts.get("latency_histogram", []), latency["p50"], latency["p99"])
     alone = len(scenario.craft) == 1
+    crafts = []
     for craft in scenario.craft:
         name = craft.name
         rows = kept.of(name) if kept is not None and name in kept.craft else np.zeros(0)
@@ -59,7 +63,10 @@ def write(
         table = channels if channels.exists() else None
         gathered = gather(name, vehicle, summary["epoch_interval_s"], digests[name], rows, table)
         _craft(page, gathered, summary, [bench] if alone else [])
+        crafts.append(gathered)
     if not alone:
+        page.add(tag.h2("Relative position"))
+        page.add_plots([relative_position.relative_position(crafts[0], other) for other in crafts[1:]])
         page.add(tag.h2("Bench"))
         page.add_plots([bench])
     if summary.get("remarks"):
@@ -116,11 +123,12 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> 
     page.add_plots(
         [
             error_plots.position_error(craft), error_plots.velocity_error(craft),
-            error_plots.consistency(craft), clock_plots.clock(craft),
+            error_plots.consistency(craft), clock_plots.clock(craft), attitude_plot.attitude(craft),
+            time_series.residuals_by_satellite(craft), time_series.satellites_by_antenna(craft),
             time_series.satellites(craft), time_series.dilution(craft),
             ground_track.ground_track(craft), ground_track.orbit(craft), time_series.strength(craft),
             time_series.load(craft),
-            *more, time_series.faults(craft),
+            *more, events.events(craft), time_series.faults(craft),
         ],
         craft.name,
     )  # fmt: skip

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.tools.report import residuals
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.decimate import BUCKETS, extremes
 from gnss_hil.tools.report.plot import (
@@ -45,8 +46,31 @@ def satellites(craft: Craft) -> Plot:
         traces.insert(0, trace("in view", craft.t_ns, craft.visible, "--muted", line={"shape": "hv"}))
         note += "; in view: healthy, clear of the Earth and strong enough at some antenna, as truth has it"
     y = axis("satellites", rangemode="tozero")
-    return Plot("Satellites", f"{note}. A gap is an epoch without a fix.",
-                {"data": traces, "layout": layout(time_axis(craft.t_ns), y)})  # fmt: skip
+    return Plot("Satellites", f"{note}. Shaded: no fix.",
+                {"data": traces,
+                 "layout": layout(time_axis(craft.t_ns), y, shapes=shades(craft)[0])})  # fmt: skip
+
+
+def satellites_by_antenna(craft: Craft) -> Plot:
+    title = "Satellites by antenna"
+    if craft.by_antenna is None:
+        return Plot.missing(title, NO_CHANNELS)
+    shapes, shaded = shades(craft)
+    rows = []
+    for receiver, count in craft.by_antenna.items():
+        name, channels = craft.vehicle.names[receiver - 1], int(craft.vehicle.channels[receiver - 1])
+        line_ = trace(name, craft.t_ns, count, antenna_colour(receiver), line={"shape": "hv"})
+        rows.append((axis(name, range=[-0.4, max(channels, count.max(initial=0)) + 0.4], nticks=4), [line_]))
+    return Plot(
+        title, f"Different satellites that each receiver measured; axes go up to its channels. {shaded}",
+        piled(craft.t_ns, rows, showlegend=False, shapes=shapes), height=110 + 70 * len(rows), wide=True,
+    )  # fmt: skip
+
+
+def residuals_by_satellite(craft: Craft) -> Plot:
+    if craft.residuals is None:
+        return Plot.missing("Residuals", NO_CHANNELS)
+    return residuals.picture(craft.t_ns, craft.residuals, craft.looked_at, shades(craft)[0])
 
 
 def dilution(craft: Craft) -> Plot:
@@ -61,7 +85,12 @@ def dilution(craft: Craft) -> Plot:
     return Plot(
         "Dilution of precision",
         "Over all measurements of the fix, as published; and as computed here with every satellite once.",
-        {"data": traces, "layout": layout(time_axis(craft.t_ns), log_axis("PDOP", *positive_span(pdop)))},
+        {
+            "data": traces,
+            "layout": layout(
+                time_axis(craft.t_ns), log_axis("PDOP", *positive_span(pdop)), shapes=shades(craft)[0]
+            ),
+        },
     )
 
 
@@ -82,7 +111,11 @@ def shades(craft: Craft) -> tuple[list[Json], str]:
     shapes = [{"type": "rect", "xref": "x", "yref": "paper", "x0": a, "x1": b, "y0": 0, "y1": 1,
                "layer": "below", "fillcolor": "--idle", "line": {"width": 0}}
               for a, b in zip(milliseconds(begin), milliseconds(end), strict=True)]  # fmt: skip
-    return shapes, f"Shaded: no fix, {int(lacking.epochs.sum())} epochs in {len(lacking)} stretches."
+    return shapes, f"Shaded: no fix, {int(lacking.epochs.sum())} epochs in {_stretches(len(lacking))}."
+
+
+def _stretches(count: int) -> str:
+    return "one stretch" if count == 1 else f"{count} stretches"
 
 
 def strength(craft: Craft) -> Plot:

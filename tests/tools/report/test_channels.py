@@ -41,7 +41,10 @@ def table(tmp_path_factory):
             {"craft": Labelled(random.integers(0, 2, n, np.uint8), ("soyuz", "iss")),
              "t_gps_s": MARKS_NS[mark] / 1e9, "receiver": receiver,
              "satellite": Labelled(random.integers(0, len(names), n, np.uint16), names),
-             "cn0_dbhz": strength, **{axis: random.uniform(-3e7, 3e7, n) for axis in AXES}}
+             "signal": Labelled(random.integers(0, 3, n, np.uint8), ("L1CA", "L2C", "L1OF")),
+             "used": random.random(n) < 0.5, "pseudorange_m": random.uniform(2e7, 3e7, n),
+             "sv_clock_m": random.uniform(-1e5, 1e5, n), "cn0_dbhz": strength,
+             **{axis: random.uniform(-3e7, 3e7, n) for axis in AXES}}
         ],
     )  # fmt: skip
     return path
@@ -101,3 +104,23 @@ def test_a_craft_without_a_measurement(table):
     assert len(nothing.mark) == 0
     assert len(nothing.seen.t_ns) == 0
     assert [len(s.t_ns) for s in nothing.strength(2).values()] == [0, 0]
+
+
+def test_ranges_are_those_of_first_signals_at_marks_spread_over_the_run(ours, theirs):
+    marks = np.unique(ours.ranges.mark)
+    assert ours.looked_at == 1500 < len(MARKS_NS) and np.diff(marks).max() <= 3 * len(MARKS_NS) / 1500
+    rows = theirs.filter(
+        polars.col("t_gps_s").is_in((MARKS_NS[marks] / 1e9).tolist()), polars.col("signal") != "L2C"
+    )
+    assert len(rows) == len(ours.ranges.mark) > 1000
+    assert ours.ranges.corrected_m == pytest.approx((rows["pseudorange_m"] + rows["sv_clock_m"]).to_numpy())
+    assert ours.ranges.used.tolist() == rows["used"].to_list()
+    assert ours.ranges.place_m == pytest.approx(rows.select(AXES[:3]).to_numpy())
+
+
+def test_satellites_of_a_receiver_are_counted_once_where_it_has_several_signals(ours, theirs):
+    mine = theirs.filter(receiver=2).group_by("t_gps_s")
+    at = np.searchsorted(MARKS_NS / 1e9, mine.len()["t_gps_s"].to_numpy())
+    assert ours.satellites_of(2, several_signals=False).sum() == ours.satellites_of(2, False)[at].sum()
+    for several, counted in ((False, mine.len()["len"]), (True, mine.n_unique()["satellite"])):
+        assert ours.satellites_of(2, several).sum() == counted.sum()
