@@ -38,8 +38,8 @@ pytestmark = [
 TITLES = (
     "Assignment", "Sky of antenna fore", "Sky of antenna starboard", "Sky of antenna aft",
     "Sky of antenna port", "Position error", "Velocity error", "Normalised squared error", "Receiver clock",
-    "Attitude", "Residuals", "Satellites by antenna", "Satellites", "Dilution of precision", "Ground track", "Orbit", "Carrier to noise density",
-    "Bus load", "Latency of an epoch", "Commands and faults",
+    "Attitude", "Residuals", "Satellites by antenna", "Satellites", "Dilution of precision", "Ground track",
+    "Orbit", "Carrier to noise density", "Bus load", "Latency of an epoch", "Commands and faults",
 )  # fmt: skip
 
 
