@@ -39,7 +39,7 @@ setInterval(() => {
   const plots = [...document.querySelectorAll(".plot")].map((plot) => ({
     id: plot.id,
     surfaces: plot.querySelectorAll("svg.main-svg").length,
-    traces: plot.querySelectorAll("g.trace").length,
+    traces: plot.querySelectorAll("g.trace, g.hm").length,
     asked: (plot.data || []).length,
     time: plot.layout?.xaxis?.type === "date" ? plot.layout.xaxis.range : null,
   }));
@@ -48,6 +48,7 @@ setInterval(() => {
   const fetched = performance.getEntriesByType("resource").map((e) => e.name);
   root.dataset.probe = JSON.stringify({
     plots, addresses, fetched, width: innerWidth, scroll: root.scrollWidth,
+    cut: [...document.querySelectorAll(".scroll")].filter((e) => e.scrollWidth > e.clientWidth).length,
     colour: getComputedStyle(root).colorScheme, loaded, printed: onPaper,
   });
 }, 50);

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.common.durations import clock
+from gnss_hil.tools.live.chart import chart
 from gnss_hil.tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
 from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 
@@ -81,6 +82,7 @@ class Column:
     head: str
     width: int
     text: Callable[[Cell], str]
+    unit: str = ""
 
 
 COLUMNS = {
@@ -89,8 +91,8 @@ COLUMNS = {
         Column("ch", 2, lambda cell: str(cell.channel)),
         Column("sat", 4, lambda cell: cell.satellite),
         Column("state", 8, lambda cell: cell.state),
-        Column("C/N0", 5, lambda cell: number(cell.seen("cn0_dbhz"), 1)),
-        Column("off", 5, lambda cell: number(math.degrees(cell.seen("off_rad")), 1)),
+        Column("C/N0", 5, lambda cell: number(cell.seen("cn0_dbhz"), 1), "dBHz"),
+        Column("off", 5, lambda cell: number(math.degrees(cell.seen("off_rad")), 1), "deg"),
         Column("age", 5, lambda cell: age(cell.age_s) if cell.delivers else "-"),
         Column("fix", 3, lambda cell: "yes" if cell.seen("used") else "-"),
     )
@@ -141,8 +143,9 @@ def arranged(antennas: int, channels: int, width: int, height: int) -> Grid:
     return max(map(fit, SETS), key=lambda grid: (grid.channels, len(grid.columns)))
 
 
-def _block(craft: CraftSummary, antenna: int, grid: Grid, most: int) -> list[Line]:
-    """One antenna's table, its title first; `most` channels that any antenna of the craft has."""
+def _block(craft: CraftSummary, antenna: int, grid: Grid, most: int, units: bool) -> list[Line]:
+    """One antenna's table, its title first; `most` channels that any antenna of the craft has; units stand
+    below the heads if asked for."""
     channels = int(craft.vehicle.channels[antenna])
     delivering = int((craft.bus.tracks.sat[antenna, :channels] >= 0).sum())
     title = parted(
@@ -152,19 +155,23 @@ def _block(craft: CraftSummary, antenna: int, grid: Grid, most: int) -> list[Lin
         ),
         grid.width,
     )  # fmt: skip
-    heads = line(Span(_row((head, head) for head in grid.columns), "dim"))
+    heads = [line(Span(_row((head, head) for head in grid.columns), "dim"))]
+    if units:
+        heads.append(line(Span(_row((head, COLUMNS[head].unit) for head in grid.columns), "dim")))
     shown = channels if grid.channels >= most else min(channels, max(grid.channels - 1, 0))
     cells = [Cell(craft, antenna, channel) for channel in range(shown)]
     rows = [line(Span(_row((h, COLUMNS[h].text(c)) for h in grid.columns), c.style)) for c in cells]
     count = f"+{channels - shown}"
     hidden = line(Span(f"{count} more" if len(count) + 5 <= grid.width else count, "dim"))
-    return [title, heads, *rows, *([hidden] if shown < channels else [])]
+    return [title, *heads, *rows, *([hidden] if shown < channels else [])]
 
 
 def _tables(craft: CraftSummary, width: int, height: int) -> list[Line]:
     antennas, most = craft.vehicle.antennas, int(craft.vehicle.channels.max())
     grid = arranged(antennas, most, width, height)
-    blocks = [_block(craft, antenna, grid, most) for antenna in range(antennas)]
+    rows = -(-antennas // grid.side_by_side)
+    units = grid.channels >= most and height >= rows * (most + 4)
+    blocks = [_block(craft, antenna, grid, most, units) for antenna in range(antennas)]
     groups = [
         beside(blocks[i : i + grid.side_by_side], grid.width) for i in range(0, antennas, grid.side_by_side)
     ]
@@ -252,4 +259,26 @@ def screen(run: RunSummary, width: int, height: int) -> list[Line]:
     foot = [*_others(run, width, max(1, height // 4)), *notes][: (height - len(head)) // 2]
     room = height - len(head) - len(foot)
     blank = [line("")] if room > 8 else []
-    return [*head, *blank, *_tables(run.craft[0], width, room - len(blank)), *foot]
+    tables = _tables(run.craft[0], width, room - len(blank))
+    return [*head, *blank, *tables, *_charts(run.craft[0], width, room - len(blank) - len(tables)), *foot]
+
+
+_LEAST_CHART, _MOST_CHART = 7, 16
+"""Lines of a chart."""
+_LEAST_CHART_WIDTH = 36
+
+
+def _charts(craft: CraftSummary, width: int, room: int) -> list[Line]:
+    """Error and satellites over the time so far, below the tables where there is room: side by side, or one
+    above the other, or nothing."""
+    past = craft.history
+    asked = (("error, 3-D", "m", past.error_m), ("satellites in the fix", "", past.satellites))
+    together = width >= 2 * _LEAST_CHART_WIDTH + len(GAP)
+    each = min(room - 1, _MOST_CHART) if together else min((room - 2) // 2, _MOST_CHART)
+    if each < _LEAST_CHART or width < _LEAST_CHART_WIDTH or not past.t_s:
+        return []
+    wide = (width - len(GAP)) // 2 if together else width
+    drawn = [chart(title, unit, past.t_s, values, wide, each) for title, unit, values in asked]
+    if together:
+        return [line(""), *beside(drawn, wide)]
+    return [spans for one in drawn for spans in (line(""), *one)]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.tools.decoder.epoch_snapshot import EpochSnapshot
 from gnss_hil.tools.decoder.latest import Latest
+from gnss_hil.tools.live.chart import History
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,6 +20,7 @@ class CraftSummary:
     snapshot    the last epoch
     interval_s  between epochs
     error_m     3-D, centre of mass, against the truth; None where there is no fix or no truth yet
+    history     error and satellites at the looks so far
     """
 
     name: str
@@ -27,6 +29,7 @@ class CraftSummary:
     snapshot: EpochSnapshot
     interval_s: float
     error_m: float | None
+    history: History = field(default_factory=History)
 
     @property
     def tracked(self) -> int:

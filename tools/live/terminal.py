@@ -10,7 +10,7 @@ import select
 from collections.abc import Sequence
 from typing import TextIO
 
-from gnss_hil.tools.live.screen import Line, painted
+from gnss_hil.tools.live.screen import Line, painted, width_of
 
 # ECMA-48 and xterm's private modes: alternate screen (1049), wrapping (7), cursor (25).
 ENTER = "\x1b[?1049h\x1b[?7l\x1b[?25l\x1b[2J"
@@ -45,11 +45,12 @@ class Terminal:
 
     def draw(self, lines: Sequence[Line]) -> None:
         """These lines and nothing else; of more than fit, the first."""
+        columns, count = self.size
         rows = [
-            f"\x1b[{row}H{painted(spans, self._colour)}{_ERASE_LINE}"
-            for row, spans in enumerate(lines[: self.size.lines], 1)
-        ]
-        below = f"\x1b[{len(rows) + 1}H{_ERASE_BELOW}" if len(rows) < self.size.lines else ""
+            f"\x1b[{row}H{painted(spans, self._colour)}{_ERASE_LINE if width_of(spans) < columns else ''}"
+            for row, spans in enumerate(lines[:count], 1)
+        ]  # erasing behind a full line would take its last character: without wrapping the cursor stays on it
+        below = f"\x1b[{len(rows) + 1}H{_ERASE_BELOW}" if len(rows) < count else ""
         self._write(("" if self._inside else ENTER) + "".join(rows) + below + _HOME)
         self._inside = True
 

@@ -12,6 +12,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.epoch_snapshot import EpochSnapshot, snapshot
 from gnss_hil.tools.decoder.latest import Latest
+from gnss_hil.tools.live.chart import History
 from gnss_hil.tools.live.layout import screen
 from gnss_hil.tools.live.live_error import LiveError
 from gnss_hil.tools.live.summary import CraftSummary, RunSummary
@@ -33,6 +34,7 @@ class _Craft:
         self._epochs: list[int] = []
         self._blocks: list[FrameBatch] = []
         self._snapshot: EpochSnapshot | None = None
+        self._history = History()
         self.hear = self._epochs.append, self._blocks.append
 
     def look(self) -> CraftSummary | None:
@@ -41,6 +43,10 @@ class _Craft:
             last = self._bus.take(self._epochs, self._blocks)
             self._snapshot = snapshot(last, self._epochs[-1], self._vehicle.boresight_body)
             self._live_error.look(self._snapshot, self._interval_ns)
+            fix = self._snapshot.fix
+            satellites = None if fix is None or fix.mode == "NO_FIX" else fix.satellites
+            t_s = self._snapshot.epoch * self._interval_ns / 1e9
+            self._history.add(t_s, self._live_error.error_m, satellites)
             self._epochs.clear()
             self._blocks.clear()
         if self._snapshot is None:
@@ -52,6 +58,7 @@ class _Craft:
             self._snapshot,
             self._interval_ns / 1e9,
             self._live_error.error_m,
+            self._history,
         )
 
 

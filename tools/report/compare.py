@@ -15,7 +15,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.run_folder import SUMMARY
 from gnss_hil.tools.report.document import Page, card, lead
 from gnss_hil.tools.report.markup import Child, table, tag
-from gnss_hil.tools.report.plot import Json, Plot, axis, overlaid
+from gnss_hil.tools.report.plot import Json, Plot, axis, log_axis, overlaid, positive_span
 from gnss_hil.tools.report.summary_tables import setting, shown
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH
 from gnss_hil.tools.results import parquet
@@ -231,12 +231,16 @@ def _plots(names: Sequence[str], pair: Sequence[Course]) -> list[Plot]:
     return [
         _distribution(names, errors),
         over_time("Position error, 3-D", "Distance of the fix from truth.",
-                  axis("error [m]", type="log"), errors),
+                  _log_axis("error [m]", errors), errors),
         over_time("Satellites", "Distinct satellites in the fix.",
                   axis("satellites", rangemode="tozero"), [course.satellites for course in pair]),
         over_time("Dilution of precision", "Over all measurements of the fix, as published.",
-                  axis("PDOP", type="log", dtick="D2"), [course.pdop for course in pair]),
+                  _log_axis("PDOP", [course.pdop for course in pair]), [course.pdop for course in pair]),
     ]  # fmt: skip
+
+
+def _log_axis(title: str, values: Sequence[F64 | None]) -> Json:
+    return log_axis(title, *positive_span(*(v for v in values if v is not None)))
 
 
 def _distribution(names: Sequence[str], errors: Sequence[F64 | None]) -> Plot:
@@ -247,4 +251,4 @@ def _distribution(names: Sequence[str], errors: Sequence[F64 | None]) -> Plot:
         return Plot.missing(title, NO_FIX if len(kept) == len(errors) else NO_TRUTH)
     note = "Over all fixes of each run; epochs without a fix do not count."
     y = axis("fixes with a smaller error [%]", range=[0, 100])
-    return overlaid(title, note, axis("error [m]", type="log"), y, curves)
+    return overlaid(title, note, _log_axis("error [m]", [e for _, e in kept]), y, curves)

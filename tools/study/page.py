@@ -10,7 +10,7 @@ import numpy as np
 
 from gnss_hil.tools.report.document import Page, card, lead, note
 from gnss_hil.tools.report.markup import table, tag
-from gnss_hil.tools.report.plot import Plot, axis, overlaid
+from gnss_hil.tools.report.plot import Plot, axis, log_axis, overlaid, positive_span
 from gnss_hil.tools.report.summary_tables import aligned
 from gnss_hil.tools.study.factors import COLUMNS, Effect
 
@@ -57,5 +57,8 @@ def _course(effect: Effect) -> Plot:
     curves = [
         (name, errors.t_s, np.maximum(np.linalg.norm(vectors, axis=1), 1e-4)) for name, vectors in parts
     ]
-    x, y = axis("time since the start [s]"), axis("error, 3-D [m]", type="log", exponentformat="power")
+    x, y = (
+        axis("time since the start [s]"),
+        log_axis("error, 3-D [m]", *positive_span(*(c for *_, c in curves))),
+    )
     return overlaid(effect.factor, "Error of the fix, and of the relative position.", x, y, curves)

@@ -47,10 +47,12 @@ def test_a_run_on_a_terminal_is_shown_resized_and_leaves_it_clean(tmp_path):
     session.watch(drawn(session))
     assert session.screen.alternate and not session.screen.cursor_shown
     assert "fore" in session.text and "port" in session.text
-    session.resize(200, 50)
+    session.resize(160, 50)
     session.watch(lambda: any(line.count("RX") == 4 for line in session.screen.display))
+    session.watch(lambda: row(session, "error, 3-D [m]") and "█" in session.text)
     session.resize(60, 15)
     session.watch(lambda: row(session, "sat").count("C/N0") == 4)
+    session.watch(lambda: "█" not in session.text)  # nothing of the large window is left
     session.watch(lambda: "error" in row(session, "fix"))
     assert session.end() == 0
     left_clean(session)

@@ -113,6 +113,17 @@ def test_a_wide_window_has_the_antennas_side_by_side(tmp_path):
     assert all(name in heads for name in VEHICLE.names)
 
 
+def test_a_large_window_has_charts_and_units_and_a_small_one_has_none(tmp_path):
+    large, usual = Window(160, 50), Window(80, 24)
+    viewed(tmp_path, large)
+    viewed(tmp_path, usual)
+    text = "\n".join(large.drawn[0])
+    assert "error, 3-D [m]" in text and "satellites in the fix" in text
+    assert text.count("dBHz") == len(VEHICLE.names) and " deg" in text
+    assert "error, 3-D [m]" not in "\n".join(usual.drawn[0])
+    assert re.search(r"█.*█", text) and len(large.drawn[0]) <= 50
+
+
 def test_a_small_window_says_what_it_leaves_out(tmp_path):
     window = Window(38, 11)
     viewed(tmp_path, window)
