@@ -110,9 +110,8 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
         counts.add_rows(Reason.SURPLUS, epoch_block.can_id, unused.surplus)
         counts.add_rows(Reason.INCOMPLETE, epoch_block.can_id, unused.incomplete)
     ionosphere, others = _ionosphere(values["ionosphere"])
-    counts.add_rows(
-        Reason.CONTRADICTED, epoch_block.can_id, plan.records["ionosphere"].rows[:, others].ravel()
-    )
+    contradicted = plan.records["ionosphere"].rows[:, others].ravel().astype(np.int64)
+    counts.add_rows(Reason.CONTRADICTED, epoch_block.can_id, contradicted)
     boots, domains = _receivers(plan.records["receiver"], values["receiver"])
     epoch = Epoch(
         mark=mark,
