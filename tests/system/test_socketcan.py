@@ -127,9 +127,22 @@ def test_an_interrupt_ends_it(uml):
     )
     assert process.stdout.readline() == b"here\n"
     process.send_signal(2)
-    assert exit_status(process) == vcan.INTERRUPTED
+    assert exit_status(process) == 130
     process.stdout.close()
     until(nothing_left)
+
+
+ON_A_TERMINAL = "import os, pty, sys; sys.exit(os.waitstatus_to_exitcode(pty.spawn(sys.argv[1:])))"
+
+
+def test_on_a_terminal_it_boots_every_time(uml):
+    """The kernel, which tries out ptrace as it begins, is not reached by signals about the terminal."""
+    command = [*GNSS_HIL, "vcan", "shell", "--mem", "128M", "--", "sh", "-c", "tty; exit 5"]
+    for _ in range(6):
+        done = subprocess.run(
+            [sys.executable, "-c", ON_A_TERMINAL, *command], capture_output=True, stdin=subprocess.DEVNULL
+        )
+        assert (done.stdout, done.returncode) == (b"/dev/tty0\r\n", 5)
 
 
 @pytest.fixture

@@ -15,14 +15,15 @@ import subprocess
 import sys
 import tempfile
 import termios
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from gnss_hil.tools.processes import vcan_guard
 
 INTERFACES = ("vcan0", "vcan1")
-MISSING, INTERRUPTED, TIMED_OUT = 3, 130, 124
+MISSING, TIMED_OUT = 3, 124
 
 MODULES = (
     "net/can/can",
@@ -165,50 +166,64 @@ class _Ended(BaseException):
     """A signal that asks this process to end."""
 
 
-@contextmanager
-def _signals_raise():
-    """SIGTERM and SIGHUP end the kernel before they end us. What is ignored (nohup) stays so."""
+class _Signals:
+    """Signals that ask this process to end: noted when they come, and raised while the kernel is waited for.
 
-    def end(number, frame):
-        raise _Ended(number)
+    So none can come between a kernel and its end. What is ignored when it begins (nohup) stays so.
+    """
 
-    heard = (n for n in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(n) is not signal.SIG_IGN)
-    before = {number: signal.signal(number, end) for number in heard}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
+    def __init__(self):
+        self._came, self._waiting = 0, False
+
+    def __enter__(self) -> _Signals:
+        asked = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        heard = (n for n in asked if signal.getsignal(n) is not signal.SIG_IGN)
+        self._before = {number: signal.signal(number, self._note) for number in heard}
+        return self
+
+    def __exit__(self, *_) -> None:
+        for number, handler in self._before.items():
             signal.signal(number, handler)
+
+    def _note(self, number, frame) -> None:
+        self._came = self._came or number
+        if self._waiting:
+            self._waiting = False
+            raise _Ended(self._came)
+
+    @contextmanager
+    def raised(self):
+        """Within the context the first signal raises `_Ended`, also one that came before."""
+        self._waiting = True
+        try:
+            if self._came:
+                raise _Ended(self._came)
+            yield
+        finally:
+            self._waiting = False
 
 
 def shell(command: Sequence[str], timeout_s: float | None = None, memory_bytes: int = MEMORY_BYTES) -> int:
     """Runs a command in a user-mode Linux with vcan0 and vcan1; its exit status.
 
     Working folder, environment and the host's files are the command's. Its stdin is the terminal if there
-    is one, else empty. 3: the kernel is missing or did not boot; 124: `timeout_s` passed; 130: interrupted;
-    128 + N: signal N asked it to end.
+    is one, else empty. 3: the kernel is missing or did not boot; 124: `timeout_s` passed; 128 + N: signal N
+    asked it to end.
     """
-    try:
-        with _signals_raise():
-            return _shell(command, timeout_s, memory_bytes)
-    except _Ended as signalled:
-        return 128 + signalled.args[0]
-
-
-def _shell(command: Sequence[str], timeout_s: float | None, memory_bytes: int) -> int:
     fault = _lacking(memory_bytes)
     if fault:
         print(f"gnss-hil vcan shell: {fault}", file=sys.stderr)
         return MISSING
-    with tempfile.TemporaryDirectory(prefix="gnss-hil-vcan-") as name:
+    with _Signals() as signals, tempfile.TemporaryDirectory(prefix="gnss-hil-vcan-") as name:
         folder = Path(name)
         terminal = sys.stdin is not None and sys.stdin.isatty()
         _write(folder, command, os.environ, terminal)
         try:
             with _kept_terminal(terminal):
-                _boot(folder, terminal, timeout_s, memory_bytes)
-        except KeyboardInterrupt:
-            return INTERRUPTED
+                kernel = _Kernel(folder, terminal, memory_bytes)
+                kernel.run(timeout_s, signals)
+        except _Ended as signalled:
+            return 128 + signalled.args[0]
         except subprocess.TimeoutExpired:
             print(f"gnss-hil vcan shell: stopped after {timeout_s:g} s", file=sys.stderr)
             return TIMED_OUT
@@ -289,68 +304,77 @@ def _write(folder: Path, command: Sequence[str], environment: Mapping[str, str],
         (folder / name).chmod(0o700)
 
 
-def _boot(folder: Path, terminal: bool, timeout_s: float | None, memory_bytes: int) -> None:
-    """Runs the kernel to its end, or kills it; a guard does if we cannot."""
-    with _guarded(folder) as guard:
-        _run_kernel(folder, terminal, timeout_s, memory_bytes, guard)
+@dataclass(frozen=True, slots=True)
+class _Kernel:
+    """A kernel to be run: the folder of its scripts, whether it has the terminal, its memory."""
+
+    folder: Path
+    terminal: bool
+    memory_bytes: int
+
+    def run(self, timeout_s: float | None, signals: _Signals) -> None:
+        """To its end, or to a signal's or the time's; a guard ends it if we cannot."""
+        with _guard(self.folder) as tell:
+            kernel = self._start()
+            try:
+                tell(kernel.pid)
+                _keep_on_one_processor(kernel.pid)
+                with signals.raised():
+                    kernel.wait(timeout_s)
+            finally:
+                if kernel.poll() is None:
+                    os.killpg(kernel.pid, signal.SIGKILL)  # its guest processes are processes of ours, too
+                    kernel.wait()
+
+    def _start(self) -> subprocess.Popen:
+        return subprocess.Popen(
+            [
+                _which("linux.uml") or "linux.uml", f"mem={self.memory_bytes >> 20}M",
+                "rootfstype=hostfs", "rootflags=/", "rw", f"init={self.folder}/init",
+                "con=null", f"con0={'fd:0' if self.terminal else 'null'},fd:1", "con1=null,fd:2",
+                "console=tty9", "quiet", f"uml_dir={self.folder}/",
+            ],
+            stdin=None if self.terminal else subprocess.DEVNULL,
+            process_group=0,
+            preexec_fn=_take_terminal if self.terminal else None,
+            env={key: value for key, value in os.environ.items() if key not in _TEMPORARY}
+            | {"TMPDIR": memory_folder(self.memory_bytes) or _MEMORY[0]},
+        )  # fmt: skip
+
+
+def _keep_on_one_processor(process: int) -> None:
+    """Kernel and guest processes take turns by ptrace; across two that costs up to five times more."""
+    allowed = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(process, {allowed[process % len(allowed)]})
 
 
 @contextmanager
-def _guarded(folder: Path):
-    """A process that ends the kernel and removes its folder should this one be killed."""
+def _guard(folder: Path) -> Iterator[Callable[[int], None]]:
+    """A process that ends the kernel and removes its folder should this one be killed; takes what to end."""
     guard = subprocess.Popen(
         [sys.executable, "-I", "-S", vcan_guard.__file__, str(folder)],
         stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, process_group=0,
     )  # fmt: skip
-    try:
-        yield guard
-    finally:
-        guard.kill()
-        guard.wait()
-        if guard.stdin:
-            guard.stdin.close()
+    assert guard.stdin
+    with guard.stdin as pipe:
+
+        def tell(group: int) -> None:
+            with suppress(BrokenPipeError):  # one that was killed guards nothing
+                os.write(pipe.fileno(), str(group).encode())
+
+        try:
+            yield tell
+        finally:
+            guard.kill()
+            guard.wait()
 
 
-def _run_kernel(
-    folder: Path, terminal: bool, timeout_s: float | None, memory_bytes: int, guard: subprocess.Popen
-) -> None:
-    kernel = subprocess.Popen(
-        [
-            _which("linux.uml") or "linux.uml",
-            f"mem={memory_bytes >> 20}M", "rootfstype=hostfs", "rootflags=/", "rw", f"init={folder}/init",
-            "con=null", f"con0={'fd:0' if terminal else 'null'},fd:1", "con1=null,fd:2",
-            "console=tty9", "quiet", f"uml_dir={folder}/",
-        ],
-        stdin=None if terminal else subprocess.DEVNULL,
-        process_group=0,
-        env={key: value for key, value in os.environ.items() if key not in _TEMPORARY}
-        | {"TMPDIR": memory_folder(memory_bytes) or _MEMORY[0]},
-    )  # fmt: skip
-    try:
-        _tell(guard, kernel.pid)
-        # Kernel and guest processes take turns by ptrace; across two processors that costs up to five times
-        # more.
-        allowed = sorted(os.sched_getaffinity(0))
-        os.sched_setaffinity(kernel.pid, {allowed[kernel.pid % len(allowed)]})
-        if terminal:
-            _give_terminal(kernel.pid)
-        kernel.wait(timeout_s)
-    finally:
-        if kernel.poll() is None:
-            os.killpg(kernel.pid, signal.SIGKILL)  # its guest processes are processes of ours, too
-            kernel.wait()
-
-
-def _tell(guard: subprocess.Popen, group: int) -> None:
-    """Tells the guard what to end; one that was killed guards nothing."""
-    with suppress(BrokenPipeError):
-        os.write(guard.stdin.fileno(), str(group).encode())
-
-
-def _give_terminal(group: int) -> None:
-    """Makes a process group the terminal's foreground; it may have been stopped for touching it before."""
-    os.tcsetpgrp(sys.stdin.fileno(), group)
-    os.killpg(group, signal.SIGCONT)
+def _take_terminal() -> None:
+    """Makes this process's group the terminal's foreground, before it is a kernel: that must neither be
+    stopped for touching the terminal nor be reached by the signal that ends such a stop."""
+    signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # else taking it from the background would stop it
+    os.tcsetpgrp(sys.stdin.fileno(), os.getpgrp())
+    signal.signal(signal.SIGTTOU, signal.SIG_DFL)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ That it boots and ends is judged in tests/system.
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -113,3 +114,29 @@ def test_an_interface_that_is_up_needs_nobody(monkeypatch, tmp_path, capsys):
     (tmp_path / "vcan0" / "flags").write_text("0xc1\n")
     assert vcan.up() == 0
     assert capsys.readouterr().out == "vcan0 is up\n"
+
+
+def test_a_signal_is_raised_once_and_only_where_it_is_waited_for():
+    before = signal.getsignal(signal.SIGTERM)
+    with vcan._Signals() as signals:
+        signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(vcan._Ended) as ended, signals.raised():
+            pytest.fail("the signal that came before is not raised")
+        assert ended.value.args == (signal.SIGTERM,)
+    with vcan._Signals() as signals:
+        with pytest.raises(vcan._Ended) as ended, signals.raised():
+            try:
+                signal.raise_signal(signal.SIGHUP)
+            finally:
+                signal.raise_signal(signal.SIGTERM)  # while it cleans up
+        assert ended.value.args == (signal.SIGHUP,)
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_what_is_ignored_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with vcan._Signals() as signals, signals.raised():
+            signal.raise_signal(signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)
