@@ -92,6 +92,7 @@ def test_every_plot_of_a_run_is_drawn(run, tmp_path):
     probe = drawn(page, tmp_path)
     assert len(probe["plots"]) == len(TITLES)
     assert probe["scroll"] <= probe["width"] == 1200
+    assert probe["cut"] == 0, "a table is cut off"
     spans = {tuple(plot["time"]) for plot in probe["plots"] if plot["time"]}
     assert len(spans) == 1, "plots over time show different stretches"
 

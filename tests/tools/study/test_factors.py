@@ -7,6 +7,7 @@ import pytest
 
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.study.factors import largest, rms
+from tests.support import browser
 
 pytestmark = [
     pytest.mark.xdist_group("study of factors"),  # one study for all tests of it
@@ -24,14 +25,27 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def rows(tmp_path_factory):
+def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("study")
     wanted = ("ephemeris_error", "code_noise", "ionosphere")
     factors = [x for name in wanted for x in ("--factor", name)]
     status = main(["study", "factors", "--duration", "1500", *factors, "--out", str(out), "--quiet"])
     assert status == 0
-    assert (out / "factors.html").stat().st_size > 1_000_000, "plots and library inside"
-    return {row["factor"]: row for row in json.loads((out / "factors.json").read_text())}
+    return out
+
+
+@pytest.fixture(scope="module")
+def rows(folder):
+    return {row["factor"]: row for row in json.loads((folder / "factors.json").read_text())}
+
+
+@pytest.mark.slow
+def test_the_page_is_whole_in_an_ordinary_window(folder, tmp_path):
+    assert (folder / "factors.html").stat().st_size > 1_000_000, "plots and library inside"
+    browser.require()
+    seen = browser.look(folder / "factors.html", tmp_path, width=1400)
+    assert seen.complaints == [] and seen.probe["cut"] == 0, "a table is cut off"
+    assert all(plot["traces"] == 2 for plot in seen.probe["plots"])
 
 
 @pytest.mark.slow
