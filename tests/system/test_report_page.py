@@ -204,6 +204,13 @@ def test_a_run_without_a_fix_has_a_page(copied, tmp_path):
     drawn(copied / "report.html", tmp_path)
 
 
+def test_a_run_of_which_nothing_was_heard_has_a_page(copied, tmp_path):
+    (copied / "bus.log").write_bytes(b"")
+    assert main(["report", str(copied)]) == 0
+    assert "No time mark was heard." in (copied / "report.html").read_text("utf-8")
+    drawn(copied / "report.html", tmp_path)
+
+
 def test_refused_frames_have_a_plot_and_a_table(copied, tmp_path):
     log = (copied / "bus.log").read_bytes().splitlines(keepends=True)
     at = [i for i, line in enumerate(log) if b" can0 100#" in line][10]

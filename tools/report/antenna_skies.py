@@ -153,7 +153,8 @@ def names_at_px(points_px: F64, drawn_px: F64, reach_deg: float) -> F64:
     """(n, 2) centres of the names of points (n, 2) in a sky of RADIUS_PX that shows drawn_px (k, 2); those of
     the rings stay clear."""
     turn = np.radians(_RING_NAMES_AT_DEG)
-    rings = np.outer(_RINGS_DEG, (np.sin(turn), np.cos(turn))) * (RADIUS_PX / reach_deg)
+    off: F64 = np.array(_RINGS_DEG, float) * (RADIUS_PX / reach_deg)
+    rings = np.column_stack([off * np.sin(turn), off * np.cos(turn)])
     ink = labels.Ink.of(drawn_px, RADIUS_PX + max(LABEL_PX))
     return labels.beside(points_px, LABEL_PX, rings, ink, RADIUS_PX)
 

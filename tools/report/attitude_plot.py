@@ -47,6 +47,8 @@ def attitude(craft: Craft) -> Plot:
     if np.isnan(craft.axes).all():
         return Plot.missing(title, "The craft's place is not known, so it has no orbit to compare with.")
     turns = {"bus": roll_pitch_yaw_deg(dcm_of_quaternions(bus), craft.axes)}
+    if np.isnan(turns["bus"]).all():
+        return Plot.missing(title, "No epoch has both an attitude on the bus and an orbit to compare with.")
     if truth is not None:
         turns = {"truth": roll_pitch_yaw_deg(dcm_of_quaternions(truth), craft.axes)} | turns
     rows: list[tuple[Json, list[Json]]] = []
@@ -62,7 +64,8 @@ def attitude(craft: Craft) -> Plot:
         off = angle_between_arcsec(bus, truth)
         rows.append((axis("bus - truth [arcsec]", rangemode="tozero"),
                      [trace("bus - truth", t_ns, off, "--accent", line={"width": 1})]))  # fmt: skip
-        words += f" Angle between the bus and truth: {small(float(np.nanmax(off)))} arcsec at most."
+        most = float(np.max(off, where=~np.isnan(off), initial=0))
+        words += f" Angle between the bus and truth: {small(most)} arcsec at most."
     shapes, shaded = shades(craft)
     return Plot(title, f"{words} {shaded}", piled(t_ns, rows, shapes=shapes), height=100 + 100 * len(rows),
                 wide=True)  # fmt: skip

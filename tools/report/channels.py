@@ -119,8 +119,9 @@ def read_channels(path: Path, craft: str, marks_ns: I64, instants: I64) -> Chann
         seen.append((mark[at], receiver[at], satellite[at], vectors))
     mark, by, satellite, vectors = (np.concatenate(parts) for parts in zip(*seen, strict=True))
     places = Places(marks_ns[mark], satellite.astype(np.int64), vectors[:, :3], vectors[:, 3:])
-    parts = [np.concatenate(part) for part in zip(*ranges, strict=True)]
-    kept = Ranges(*(part.astype(np.int64) for part in parts[:3]), *parts[3:])
+    whole, by_whom, of_what, used, corrected, place = (np.concatenate(p) for p in zip(*ranges, strict=True))
+    kept = Ranges(whole.astype(np.int64), by_whom.astype(np.int64), of_what.astype(np.int64),
+                  used.astype(bool), corrected.astype(float), place.astype(float))  # fmt: skip
     mark, receiver, satellite, cn0_dbhz = (np.concatenate(parts) for parts in zip(*rows, strict=True))
     return Channels(marks_ns, mark, receiver, satellite, cn0_dbhz, places, by.astype(np.int64), kept,
                     len(looked))  # fmt: skip

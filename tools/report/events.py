@@ -24,7 +24,8 @@ _MOST = 1500
 def events(craft: Craft) -> Plot:
     """Commands by antenna, answers that refuse one, and epochs in which frames were refused."""
     title, log, names = "Commands and faults", craft.commands, craft.vehicle.names
-    lanes = [*names, "frames"]
+    faults = np.flatnonzero(craft.counts["faults"] > 0)
+    lanes = [*names, "frames"] if len(faults) else [*names]
     data, left_out = [], 0
     for name, symbol, colour, wanted in _KINDS:
         rows = np.flatnonzero(wanted(log) & (log["receiver"] >= 1) & (log["receiver"] <= len(names)))
@@ -35,7 +36,6 @@ def events(craft: Craft) -> Plot:
                  for satellite, channel, result in told]  # fmt: skip
         lane = log["receiver"][kept].astype(np.int64) - 1
         data.append(_marks(f"{name}: {len(rows)}", log["t_ns"][kept], lane, symbol, colour, words))
-    faults = np.flatnonzero(craft.counts["faults"] > 0)
     kept = faults[evenly(len(faults), _MOST)]
     left_out += len(faults) - len(kept)
     words = [f"{count:.0f} frames refused" for count in craft.counts["faults"][kept].tolist()]

@@ -23,6 +23,10 @@ def relative_position(first: Craft, second: Craft) -> Plot:
         return Plot.missing(title, "No epoch has a fix of both.")
     axes = first.axes[a]
     parts = np.einsum("nij,nj->ni", axes, away)
+    if np.isnan(parts).all():
+        return Plot.missing(
+            title, f"No fix of {first.name} has a velocity, so its orbit's axes are not known."
+        )
     rows: list[tuple[Json, list[Json]]] = [
         (
             axis(f"{name} [m]", range=usual_span(parts[:, i])),

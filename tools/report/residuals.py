@@ -127,7 +127,7 @@ def _worst(rows: I64, satellite: I64, value: F64) -> str:
     """The satellites that are furthest off, on the mean of the run."""
     mean = np.array([value[satellite == s].mean() for s in rows])
     order = np.argsort(-np.abs(mean))[:3]
-    words = ", ".join(f"{satellite_name(rows[k])} {mean[k]:+.2f} m" for k in order)
+    words = ", ".join(f"{satellite_name(int(rows[k]))} {mean[k]:+.2f} m" for k in order)
     return f"furthest off on the mean {words}"
 
 

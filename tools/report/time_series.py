@@ -29,6 +29,7 @@ from gnss_hil.tools.report.plot import (
 
 NO_TRUTH = "No truth was kept with this run, so nothing can be compared with it."
 NO_CHANNELS = "This run kept no table of channels (it was played without a log)."
+NO_MARK = "No time mark was heard."
 NO_FIX = "There is not one valid fix in this run."
 
 
@@ -39,6 +40,8 @@ def trace(name: str, t_ns: I64, values: NDArray, colour: str, **more) -> Json:
 
 
 def satellites(craft: Craft) -> Plot:
+    if not len(craft.t_ns):
+        return Plot.missing("Satellites", NO_MARK)
     used = craft.counts["satellites_used"]
     traces = [trace("in the fix", craft.t_ns, used, "--accent", line={"shape": "hv"})]
     note = "Distinct satellites in the fix"
@@ -55,6 +58,8 @@ def satellites_by_antenna(craft: Craft) -> Plot:
     title = "Satellites by antenna"
     if craft.by_antenna is None:
         return Plot.missing(title, NO_CHANNELS)
+    if not len(craft.t_ns):
+        return Plot.missing(title, NO_MARK)
     shapes, shaded = shades(craft)
     rows = []
     for receiver, count in craft.by_antenna.items():
@@ -122,6 +127,8 @@ def strength(craft: Craft) -> Plot:
     title = "Carrier to noise density"
     if craft.strength is None:
         return Plot.missing(title, NO_CHANNELS)
+    if not craft.strength:
+        return Plot.missing(title, NO_MARK)
     rows, names = [], craft.vehicle.names
     for receiver, s in craft.strength.items():
         colour, name = antenna_colour(receiver), names[receiver - 1]
@@ -136,6 +143,8 @@ def strength(craft: Craft) -> Plot:
 
 
 def load(craft: Craft) -> Plot:
+    if not len(craft.t_ns):
+        return Plot.missing("Bus load", NO_MARK)
     percent = craft.counts["bits"] / (craft.interval_ns / 1e9 * BIT_RATE) * 100
     return Plot(
         "Bus load",

@@ -57,3 +57,12 @@ def test_without_truth_there_is_no_error_and_without_a_bus_nothing():
     assert len(named(drawn(truth=False).figure, "bus")) == 3
     assert named(drawn(truth=False).figure, "bus - truth") == []
     assert drawn(bus=False).figure is None
+
+
+def test_an_attitude_only_where_there_is_no_orbit_is_no_picture():
+    angle = np.full((10, 4), np.nan)
+    angle[:5] = (1.0, 0, 0, 0)
+    axes = np.repeat(AXES, 10, axis=0)
+    axes[:5] = np.nan
+    plot = attitude(craft(10, quaternion=angle, truth_quaternion=None, axes=axes))
+    assert plot.figure is None and "both" in plot.note

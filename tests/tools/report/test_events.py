@@ -42,6 +42,7 @@ def test_every_kind_has_its_marks_in_the_lane_of_its_antenna():
     ]  # fmt: skip
     assert plot.figure["data"][3]["text"] == ["refused channel 3 NO_SUCH_CHANNEL"]
     assert plot.figure["layout"]["yaxis"]["ticktext"] == ["fore", "aft", "frames"]
+    assert drawn().figure["layout"]["yaxis"]["ticktext"] == ["fore", "aft"]
 
 
 def test_a_run_without_any_says_so():

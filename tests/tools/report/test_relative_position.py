@@ -45,3 +45,10 @@ def test_two_that_never_have_a_fix_together():
     first, second = pair()
     second.position_m = HERE * np.nan
     assert relative_position(first, second).figure is None
+
+
+def test_without_velocities_there_are_no_axes():
+    first, second = pair(truth=False)
+    first.axes = AXES * np.nan
+    plot = relative_position(first, second)
+    assert plot.figure is None and "No fix of a has a velocity" in plot.note
