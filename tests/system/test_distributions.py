@@ -1,5 +1,5 @@
-"""The emulator plays the world that it played before its rebuild: noise of signals, satellites and fixes have
-the same distributions over seeds, though every draw is another."""
+"""The emulator plays the world that it played before its rebuild: noise of signals and satellites have the
+same distributions over seeds, though every draw is another."""
 
 import tomllib
 from pathlib import Path
@@ -26,8 +26,9 @@ def test_figures_are_those_of_the_former_emulator_within_their_scatter(tmp_path,
         assert main([*words, "--bus", "inline", "--quiet", "--no-report", "--out", str(folder)]) == 0
     error = SIGMAS * OF_A_MEDIAN * np.sqrt(1 / len(SEEDS) + 1 / BEFORE["seeds"])
     off = {}
-    for figure, values in over_seeds(folders).items():
-        before = BEFORE[name][figure]
+    found = over_seeds(folders)
+    for figure, before in BEFORE[name].items():
+        values = found[figure]
         allowed = error * before["scatter"] + ROUNDED * before["median"]
         if abs(np.median(values) - before["median"]) > allowed:
             off[figure] = float(np.median(values)), before["median"], allowed
