@@ -118,7 +118,7 @@ def measured(heard, epoch: int, sky: Sky, tag_s: float) -> Measurements:
     )  # fmt: skip
 
 
-RECEIVER = budget(ura_scale=3.0, code_noise_m={"L1P": 0.3, "L2P": 0.3})
+RECEIVER = budget(ura_scale=5.0, code_noise_m={"L1P": 0.3, "L2P": 0.3})
 """It tracks P codes without knowing them; 45 dBHz stand for strengths that are left out here, and so are
 antennas of satellites, which are metres from where the orbits are."""
 
