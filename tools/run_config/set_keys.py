@@ -6,8 +6,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from contextlib import suppress
-from operator import setitem
-from typing import Any
+from typing import Any, cast
 
 from gnss_hil.dbc.common import model_tree
 from gnss_hil.dbc.common.model_tree import Key
@@ -94,7 +93,7 @@ def _put(document: dict[str, Any], path: Sequence[Key], value: Any, key: str) ->
             rows = f"rows 0 to {len(owner) - 1}" if owner else "no rows in the scenario; set it as a list"
             raise Mistake(f"--set {key}: {where} has {rows}")
         if number == len(path) - 1:
-            setitem(owner, part, value)
+            cast(Any, owner)[part] = value
             return
         owner = _below(owner, part, path[number + 1], key)
 
