@@ -114,3 +114,11 @@ def test_only_regular_files_are_opened(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(FileError, match=r"pipe: not a regular file"):
         read_text(tmp_path / "pipe")
+
+
+def test_a_zip_of_an_unknown_method_is_named():
+    raw = bytearray(zipped(("a.sp3", TEXT)))
+    for place in (raw.index(b"PK\x03\x04") + 8, raw.index(b"PK\x01\x02") + 10):
+        raw[place : place + 2] = (97).to_bytes(2, "little")
+    with pytest.raises(PackedError, match="zip is packed in a way that is not read"):
+        unpacked(bytes(raw))

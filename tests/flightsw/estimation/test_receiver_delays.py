@@ -141,3 +141,18 @@ def test_delays_are_kept_where_an_epoch_has_no_fix():
     _, out = flown((4.0, -2.5, 0.5, 1.0), epochs=5)
     state = replace(navigator.initial(), delays=out[-1][0], t_ns=s.T0_NS)
     assert navigator.predict(state, s.T0_NS + STEP_NS).delays is out[-1][0]
+
+
+def test_an_epoch_after_a_long_time_counts_once():
+    """After an hour without a fix no more is learnt than a single epoch tells."""
+    rng = np.random.default_rng(6)
+    receiver = np.arange(12) % 4
+    design = np.column_stack((rng.normal(size=(12, 3)), np.ones(12)))
+    before = receiver_delays.unknown(4, 3.0)
+    weight = np.linalg.inv(np.eye(12) + before.root_m[receiver] @ before.root_m[receiver].T)
+    covariance = np.linalg.inv(design.T @ weight @ design)
+    told = [
+        receiver_delays.learnt(before, receiver, design, rng.normal(size=12) * 0, weight, covariance, dt_s)
+        for dt_s in (receiver_delays.LASTING_S, 3600.0)
+    ]
+    assert told[1].root_m @ told[1].root_m.T == pytest.approx(told[0].root_m @ told[0].root_m.T)

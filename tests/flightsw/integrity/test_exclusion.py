@@ -217,3 +217,13 @@ def test_without_redundancy_nothing_is_tested():
     found = Trial(None, np.eye(4), np.array([0.1, 0, 0, 0]), np.ones(4), rounded)
     assert found.freedom == 0 and not outlier_test(found)
     assert agree(found)
+
+
+def test_a_measurement_that_nothing_checks_raises_no_alarm():
+    """The only one of its clock: its residual is rounding, and so is what noise would leave of it."""
+    rng = np.random.default_rng(4)
+    design = np.column_stack((rng.normal(size=(12, 3)), np.ones(12), np.zeros(12)))
+    design[11, 3:] = 0.0, 1.0
+    covariance = np.linalg.inv(design.T @ design)
+    residual = np.where(np.arange(12) == 11, 1e-6, 0.0)
+    assert outlier_test(Trial(None, design, residual, np.ones(12), covariance))

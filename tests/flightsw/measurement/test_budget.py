@@ -10,6 +10,7 @@ import pytest
 from gnss_hil.dbc.common.vehicle import ReceiverFigures
 from gnss_hil.flightsw.measurement.budget import budget_of, range_errors
 from gnss_hil.flightsw.measurement.code_range import code_ranges
+from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.records.solution import ReceiverDelays
 from gnss_hil.tools.command_line.main import main
@@ -102,3 +103,12 @@ def test_a_stated_sigma_flies(tmp_path, sigma_m):
         str(tmp_path / "run"),
     ]
     assert main(words) == 0
+
+
+def test_ranges_without_ionosphere_are_weighed_without_one():
+    """Of pairs the carriers have cancelled it: no error of it is in common, and weights stay a diagonal."""
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, 12), SKY))
+    sky = Ionosphere(USUAL, 50_400.0)
+    assert range_errors(m, BUDGET, sky).ionosphere is sky
+    assert range_errors(replace(m, electrons=0 * m.electrons), BUDGET, sky).ionosphere is None
