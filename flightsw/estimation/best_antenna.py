@@ -8,7 +8,8 @@ which no source states:
 - A selected antenna without a fix stays selected: the next-best one is not asked.
 
 The position is that of the selected antenna. Where the selection changes it jumps by the difference of the
-lever arms, and the velocity by that of their rates.
+lever arms, and the velocity by that of their rates. The covariance is that of the centre of mass and has the
+lever arm in it (`estimation.unreduced`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 from gnss_hil.flightsw.estimation.antenna_alone import antenna_alone
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
+from gnss_hil.flightsw.estimation.unreduced import for_centre_of_mass
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix
 
@@ -33,4 +35,7 @@ def selected_antenna(m: Ranges, antennas: int, before: int) -> int:
 def best_antenna(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | NoFix, int]:
     """The fix of the selected antenna, and which that is."""
     antenna = selected_antenna(m, len(inputs.domain), prior.antenna)
-    return antenna_alone(m, antenna, inputs, prior.start_m), antenna
+    fix = antenna_alone(m, antenna, inputs, prior.start_m)
+    if isinstance(fix, NoFix):
+        return fix, antenna
+    return for_centre_of_mass(fix, inputs.lever_arm_body_m[antenna], inputs.attitude), antenna

@@ -2,7 +2,8 @@
 
 Each receiver solves alone, from its own antenna and on its own clock; the solutions are averaged with equal
 weights. The position is the mean place of the antennas that have a solution: it differs from the centre of
-mass by the mean lever arm, and steps when a receiver gains or loses its solution.
+mass by the mean lever arm, and steps when a receiver gains or loses its solution. The covariance is that of
+the centre of mass and has the mean lever arm in it (`estimation.unreduced`).
 
 Receivers that have no solution are left out; if none has one, the reason is that of the receiver that came
 nearest (`NEAREST_FIRST`). Position and velocity are of the same point, so if one of the averaged solutions
@@ -22,6 +23,7 @@ from gnss_hil.flightsw.estimation.antenna_alone import antenna_alone
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
+from gnss_hil.flightsw.estimation.unreduced import for_centre_of_mass
 from gnss_hil.flightsw.measurement.budget import range_errors
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.records.ranges import Ranges
@@ -41,15 +43,19 @@ def receiver_mean(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Snapsh
     """The mean of the receivers' own solutions; no antenna is selected."""
     antennas = range(len(inputs.domain))
     found = [antenna_alone(m, antenna, inputs, prior.start_m) for antenna in antennas]
-    fixes = [fix for fix in found if isinstance(fix, SnapshotFix)]
-    if fixes:
-        return mean_fix(m, fixes, inputs), prior.antenna
-    reasons = {reason for reason in found if isinstance(reason, NoFix)}
-    return next(reason for reason in NEAREST_FIRST if reason in reasons), prior.antenna
+    solved = {antenna: fix for antenna, fix in enumerate(found) if isinstance(fix, SnapshotFix)}
+    if not solved:
+        reasons = {reason for reason in found if isinstance(reason, NoFix)}
+        return next(reason for reason in NEAREST_FIRST if reason in reasons), prior.antenna
+    mean = mean_fix(m, list(solved.values()), inputs)
+    if isinstance(mean, NoFix):
+        return mean, prior.antenna
+    lever_m = inputs.lever_arm_body_m[list(solved)].mean(axis=0)
+    return for_centre_of_mass(mean, lever_m, inputs.attitude), prior.antenna
 
 
 def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> SnapshotFix | NoFix:
-    """The mean of at least one fix of receivers alone.
+    """The mean of at least one fix of receivers alone, as a fix of the mean place of their antennas.
 
     The dilution is that of the mean for errors of the same size, independent from measurement to measurement,
     and the solutions have no measurement in common: PDOP^2 = sum PDOP_a^2 / k^2.
