@@ -52,7 +52,7 @@ SKY = s.constellation()
 
 
 def at(c, ura_scale=1.0):
-    """Lever arms are told by the tests that are of them: without, covariances are of the place of antennas."""
+    """Without lever arms: covariances are of the place of antennas."""
     return FixInputs(None, np.zeros_like(c.lever_body), c.domain, budget(ura_scale))
 
 
