@@ -14,7 +14,8 @@ from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.emulator.config.tables import Tell
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
-from gnss_hil.emulator.constellation.sky import ReportErrors, Sky
+from gnss_hil.emulator.constellation.base import ReportErrors
+from gnss_hil.emulator.constellation.sky import Sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
 from gnss_hil.emulator.environment.models import Models, acting

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -52,6 +53,11 @@ class Constellation(Protocol):
     def index(self) -> I64: ...
 
     def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, Broadcast]: ...
+
+
+ReportErrors = Callable[[I64, F64, F64, F64], tuple[F64 | float, F64 | float]]
+"""An error of what all satellites of a sky report: middles_ns (s,), nodes_s (k,), true positions and
+velocities (s, k, n, 3) -> reported minus true positions (s, k, n, 3) [m] and clocks (s, k, n) [m]."""
 
 
 class Spanned(Constellation, Protocol):

@@ -64,10 +64,10 @@ def gps_records(c: NominalConstellation, stretch: Stretch, wgs84: bool) -> Recor
         "iode": issue,
         "iodc": issue,
         "delta_n": c.latitude_rps - np.sqrt(MU_GPS_M3PS2 / c.radius_m**3),
-        "m0": _half_turns(np.tile(c.latitude_rad, times) + c.latitude_rps * age_s),
+        "m0": half_turns(np.tile(c.latitude_rad, times) + c.latitude_rps * age_s),
         "sqrt_a": np.sqrt(c.radius_m),
         "toe": toe_s,
-        "omega0": _half_turns(np.tile(c.node_rad, times) + c.node_rps * age_s + ROTATION_RPS * toe_s),
+        "omega0": half_turns(np.tile(c.node_rad, times) + c.node_rps * age_s + ROTATION_RPS * toe_s),
         "i0": c.inclination_rad,
         "omega_dot": c.node_rps + ROTATION_RPS,
         "week": toe_ns // gpstime.NS_PER_WEEK,
@@ -80,7 +80,7 @@ def gps_records(c: NominalConstellation, stretch: Stretch, wgs84: bool) -> Recor
     return Records(number, epoch, _columns(known, GPS_FIELDS, len(epoch)))
 
 
-def _half_turns(angle_rad: F64) -> F64:
+def half_turns(angle_rad: F64) -> F64:
     """Angles within half a turn of zero."""
     return (angle_rad + np.pi) % (2 * np.pi) - np.pi
 

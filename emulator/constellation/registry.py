@@ -7,14 +7,14 @@ precise orbits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.dbc.common.registry import table
-from gnss_hil.emulator.constellation import messages, nominal_messages
-from gnss_hil.emulator.constellation.base import Constellation, Spanned
+from gnss_hil.emulator.constellation import messages, misreported, nominal_messages
+from gnss_hil.emulator.constellation.base import Constellation, ReportErrors, Spanned
 from gnss_hil.emulator.constellation.broadcast import glonass, gps
 from gnss_hil.emulator.constellation.broadcast.glonass import GlonassConstellation
 from gnss_hil.emulator.constellation.broadcast.gps import GpsConstellation
@@ -35,6 +35,8 @@ class Maker:
                   stretch of time, in WGS-84 or in the system's own frame; empty where none are made
     places        records in WGS-84, numbers of satellites (k,), GPS times (k,) [ns] -> where the records put
                   them (k, 3) [m], ECEF; None only where no messages are made
+    misreported   messages of nominal satellites, these, and errors -> the messages that are off by them; None
+                  only where no messages are made
     """
 
     name: str
@@ -42,6 +44,7 @@ class Maker:
     from_records: Callable[[Records, F64], Spanned] | None = None
     messages: Mapping[type, Callable[[Any, Stretch, bool], Records]] = field(default_factory=dict)
     places: Callable[[Records, I64, I64], F64] | None = None
+    misreported: Callable[[Records, NominalConstellation, Sequence[ReportErrors]], Records] | None = None
 
 
 MAKERS: dict[str, Maker] = table(
@@ -51,6 +54,7 @@ MAKERS: dict[str, Maker] = table(
         lambda records, glonass_to_utc_s: gps.from_records(records),
         {GpsConstellation: messages.broadcast_gps, NominalConstellation: nominal_messages.gps_records},
         messages.gps_places,
+        misreported.gps,
     ),
     Maker(
         "glonass",
@@ -61,19 +65,28 @@ MAKERS: dict[str, Maker] = table(
             NominalConstellation: nominal_messages.glonass_records_of,
         },
         messages.glonass_places,
+        misreported.glonass,
     ),
 )
 """By name of the system."""
 
 
 def records_of(
-    system: str, constellation: Constellation, stretch: Stretch, wgs84: bool = True
+    system: str,
+    constellation: Constellation,
+    stretch: Stretch,
+    wgs84: bool = True,
+    errors: Sequence[ReportErrors] = (),
 ) -> Records | None:
     """The navigation records of a system's satellites that serve a stretch of time; None where none are made:
     precise orbits have none, nor has a system without makers of them.
 
     wgs84   states in WGS-84 instead of the system's own frame
+    errors  what nominal satellites report too much; messages of files stay what they are
     """
     row = MAKERS.get(system)
     maker = row.messages.get(type(constellation)) if row else None
-    return maker(constellation, stretch, wgs84) if maker else None
+    made = maker(constellation, stretch, wgs84) if maker else None
+    if made and errors and row and row.misreported and isinstance(constellation, NominalConstellation):
+        return row.misreported(made, constellation, errors)
+    return made

@@ -26,7 +26,14 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
 from gnss_hil.emulator.constellation import presence
-from gnss_hil.emulator.constellation.base import EXACT, NO_ACCURACY, PRECISE, Broadcast, Constellation
+from gnss_hil.emulator.constellation.base import (
+    EXACT,
+    NO_ACCURACY,
+    PRECISE,
+    Broadcast,
+    Constellation,
+    ReportErrors,
+)
 from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation, of_two_frequencies_m
 from gnss_hil.emulator.constellation.sources import from_files, nominal, precise_orbits
 from gnss_hil.emulator.earth.constants import LIGHT_MPS
@@ -75,11 +82,6 @@ class TrueOrbits(Protocol):
     def index(self) -> I64: ...
 
     def sample(self, middles_ns: I64, nodes_s: F64) -> tuple[F64, F64, NDArray]: ...
-
-
-ReportErrors = Callable[[I64, F64, F64, F64], tuple[F64 | float, F64 | float]]
-"""An error of what all satellites of a sky report: middles_ns (s,), nodes_s (k,), true positions and
-velocities (s, k, n, 3) -> reported minus true positions (s, k, n, 3) [m] and clocks (s, k, n) [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

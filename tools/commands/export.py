@@ -11,7 +11,7 @@ from pathlib import Path
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 
 FOLDER = "export"
-KINDS = ("rinex", "oem", "sp3")
+KINDS = ("rinex", "oem", "sp3", "sky")
 _OPTIONS_OF = {"shapiro": "rinex", "pz90": "rinex", "no_navigation": "rinex"}
 
 
@@ -20,7 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "kind", choices=KINDS, metavar="|".join(KINDS),
         help="rinex: observations of each antenna and of the centre of mass, and the satellites' messages; "
-        "oem: CCSDS orbit ephemeris messages; sp3: orbits of the craft",
+        "oem: CCSDS orbit ephemeris messages; sp3: orbits of the craft; "
+        "sky: messages and orbits of nominal satellites, as --nav and --sp3 take them",
     )  # fmt: skip
     add("run", type=Path, metavar="RUN", help="run folder with its bus.log")
     add("--out", type=Path, metavar="DIR", help=f"folder for the files (default RUN/{FOLDER})")
@@ -43,16 +44,22 @@ def run(arguments: Namespace) -> int:
     _check(arguments)
     from gnss_hil.tools.export import run_data
 
-    scenario, craft = run_data.read(folder)
     remarks: list[str] = []
-    if kind == "rinex":
+    if kind == "sky":
+        from gnss_hil.tools.export import sky
+
+        files = sky.files_of(run_data.scenario_of(folder))
+    elif kind == "rinex":
         from gnss_hil.tools.export.rinex import Choices, files_of
+
+        scenario, craft = run_data.read(folder)
 
         choices = Choices(arguments.shapiro, not arguments.pz90, not arguments.no_navigation)
         files, remarks = files_of(scenario, craft, choices)
     else:
         from gnss_hil.tools.export import orbit_files
 
+        scenario, craft = run_data.read(folder)
         files = orbit_files.files_of(kind, folder, scenario.name, craft, arguments.truth)
     out = arguments.out or folder / FOLDER
     taken = [out / file.name for file in files if (out / file.name).exists()]
@@ -72,7 +79,7 @@ def _check(arguments: Namespace) -> None:
     for option, kind in _OPTIONS_OF.items():
         if getattr(arguments, option) and arguments.kind != kind:
             raise Mistake(f"--{option.replace('_', '-')} belongs to export {kind}")
-    if arguments.truth and arguments.kind == "rinex":
+    if arguments.truth and arguments.kind not in ("oem", "sp3"):
         raise Mistake("--truth belongs to export oem and sp3: nothing observes the truth")
     if arguments.out and arguments.out.exists() and not arguments.out.is_dir():
         raise Mistake(f"--out {arguments.out}: is a file; name a folder")

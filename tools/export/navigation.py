@@ -16,8 +16,9 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.systems import SYSTEMS
+from gnss_hil.emulator.assemble.shared import models_of_sky, report_errors
 from gnss_hil.emulator.config.scenario import Scenario
-from gnss_hil.emulator.constellation.base import Constellation
+from gnss_hil.emulator.constellation.base import Constellation, ReportErrors
 from gnss_hil.emulator.constellation.nominal_messages import Stretch
 from gnss_hil.emulator.constellation.precise_sky import PreciseConstellation
 from gnss_hil.emulator.constellation.registry import MAKERS, records_of
@@ -26,7 +27,7 @@ from gnss_hil.emulator.earth.constants import LIGHT_MPS
 from gnss_hil.emulator.files.rinex_layouts import UNKNOWN
 from gnss_hil.emulator.files.rinex_nav import Records
 from gnss_hil.tools.export.rinex_systems import navigation_lines, opening
-from gnss_hil.tools.export.rinex_text import labelled, leap_seconds
+from gnss_hil.tools.export.rinex_text import comments, labelled, leap_seconds
 from gnss_hil.tools.export.run_data import CraftData
 
 _LONGEST_FLIGHT_NS = gpstime.NS_PER_S // 2
@@ -37,12 +38,22 @@ _PRECISE = "precise orbits have no messages"
 _NO_MAKER = "no messages of it are made"
 
 
-def messages(sky: Mapping[str, Constellation], data: Sequence[CraftData], wgs84: bool) -> dict[str, Records]:
-    """Records by RINEX letter for all epochs of the run, of those systems whose satellites have any."""
-    first, last = span_ns(data)
+def messages(
+    sky: Mapping[str, Constellation],
+    span_ns: tuple[int, int],
+    wgs84: bool,
+    errors: Mapping[str, Sequence[ReportErrors]] | None = None,
+) -> dict[str, Records]:
+    """Records by RINEX letter that serve a span of epochs, of those systems whose satellites have any.
+
+    errors  by letter, what nominal satellites report too much
+    """
+    first, last = span_ns
     stretch = Stretch(first - _LONGEST_FLIGHT_NS, last + _LONGEST_FLIGHT_NS)
     made = {
-        system.letter: records_of(system.name, sky[system.letter], stretch, wgs84)
+        system.letter: records_of(
+            system.name, sky[system.letter], stretch, wgs84, (errors or {}).get(system.letter, ())
+        )
         for system in SYSTEMS.values()
         if system.letter in sky
     }
@@ -77,9 +88,19 @@ def constellations(scenario: Scenario) -> dict[str, Constellation]:
     return found
 
 
-def text_of(found: Mapping[str, Records], t_ns: int, wgs84: bool) -> Iterator[str]:
-    """The navigation file of all systems, by time; t_ns: an instant that tells the leap seconds."""
+def errors_of(scenario: Scenario, sky: Mapping[str, Constellation]) -> dict[str, list[ReportErrors]]:
+    """What the scenario's satellites report too much, by RINEX letter; ScenarioError if it cannot be had."""
+    return {letter: report_errors(models_of_sky(scenario, Path, one.index)) for letter, one in sky.items()}
+
+
+def text_of(found: Mapping[str, Records], t_ns: int, wgs84: bool, about: str = "") -> Iterator[str]:
+    """The navigation file of all systems, by time.
+
+    t_ns   an instant that tells the leap seconds
+    about  a comment
+    """
     yield opening("N: GNSS NAV DATA", "".join(found))
+    yield comments(about)
     yield from navigation_lines("".join(found), wgs84)
     yield leap_seconds(t_ns)
     yield labelled("", "END OF HEADER")

@@ -103,15 +103,17 @@ def _add_satellites(
     scenario: Scenario, data: Sequence[CraftData], wgs84: bool, files: list[File], remarks: list[str]
 ) -> None:
     """The navigation file and the satellites' orbits."""
+    span_ns = navigation.span_ns(data)
     try:
         sky = navigation.constellations(scenario)
+        errors = navigation.errors_of(scenario, sky)
     except ScenarioError as error:
         remarks.append(f"no {NAVIGATION}, no {SATELLITES}: {error}")
         return
-    orbits = satellite_orbits.reported(sky, navigation.span_ns(data))
-    table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as reported")
-    plain = navigation.messages(sky, data, wgs84=True)
-    written = plain if wgs84 else navigation.messages(sky, data, wgs84=False)
+    orbits = satellite_orbits.antennas(sky, span_ns)
+    table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as they fly")
+    plain = navigation.messages(sky, span_ns, True, errors)
+    written = plain if wgs84 else navigation.messages(sky, span_ns, False, errors)
     missing = navigation.without_messages(sky, plain)
     if not plain:
         remarks.append(f"no {NAVIGATION}: {missing}")

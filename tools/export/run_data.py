@@ -100,6 +100,8 @@ _ROW_NAMES = {
 def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
     """The scenario of a run folder and what each craft's bus carried; Mistake where it is no run folder."""
     _check(folder)
+    if not (folder / LOG).is_file():
+        raise Mistake(f"{folder}: has no {LOG}; a run without a log (--no-log) cannot be exported")
     scenario, codecs = assemble.read_scenario(folder)
     path = folder / SCENARIO
     vehicles = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
@@ -115,13 +117,17 @@ def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
     ]
 
 
+def scenario_of(folder: Path) -> Scenario:
+    """The scenario of a run folder, with a log or without; Mistake where it is no run folder."""
+    _check(folder)
+    return assemble.read_scenario(folder)[0]
+
+
 def _check(folder: Path) -> None:
     if not folder.is_dir():
         raise Mistake(f"{folder}: no such run folder")
     if not (folder / SCENARIO).is_file():
         raise Mistake(f"{folder}: is no run folder: it has no {SCENARIO}")
-    if not (folder / LOG).is_file():
-        raise Mistake(f"{folder}: has no {LOG}; a run without a log (--no-log) cannot be exported")
 
 
 def _craft_data(folder: Path, name: str, craft: Vehicle, digest: Digest, channels: Columns) -> CraftData:

@@ -135,7 +135,9 @@ def test_loss_of_lock_is_told_where_a_phase_does_not_go_on():
 
 def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files, decoded):
     read = rinex_nav.parse(files["broadcast.nav"], "written")
-    wanted = navigation.messages(navigation.constellations(decoded[0]), [decoded[1]], wgs84=True)
+    wanted = navigation.messages(
+        navigation.constellations(decoded[0]), navigation.span_ns([decoded[1]]), wgs84=True
+    )
     for letter, records in wanted.items():
         got = read.records[letter]
         order = np.lexsort((records.number, [e.timestamp() for e in records.epoch]))
@@ -148,14 +150,14 @@ def test_the_navigation_file_reads_back_with_what_the_satellites_broadcast(files
 def test_systems_of_precise_orbits_are_left_out_of_the_navigation_file_by_name(decoded, monkeypatch):
     """The others are in it; where no system is left there is no file, and one remark says why."""
     scenario, craft = decoded
-    sky = navigation.constellations(scenario)
+    sky, span_ns = navigation.constellations(scenario), navigation.span_ns([craft])
     none = np.zeros(0, np.int64)
     gps_precise = sky | {"G": PreciseConstellation(none, None, none)}
-    found = navigation.messages(gps_precise, [craft], wgs84=True)
+    found = navigation.messages(gps_precise, span_ns, wgs84=True)
     assert set(found) == {"R"}
     why = "gps (precise orbits have no messages)"
     assert navigation.without_messages(gps_precise, found) == why
-    assert navigation.without_messages(sky, navigation.messages(sky, [craft], wgs84=True)) == ""
+    assert navigation.without_messages(sky, navigation.messages(sky, span_ns, wgs84=True)) == ""
     for left, remark in ((found, "broadcast.nav is without"), ({}, "no broadcast.nav:")):
         monkeypatch.setattr(navigation, "messages", lambda *_, left=left, **__: left)
         monkeypatch.setattr(navigation, "without_messages", lambda *_: why)
@@ -168,7 +170,7 @@ def test_systems_of_precise_orbits_are_left_out_of_the_navigation_file_by_name(d
 def test_satellites_of_another_sky_get_no_navigation_file(decoded):
     scenario, craft = decoded
     off = replace(craft, rows=replace(craft.rows, pos_sv_m=craft.rows.pos_sv_m + np.array((0, 0, 150.0))))
-    known = navigation.messages(navigation.constellations(scenario), [craft], wgs84=True)
+    known = navigation.messages(navigation.constellations(scenario), navigation.span_ns([craft]), wgs84=True)
     assert navigation.disagreement_m(known, craft) < 1e-3
     assert navigation.disagreement_m(known, off) == pytest.approx(150, abs=0.1)
     made, remarks = rinex.files_of(scenario, [off], rinex.Choices())
