@@ -18,6 +18,7 @@ have, each thing for itself and refused or left out by name until it is there:
     blocks, patterns          `emulator/constellation/block_types.py`,
                               `emulator/error_models/transmit_pattern.py`, a file in `emulator/data/patterns`
     uploads and their errors  `emulator/constellation/uploads.py`,
+                              `emulator/constellation/misreported.py`,
                               `emulator/error_models/ephemeris_error.py`,
                               `emulator/error_models/satellite_clock_error.py`
     frames of messages        `emulator/signal/data_frames.py`

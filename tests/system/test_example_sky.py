@@ -1,4 +1,4 @@
-"""The sky that ships as files flies as its README has it, errs as it says, and is what the exporter writes."""
+"""The sky that ships as files flies as its README says, errs as it says, and is what the exporter writes."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ pytestmark = [
         "tools/export/sky.py",
         what="A sky of our own in files: orbits, and messages that err",
         by=(
-            "flown as its README has it; the package sp3 reads the orbits, by which messages err as published "
-            "(GPS 0.7 m, GLONASS 1.9 m); mean squared errors of fixes by their covariance 3.1"
+            "flown as its README says; the package sp3 reads the orbits, by which messages err as published "
+            "(GPS 0.7 m, GLONASS 1.9 m); mean squared errors of fixes by their covariance 3.2"
         ),
         status="validated",
     ),
@@ -38,7 +38,7 @@ pytestmark = [
 ]
 
 SKY = Path(__file__).parents[2] / "examples/sky"
-README = (SKY / "README.md").read_text()
+README = (SKY / "README.md").read_text().replace("\\\n", "")
 START_NS = gpstime.from_calendar(datetime(2012, 10, 31))
 
 
@@ -98,8 +98,8 @@ def test_the_commands_of_the_readme_write_the_files_that_ship(tmp_path):
 
 
 def true_orbits() -> tuple[np.ndarray, dict[int, tuple[np.ndarray, np.ndarray]]]:
-    """Instants (t,) of the messages' time, and by satellite index its centre of mass (t, 3) [m] and clock (t,)
-    [s], as the package sp3 reads them."""
+    """Instants (t,) of the messages' time, and by satellite index its centre of mass (t, 3) [m] and its clock
+    (t,) [s], as the package sp3 reads them."""
     product = peer("sp3.parse").Product.from_bytes((SKY / "orbits.sp3").read_bytes())
     begin, end = datetime(2012, 10, 31, tzinfo=UTC), datetime(2012, 10, 31, 1, 15, tzinfo=UTC)
     # Its times are UTC: leap seconds are taken off.
@@ -159,8 +159,8 @@ def test_messages_err_as_published_and_as_the_readme_says(system, of_radial, of_
 
 @pytest.mark.parametrize(("system", "changes"), [("gps", [11]), ("glonass", [1, 4, 7, 10, 13])])
 def test_errors_are_smooth_within_a_message_and_new_at_the_next(system, changes):
-    """Changes, as intervals of five minutes: GPS at one o'clock, GLONASS midway between quarters of an hour of
-    UTC. Clock errors stand still within a message; orbits of one upload go on."""
+    """Changes, as intervals of five minutes: GPS at one o'clock, GLONASS midway between quarters of an hour.
+    Clock errors stand still within a message; orbits of one upload go on."""
     radial, along, across, clock = message_errors(system)
     grown_m = np.abs(np.diff(clock, axis=0))
     same = np.delete(grown_m, changes, axis=0)
@@ -172,8 +172,8 @@ def test_errors_are_smooth_within_a_message_and_new_at_the_next(system, changes)
 
 @pytest.mark.slow(seconds=30)
 def test_fixes_by_wrong_messages_are_as_uncertain_as_they_say(tmp_path):
-    """Of the sky that ships, and of skies of other seeds: errors of a sky last through an hour, so that single
-    ones scatter from 2 to 6."""
+    """Of the sky that ships, and of skies of other seeds: errors of a sky last through an hour, so that
+    single skies scatter from 2 to 6."""
     command = next(words for words in commands("run soyuz --duration") if "--sp3" in words)
     nees = {}
     for seed in ("1", "2", "3", "4", "5", "6"):

@@ -79,11 +79,12 @@ COMMANDS = {
             ),
         ),
         Command(
-            "export", "what a run measured, for other software: RINEX, CCSDS OEM, SP3",
+            "export", "what a run measured, for other software: RINEX, CCSDS OEM, SP3; or its sky",
             (
                 "export rinex runs/patent --out rinex",
                 "export oem runs/patent --truth",
                 "export sp3 runs/patent",
+                "export sky runs/patent --out sky",
             ),
         ),
         Command(

@@ -46,6 +46,9 @@ def test_what_is_there_is_overwritten_only_when_asked(run, tmp_path, capsys):
         (["export", "rinex", "{run}", "--truth"], "--truth belongs to export oem and sp3"),
         (["export", "sp3", "{run}", "--out", "{file}"], "is a file"),
         (["export", "oem", "{blind}", "--truth"], "has no truth"),
+        (["export", "sky", "{none}"], "no such run folder"),
+        (["export", "sky", "{run}", "--truth"], "--truth belongs to export oem and sp3"),
+        (["export", "sky", "{run}", "--pz90"], "--pz90 belongs to export rinex"),
     ],
 )
 def test_a_mistake_is_one_line(words, said, run, tmp_path, capsys):
