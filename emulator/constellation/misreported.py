@@ -91,18 +91,19 @@ def _off(c: NominalConstellation, reference_ns: I64, errors: Sequence[ReportErro
     middles_ns = t_ns // MINUTE_NS * MINUTE_NS + MINUTE_NS // 2
     nodes_s = (t_ns - middles_ns)[0] / gpstime.NS_PER_S + _STEP_S * np.array((-1.0, 0.0, 1.0))
     pos_m, _, _ = c.sample(middles_ns, nodes_s)
-    node = c.node_rad + c.node_rps * (
-        ((middles_ns - c.epoch_ns) / gpstime.NS_PER_S)[:, None, None] + nodes_s[:, None]
-    )
-    up = pos_m / c.radius_m
-    level = np.sin(c.inclination_rad)
-    normal = np.stack(
-        (level * np.sin(node), -level * np.cos(node), np.full(node.shape, np.cos(c.inclination_rad))), axis=-1
-    )
-    ahead = np.cross(normal, up)
-    vel_mps = c.radius_m * c.latitude_rps * ahead + c.node_rps * np.cross((0.0, 0.0, 1.0), pos_m)
+    axes = _axes(c, pos_m, ((middles_ns - c.epoch_ns) / gpstime.NS_PER_S)[:, None, None] + nodes_s[:, None])
+    vel_mps = c.radius_m * c.latitude_rps * axes[..., 1, :] + c.node_rps * np.cross((0.0, 0.0, 1.0), pos_m)
     off_m, off_clock_m = np.zeros(pos_m.shape), np.zeros(pos_m.shape[:3])
     for error in errors:
         place, clock = error(middles_ns, nodes_s, pos_m, vel_mps)
         off_m, off_clock_m = off_m + place, off_clock_m + clock
-    return np.stack((up, ahead, normal), axis=-2), off_m, off_clock_m[:, 1] / LIGHT_MPS
+    return axes, off_m, off_clock_m[:, 1] / LIGHT_MPS
+
+
+def _axes(c: NominalConstellation, pos_m: F64, age_s: F64) -> F64:
+    """Rows up, ahead and along the orbit's normal (..., 3, 3) of satellites at pos_m (..., 3), ECEF."""
+    node = c.node_rad + c.node_rps * age_s
+    level, steep = np.sin(c.inclination_rad), np.cos(c.inclination_rad)
+    normal = np.stack((level * np.sin(node), -level * np.cos(node), np.full(node.shape, steep)), axis=-1)
+    up = pos_m / c.radius_m
+    return np.stack((up, np.cross(normal, up), normal), axis=-2)
