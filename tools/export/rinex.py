@@ -111,7 +111,7 @@ def _add_satellites(
         remarks.append(f"no {NAVIGATION}, no {SATELLITES}: {error}")
         return
     orbits = satellite_orbits.antennas(sky, span_ns)
-    table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites as they fly")
+    table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites")
     plain = navigation.messages(sky, span_ns, True, errors)
     written = plain if wgs84 else navigation.messages(sky, span_ns, False, errors)
     missing = navigation.without_messages(sky, plain)
