@@ -8,6 +8,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.least_squares import scattered
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import NoFix, SnapshotFix
@@ -24,6 +25,13 @@ def antenna_alone(m: Ranges, antenna: int, inputs: FixInputs, start_m: F64 | Non
 
 def _spread(fix: SnapshotFix, rows: Index, n: int) -> SnapshotFix:
     """A fix from some rows as one from all n, the others unused."""
-    used, residual, gain = np.zeros(n, bool), np.full(n, np.nan), np.zeros((3, n))
-    used[rows], residual[rows], gain[:, rows] = fix.used, fix.residual_m, fix.gain
-    return replace(fix, used=used, residual_m=residual, gain=gain)
+    of_velocity = fix.velocity_gain
+    used = np.zeros(n, bool)
+    used[rows] = fix.used
+    return replace(
+        fix,
+        used=used,
+        residual_m=scattered(fix.residual_m, rows, n, np.nan),
+        gain=scattered(fix.gain, rows, n, 0.0),
+        velocity_gain=None if of_velocity is None else scattered(of_velocity, rows, n, 0.0),
+    )

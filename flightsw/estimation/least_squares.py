@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.measurement.weights import times
 
 LEAST_PIVOT = 1e-9
@@ -55,3 +55,12 @@ def least_squares(design: F64, y: F64, weight: F64) -> Estimate | None:
         return None
     covariance, cofactor = inverse
     return Estimate(covariance @ (weighted @ y), covariance, cofactor, weighted)
+
+
+def scattered(values: F64, rows: Index, n: int, fill: float) -> F64:
+    """(..., n) with values (..., k) in rows (k,) and `fill` elsewhere."""
+    if len(rows) == n:
+        return values
+    out = np.full((*values.shape[:-1], n), fill)
+    out[..., rows] = values
+    return out

@@ -16,7 +16,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.flightsw.estimation import receiver_delays
 from gnss_hil.flightsw.estimation.clocks import clock_columns, is_offset
-from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares
+from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, scattered
 from gnss_hil.flightsw.estimation.velocity import motion, rough_velocity
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Rules, Trial
@@ -197,12 +197,14 @@ def solve(
         covariance_m2=covariance[:3, :3],
         clock_variance_m2=covariance.diagonal()[3:],
         velocity_covariance_m2ps2=None if moving is None else moving.covariance[:3, :3],
+        velocity_gain=None if moving is None else scattered(moving.gain, rows, len(m), 0.0),
+        rate_misfit=1.0 if moving is None else moving.misfit,
         drift_variance_m2ps2=None if moving is None else moving.covariance.diagonal()[3:],
-        gain=_scattered(found.estimate.gain[:3], rows, len(m), 0.0),
+        gain=scattered(found.estimate.gain[:3], rows, len(m), 0.0),
         pdop=pdop,
         used=among_offered,
         satellites=used.ranges.satellites,
-        residual_m=_scattered(found.residual_m, rows, len(m), np.nan),
+        residual_m=scattered(found.residual_m, rows, len(m), np.nan),
         iterations=found.iterations,
         delays=_learnt(delays, used, found, unlearnt_s) if delays is not None and kept.consistent else None,
         misfit=kept.misfit,
@@ -227,14 +229,4 @@ def _rates(used: Offered, found: Intersection) -> RangeRates:
     if used.ionosphere is None or not z.electrons.any():
         return rates
     antenna_mps = used.lever_rate_mps + rough_velocity(rates)[:, None]
-    advance = delay_rate(used.ionosphere, found.rays, antenna_mps, z.vel_sv_mps)
-    return rates.without(advance, z.electrons)
-
-
-def _scattered(values: F64, rows: Index, n: int, fill: float) -> F64:
-    """(..., n) with values (..., k) in rows (k,) and `fill` elsewhere."""
-    if len(rows) == n:
-        return values
-    out = np.full((*values.shape[:-1], n), fill)
-    out[..., rows] = values
-    return out
+    return rates.without(delay_rate(used.ionosphere, found.rays, antenna_mps, z.vel_sv_mps), z.electrons)

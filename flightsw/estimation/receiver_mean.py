@@ -25,7 +25,9 @@ from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.estimation.unreduced import for_centre_of_mass
 from gnss_hil.flightsw.measurement.budget import range_errors
+from gnss_hil.flightsw.measurement.ionosphere import delay_rate
 from gnss_hil.flightsw.measurement.range_model import rays
+from gnss_hil.flightsw.measurement.range_rate import range_rates
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, NoFix, SnapshotFix, carriable, within
 
@@ -69,7 +71,7 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> Snap
     if not carriable(position, clock):
         return NoFix.NO_CONVERGENCE
     velocity, drift = _mean_rates(fixes, systems)
-    moving = velocity is not None
+    moving = None if velocity is None else _motion_covariance(m, fixes, position, velocity, inputs)
     used = np.any([fix.used for fix in fixes], axis=0)
     gain = share * _sum([fix.gain for fix in fixes])
     return SnapshotFix(
@@ -79,9 +81,9 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> Snap
         clock_m=clock,
         drift_mps=drift,
         covariance_m2=mean_covariance_m2(m, gain, position, inputs),
-        velocity_covariance_m2ps2=_mean_velocity_covariance(fixes) if moving else None,
+        velocity_covariance_m2ps2=moving,
         clock_variance_m2=_mean_variances(fixes, items, "clock_variance_m2"),
-        drift_variance_m2ps2=_mean_variances(fixes, items, "drift_variance_m2ps2") if moving else None,
+        drift_variance_m2ps2=_mean_variances(fixes, items, "drift_variance_m2ps2") if velocity is not None else None,
         gain=gain,
         pdop=share * sqrt(sum(fix.pdop**2 for fix in fixes)),
         used=used,
@@ -140,10 +142,29 @@ def mean_covariance_m2(m: Ranges, gain: F64, position_m: F64, inputs: FixInputs)
     return (gain * own_m2) @ gain.T + in_common @ in_common.T
 
 
-def _mean_velocity_covariance(fixes: Sequence[SnapshotFix]) -> F64 | None:
-    """(3, 3) of the mean: range rates have no errors in common to speak of."""
-    each = [v for fix in fixes if (v := fix.velocity_covariance_m2ps2) is not None]
-    return _sum(each) / len(fixes) ** 2 if len(each) == len(fixes) else None
+def _motion_covariance(
+    m: Ranges, fixes: Sequence[SnapshotFix], position_m: F64, velocity_mps: F64, inputs: FixInputs
+) -> F64:
+    """(3, 3) of the mean of velocities, every fix having one; as large as the worst of them is misfit."""
+    gains = [gain for fix in fixes if (gain := fix.velocity_gain) is not None]
+    covariance = mean_velocity_covariance(m, _sum(gains) / len(fixes), position_m, velocity_mps, inputs)
+    return covariance * max(fix.rate_misfit for fix in fixes)
+
+
+def mean_velocity_covariance(
+    m: Ranges, gain: F64, position_m: F64, velocity_mps: F64, inputs: FixInputs
+) -> F64:
+    """Covariance (3, 3) of a velocity (3,) that moves by gain (3, n) for each m/s of the range rates: as
+    `mean_covariance_m2` of the position."""
+    used = np.flatnonzero(gain.any(axis=0))
+    z, gain = m[used], gain[:, used]
+    seen = rays(z.pos_sv_m, np.repeat(position_m[:, None], len(z), axis=1))
+    rates = range_rates(z, np.zeros((len(z), 3)), seen, np.zeros((3, len(z))))
+    if inputs.ionosphere is not None and z.electrons.any():
+        antenna_mps = np.repeat(velocity_mps[:, None], len(z), axis=1)
+        rates = rates.without(delay_rate(inputs.ionosphere, seen, antenna_mps, z.vel_sv_mps), z.electrons)
+    in_common = gain @ rates.common
+    return (gain * rates.own) @ gain.T + in_common @ in_common.T
 
 
 def _mean_variances(fixes: Sequence[SnapshotFix], items: tuple[int, ...], name: str) -> F64 | None:

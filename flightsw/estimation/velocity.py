@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Index
-from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares
+from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, scattered
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import Rules, Trial
 from gnss_hil.flightsw.measurement.range_rate import RangeRates
@@ -16,11 +16,18 @@ from gnss_hil.flightsw.records.solution import FASTEST_MPS, within
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """velocity_mps (3,), drift_mps (c,) of the clocks, and the covariance (3 + c, 3 + c) of both."""
+    """velocity_mps (3,), drift_mps (c,) of the clocks, and the covariance (3 + c, 3 + c) of both.
+
+    gain     (3, n) what a metre a second of each range rate moves the velocity, zero where not used
+    misfit   chi-square for each degree of freedom where range rates that disagree made it; else 1. It is in
+             the covariance
+    """
 
     velocity_mps: F64
     drift_mps: F64
     covariance: F64
+    gain: F64
+    misfit: float
 
 
 def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
@@ -48,7 +55,8 @@ def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
     found = kept.trial.found
     if not within(found.x.tolist(), FASTEST_MPS):
         return None
-    return Motion(found.x[:3], found.x[3:], found.covariance * kept.misfit)
+    gain = scattered(found.gain[:3], kept.rows, len(sat), 0.0)
+    return Motion(found.x[:3], found.x[3:], found.covariance * kept.misfit, gain, kept.misfit)
 
 
 def rough_velocity(z: RangeRates) -> F64:

@@ -116,18 +116,24 @@ def range_errors(
         return replace(equal, electrons=z.electrons, ionosphere=ionosphere)
     own, common = z.code_variance_m2, []
     space_m = budget.ura_scale * np.hypot(z.space_sigma_m, z.code_bias_sigma_m)
-    if z.satellites == len(z):
-        own = own + space_m**2
-    else:
-        several = np.bincount(z.sat)[z.sat] > 1
-        own = own + np.where(several, 0.0, space_m**2)
-        common.append(_columns(z.sat, several) * space_m[:, None])
+    own, of_satellites = by_satellite(z, own, np.hypot(space_m, z.followed_sigma_m))
+    if of_satellites.size:
+        common.append(of_satellites)
     if budget.delay_m:
         # Of a receiver alone on its clock it is in the clock, and makes that less certain.
         root_m = budget.delay_m * np.eye(z.receiver.max(initial=0) + 1) if delays is None else delays.root_m
         common.append(root_m[z.receiver])
     late_m = 0.0 if delays is None else delays.mean_m[z.receiver]
     return RangeErrors(own, _side_by_side(common, len(z)), z.electrons, ionosphere, late_m)
+
+
+def by_satellite(z: Ranges, own: F64, sigma: F64) -> tuple[F64, F64]:
+    """Variances (n,) of ranges with what each has of its satellite by 1 sigma (n,), where no other has it
+    too, and (n, k) columns for satellites that several have."""
+    if z.satellites == len(z):
+        return own + sigma**2, _none(len(z))
+    several = np.bincount(z.sat)[z.sat] > 1
+    return own + np.where(several, 0.0, sigma**2), _columns(z.sat, several) * sigma[:, None]
 
 
 def _columns(number: I64, which: Bool) -> F64:

@@ -58,16 +58,15 @@ def nothing_known() -> Delays:
 class Followed:
     """Of measurements (n,).
 
-    delay_m, rate_mps, rate_variance   after them
+    delay_m, rate_mps, variance_m2, rate_variance   after them
     share     what a metre of the own measurement moves the delay
-    others_m2  variance of the delay by all else than the own measurement
     """
 
     delay_m: F64
     rate_mps: F64
+    variance_m2: F64
     rate_variance: F64
     share: F64
-    others_m2: F64
 
 
 def follow(
@@ -105,7 +104,4 @@ def follow(
     columns[0][found], columns[1][found], columns[2][found] = t_ns, delay, rate
     columns[3][:, found] = after
     share = gain[place] * r[place] / variance_m2
-    others = ((1 - gain) ** 2 * p + gain**2 * r)[place] - share**2 * variance_m2
-    return Delays(*columns), Followed(
-        delay[place], rate[place], after[2][place], share, np.maximum(others, 0.0)
-    )
+    return Delays(*columns), Followed(delay[place], rate[place], after[0][place], after[2][place], share)

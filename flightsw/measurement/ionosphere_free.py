@@ -48,8 +48,10 @@ def ionosphere_free(m: Measurements, budget: Budget) -> Ranges:
         clock_drift_mps=of("clock_drift_mps"),
         code_variance_m2=noise_of("code_variance_m2"),
         rate_variance_m2ps2=noise_of("rate_variance_m2ps2"),
+        sat_rate_sigma_mps=np.maximum(a.sat_rate_sigma_mps, b.sat_rate_sigma_mps),
         space_sigma_m=np.maximum(a.space_sigma_m, b.space_sigma_m),
         code_bias_sigma_m=np.hypot(share * a.code_bias_sigma_m, (1 - share) * b.code_bias_sigma_m),
+        followed_sigma_m=np.zeros(len(a)),
         electrons=np.zeros(len(a)),
     )
 
@@ -62,6 +64,11 @@ def filtered(
 
     A delay is (P2 - P1) / (g - 1), each with its own clock added. Errors of P1 are in both the range and, by
     its share, the delay; variances say so. Without a past it is the combination of one epoch.
+
+    The delay, of variance V, is in the ranges of all antennas that have the satellite. Of range i the error of
+    P1 moves it by c_i of its variance v_i, so that two ranges covary by V + c_i + c_j. A column of
+    sqrt(V) + c_i / sqrt(V) has that and c_i c_j / V, a few per cent, too much; what each has for itself is
+    v_i - c_i^2 / V, so that variances are exact.
     """
     first, second = paired(m)
     hz = carrier_hz(m.signal, m.frequency)
@@ -71,7 +78,8 @@ def filtered(
     measured_m = per_metre * (b.pseudorange_m + b.clock_m - a.pseudorange_m - a.clock_m)
     variance_m2 = per_metre**2 * (a.code_variance_m2 + b.code_variance_m2)
     delays, followed = follow(delays, t_ns, a.sat, measured_m, variance_m2, walk_mps_rts)
-    own = followed.share * per_metre
+    delay_m = np.sqrt(followed.variance_m2)
+    covariant_m = followed.share * per_metre * a.code_variance_m2 / delay_m
     return delays, Ranges(
         receiver=a.receiver,
         sat=a.sat,
@@ -82,13 +90,13 @@ def filtered(
         vel_sv_mps=a.vel_sv_mps,
         clock_m=a.clock_m,
         clock_drift_mps=a.clock_drift_mps,
-        code_variance_m2=(1 + own) ** 2 * a.code_variance_m2
-        + own**2 * b.code_variance_m2
-        + followed.others_m2,
-        rate_variance_m2ps2=a.rate_variance_m2ps2 + followed.rate_variance,
+        code_variance_m2=a.code_variance_m2 - covariant_m**2,
+        rate_variance_m2ps2=a.rate_variance_m2ps2,
+        sat_rate_sigma_mps=np.hypot(a.sat_rate_sigma_mps, np.sqrt(followed.rate_variance)),
         space_sigma_m=np.maximum(a.space_sigma_m, b.space_sigma_m),
         # What lasts, no filter takes away.
         code_bias_sigma_m=np.hypot((1 + per_metre) * a.code_bias_sigma_m, per_metre * b.code_bias_sigma_m),
+        followed_sigma_m=delay_m + covariant_m,
         electrons=np.zeros(len(a)),
     )
 

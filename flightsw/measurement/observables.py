@@ -40,9 +40,11 @@ def of_each_channel(m: Measurements, budget: Budget) -> Ranges:
         clock_m=m.clock_m,
         clock_drift_mps=m.clock_drift_mps,
         code_variance_m2=budget.noise.code_variance_m2(cn0_hz, m.signal),
-        rate_variance_m2ps2=rate + (budget.ura_scale * space_mps) ** 2,
+        rate_variance_m2ps2=rate,
+        sat_rate_sigma_mps=budget.ura_scale * space_mps,
         space_sigma_m=space_m,
         code_bias_sigma_m=bias_m,
+        followed_sigma_m=np.zeros(len(m)),
         electrons=electrons(m.signal, m.frequency),
     )
 

@@ -14,6 +14,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.measurement.base import Point, Unknown
+from gnss_hil.flightsw.measurement.budget import by_satellite
 from gnss_hil.flightsw.measurement.ionosphere import Delay
 from gnss_hil.flightsw.measurement.range_model import Rays
 from gnss_hil.flightsw.measurement.weights import weight
@@ -55,7 +56,7 @@ class RangeRates:
             self,
             value=self.value + electrons * advance.modelled_m,
             own=self.own + electrons**2 * advance.own_m2,
-            common=(electrons * advance.common_m)[:, None],
+            common=np.column_stack((self.common, electrons * advance.common_m)),
         )
 
     def predict(self, x: Point) -> F64:
@@ -81,4 +82,5 @@ def range_rates(m: Ranges, geometry: F64, rays: Rays, lever_rate_mps: F64) -> Ra
     design[:, :3] *= gain[:, None]
     value = m.range_rate_mps + m.clock_drift_mps
     still = stretch * static - gain * lever
-    return RangeRates(value, m.rate_variance_m2ps2, still, design, np.zeros((len(m), 0)))
+    own, common = by_satellite(m, m.rate_variance_m2ps2, m.sat_rate_sigma_mps)
+    return RangeRates(value, own, still, design, common)

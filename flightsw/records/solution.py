@@ -100,6 +100,8 @@ class SnapshotFix(Fix):
     """What a least-squares solution of one epoch has besides.
 
     gain         (3, n) what a metre of each pseudorange moves the position, zero where not used
+    velocity_gain   (3, n) likewise a metre a second of each range rate the velocity; None without one
+    rate_misfit  as misfit, of the range rates; the covariance of the velocity has it already
     delays       of receivers, as they are known after it; None where they are not learnt
     iterations   Gauss-Newton steps taken
     """
@@ -107,6 +109,8 @@ class SnapshotFix(Fix):
     pdop: float
     gain: F64
     iterations: int
+    velocity_gain: F64 | None = None
+    rate_misfit: float = 1.0
     delays: ReceiverDelays | None = None
 
 

@@ -64,7 +64,7 @@ def measurements(o, cn0=45.0):
     return Ranges(
         antenna, sat, 1 << np.arange(n) % 32, o["p"], o["pdot"],
         np.array([o["x"], o["y"], o["z"]]), np.array([o["vx"], o["vy"], o["vz"]]), o["clock"], o["drift"],
-        *noise_of(flat + cn0, sat), flat + SPACE_M, flat, flat + 1.0,
+        *noise_of(flat + cn0, sat), flat, flat + SPACE_M, flat, flat, flat + 1.0,
     )  # fmt: skip
 
 

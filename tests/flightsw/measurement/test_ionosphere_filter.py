@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gnss_hil.flightsw.measurement import ionosphere_filter
+from gnss_hil.flightsw.measurement.budget import by_satellite
 from gnss_hil.flightsw.measurement.ionosphere_filter import FIRST_RATE_MPS, LONGEST_NS, follow, nothing_known
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
+from gnss_hil.flightsw.measurement.observables import of_each_channel
 from gnss_hil.flightsw.records.epoch import Measurements
 from tests.support.budgets import BUDGET
 
@@ -49,7 +53,7 @@ def test_it_is_the_textbooks_filter():
         delays, followed = follow(delays, int(t * S), SAT, np.array([z]), np.array([r]), 0.02)
         assert [followed.delay_m[0], followed.rate_mps[0]] == pytest.approx(x, abs=1e-9)
         assert followed.rate_variance[0] == pytest.approx(p[1, 1])
-        assert followed.share[0] ** 2 * r + followed.others_m2[0] == pytest.approx(p[0, 0])
+        assert followed.variance_m2[0] == pytest.approx(p[0, 0])
 
 
 def test_satellites_do_not_meet_and_antennas_of_one_are_weighed():
@@ -58,7 +62,7 @@ def test_satellites_do_not_meet_and_antennas_of_one_are_weighed():
     both, found = follow(both, S, sat, z, r, 0.01)
     assert found.delay_m == pytest.approx([3, 12, 12])
     assert found.share == pytest.approx([1, 2 / 3, 1 / 3])
-    assert found.others_m2 == pytest.approx([0, 2 / 9, 4 / 9])
+    assert found.variance_m2 == pytest.approx([1, 2 / 3, 2 / 3])
     alone, _ = follow(nothing_known(), S, OTHER, z[:1], r[:1], 0.01)
     both, after = follow(both, 2 * S, OTHER, np.array([4.0]), np.ones(1), 0.01)
     alone, same = follow(alone, 2 * S, OTHER, np.array([4.0]), np.ones(1), 0.01)
@@ -93,7 +97,7 @@ def test_the_first_epoch_is_the_combination_of_that_epoch():
     _, one = filtered(m, BUDGET, nothing_known(), S, 0.01)
     plain = ionosphere_free(m, BUDGET)
     assert one.pseudorange_m + one.clock_m == pytest.approx(plain.pseudorange_m + plain.clock_m, abs=1e-6)
-    assert one.code_variance_m2 == pytest.approx(plain.code_variance_m2)
+    assert variance_m2(one) == pytest.approx(plain.code_variance_m2)
     assert one.channels.tolist() == plain.channels.tolist() == [3]
 
 
@@ -110,12 +114,74 @@ def test_errors_have_the_variances_that_are_stated():
             one, two = sigmas(noise)
             p1, p2 = delay + rng.normal(0, one), g * delay + rng.normal(0, two)
             delays, found = filtered(measurements(p1, p2), noise, delays, (k + 1) * S, q)
-        errors.append((found.pseudorange_m[0] + found.clock_m[0]) / np.sqrt(found.code_variance_m2[0]))
-        late.append(found.code_variance_m2[0])
+        errors.append((found.pseudorange_m[0] + found.clock_m[0]) / np.sqrt(variance_m2(found)[0]))
+        late.append(variance_m2(found)[0])
         rates.append((delays.rate_mps[5] - rate) / np.sqrt(delays.variances[2, 5]))
     assert np.std(errors) == pytest.approx(1, abs=0.12) and abs(np.mean(errors)) < 0.2
     assert np.std(rates) == pytest.approx(1, abs=0.12)
     assert late[0] < 0.45 * v.code_variance_m2[0], "less noise than one epoch's combination"
+
+
+def on_antennas(m, count):
+    """The same satellite by both signals on several antennas; the second signal of the last is 6 dB weaker."""
+    rows = np.tile([0, 1], count)
+    m = replace(m[rows], receiver=np.repeat(np.arange(count), 2))
+    m.cn0_dbhz[-1] -= 6
+    return m
+
+
+@pytest.mark.parametrize("epochs", [1, 2, 30])
+def test_a_followed_delay_is_in_the_ranges_of_all_antennas(epochs):
+    """Errors of three antennas' ranges of one satellite as sums of all codes' errors, one by one: the filter
+    is linear in them. Their covariance by the budget: variances as they are, and not less in common."""
+    q, codes = 0.01, 6
+    base = on_antennas(measurements(2.2e7 + 10, 2.2e7 + 16.5), 3)
+    sigma_m = np.sqrt(of_each_channel(base, BUDGET).code_variance_m2)
+
+    def ranges(epoch=None, code=None):
+        """After the last epoch, one code of one epoch being a millimetre longer."""
+        delays = nothing_known()
+        for k in range(epochs):
+            longer = 1e-3 * (np.arange(codes) == code) * (k == epoch)
+            m = replace(base, pseudorange_m=base.pseudorange_m + longer)
+            delays, z = filtered(m, BUDGET, delays, (k + 1) * S, q)
+        return z
+
+    plain = ranges()
+    moved = [
+        1e3 * sigma_m[code] * (ranges(k, code).pseudorange_m - plain.pseudorange_m)
+        for k in range(epochs)
+        for code in range(codes)
+    ]
+    by_noise = np.array(moved).T @ np.array(moved)
+    own_m2, common_m = by_satellite(plain, plain.code_variance_m2, plain.followed_sigma_m)
+    stated = np.diag(own_m2) + common_m @ common_m.T
+    # What is stated has besides how the delay itself walks, in all alike.
+    walked = stated - by_noise
+    assert (own_m2 > 0).all() and common_m.shape == (3, 1)
+    assert np.ptp(walked.diagonal()) < 1e-3 * stated[0, 0]
+    apart = walked[np.triu_indices(3, 1)]
+    assert (apart > walked[0, 0] - 1e-3).all() and (apart < walked[0, 0] + 0.06 * stated[0, 1]).all()
+    if epochs == 1:
+        assert walked.diagonal() == pytest.approx(0, abs=1e-5)
+    assert stated.mean() > 1.5 * stated.diagonal().mean() / 3, "the mean of three is not three times as good"
+
+
+def test_of_a_satellite_that_one_antenna_has_the_delays_rate_is_its_own():
+    m = on_antennas(measurements(2.2e7 + 10, 2.2e7 + 16.5), 2)
+    _, both = filtered(m, BUDGET, nothing_known(), S, 0.01)
+    assert (both.sat_rate_sigma_mps > FIRST_RATE_MPS).all()
+    own, common = by_satellite(both, both.rate_variance_m2ps2, both.sat_rate_sigma_mps)
+    assert own == pytest.approx(both.rate_variance_m2ps2) and common[:, 0] == pytest.approx(
+        both.sat_rate_sigma_mps
+    )
+    own, common = by_satellite(both[:1], both[:1].rate_variance_m2ps2, both[:1].sat_rate_sigma_mps)
+    assert own[0] > FIRST_RATE_MPS**2 and common.shape == (1, 0)
+
+
+def variance_m2(z):
+    """(n,) of each range alone."""
+    return z.code_variance_m2 + z.followed_sigma_m**2
 
 
 def sigmas(budget):
@@ -129,9 +195,6 @@ def test_rates_are_those_of_the_first_carrier_with_the_delays_rate_taken_out():
         m = measurements(10 + 0.05 * k, (10 + 0.05 * k) * (77 / 60) ** 2)
         delays, found = filtered(m, BUDGET, delays, (k + 1) * S, 0.01)
     assert found.range_rate_mps[0] == pytest.approx(-3.0 + 0.05, abs=1e-3)
-    assert (
-        found.rate_variance_m2ps2[0]
-        > ionosphere_filter.follow(delays, 60 * S, SAT, np.array([12.5]), np.ones(1), 0.01)[1].rate_variance[
-            0
-        ]
-    )
+    carrier = of_each_channel(m, BUDGET)[:1]
+    assert found.rate_variance_m2ps2 == pytest.approx(carrier.rate_variance_m2ps2)
+    assert found.sat_rate_sigma_mps**2 == pytest.approx(carrier.sat_rate_sigma_mps**2 + delays.variances[2, 5])
