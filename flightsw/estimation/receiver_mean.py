@@ -71,7 +71,10 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> Snap
     if not carriable(position, clock):
         return NoFix.NO_CONVERGENCE
     velocity, drift = _mean_rates(fixes, systems)
-    moving = None if velocity is None else _motion_covariance(m, fixes, position, velocity, inputs)
+    of_velocity = of_drift = None
+    if velocity is not None:
+        of_velocity = _motion_covariance(m, fixes, position, velocity, inputs)
+        of_drift = _mean_variances(fixes, items, "drift_variance_m2ps2")
     used = np.any([fix.used for fix in fixes], axis=0)
     gain = share * _sum([fix.gain for fix in fixes])
     return SnapshotFix(
@@ -81,15 +84,17 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> Snap
         clock_m=clock,
         drift_mps=drift,
         covariance_m2=mean_covariance_m2(m, gain, position, inputs),
-        velocity_covariance_m2ps2=moving,
+        velocity_covariance_m2ps2=of_velocity,
         clock_variance_m2=_mean_variances(fixes, items, "clock_variance_m2"),
-        drift_variance_m2ps2=_mean_variances(fixes, items, "drift_variance_m2ps2") if velocity is not None else None,
+        drift_variance_m2ps2=of_drift,
         gain=gain,
         pdop=share * sqrt(sum(fix.pdop**2 for fix in fixes)),
         used=used,
         satellites=len(set(m.sat[used].tolist())),
         residual_m=_residuals_m(fixes, len(m)),
         iterations=max(fix.iterations for fix in fixes),
+        velocity_gain=None if velocity is None else share * _sum(_velocity_gains(fixes)),
+        rate_misfit=max(fix.rate_misfit for fix in fixes),
         misfit=max(fix.misfit for fix in fixes),
     )
 
@@ -137,18 +142,27 @@ def mean_covariance_m2(m: Ranges, gain: F64, position_m: F64, inputs: FixInputs)
     used = np.flatnonzero(gain.any(axis=0))
     z, gain = m[used], gain[:, used]
     errors = range_errors(z, inputs.budget, inputs.ionosphere)
-    own_m2, common_m = errors.along(rays(z.pos_sv_m, np.repeat(position_m[:, None], len(z), axis=1)))
-    in_common = gain @ common_m
-    return (gain * own_m2) @ gain.T + in_common @ in_common.T
+    return _propagated(gain, *errors.along(rays(z.pos_sv_m, np.repeat(position_m[:, None], len(z), axis=1))))
+
+
+def _propagated(gain: F64, own: F64, common: F64) -> F64:
+    """(3, 3) by gain (3, n): of errors with variances own (n,), and of some in common, (n, k)."""
+    in_common = gain @ common
+    return (gain * own) @ gain.T + in_common @ in_common.T
 
 
 def _motion_covariance(
     m: Ranges, fixes: Sequence[SnapshotFix], position_m: F64, velocity_mps: F64, inputs: FixInputs
 ) -> F64:
     """(3, 3) of the mean of velocities, every fix having one; as large as the worst of them is misfit."""
-    gains = [gain for fix in fixes if (gain := fix.velocity_gain) is not None]
-    covariance = mean_velocity_covariance(m, _sum(gains) / len(fixes), position_m, velocity_mps, inputs)
+    gain = _sum(_velocity_gains(fixes)) / len(fixes)
+    covariance = mean_velocity_covariance(m, gain, position_m, velocity_mps, inputs)
     return covariance * max(fix.rate_misfit for fix in fixes)
+
+
+def _velocity_gains(fixes: Sequence[SnapshotFix]) -> list[F64]:
+    """(3, n) of each, every fix having a velocity."""
+    return [gain for fix in fixes if (gain := fix.velocity_gain) is not None]
 
 
 def mean_velocity_covariance(
@@ -163,8 +177,7 @@ def mean_velocity_covariance(
     if inputs.ionosphere is not None and z.electrons.any():
         antenna_mps = np.repeat(velocity_mps[:, None], len(z), axis=1)
         rates = rates.without(delay_rate(inputs.ionosphere, seen, antenna_mps, z.vel_sv_mps), z.electrons)
-    in_common = gain @ rates.common
-    return (gain * rates.own) @ gain.T + in_common @ in_common.T
+    return _propagated(gain, *rates.errors())
 
 
 def _mean_variances(fixes: Sequence[SnapshotFix], items: tuple[int, ...], name: str) -> F64 | None:

@@ -11,6 +11,7 @@ from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, 
 from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import Rules, Trial
 from gnss_hil.flightsw.measurement.range_rate import RangeRates
+from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, within
 
 
@@ -39,14 +40,15 @@ def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
     sat   (n,) satellite of each
     """
     design, y = z.design, z.value - z.still
+    own, common = z.errors()
 
     def fit(rows: Index | slice) -> Trial[Estimate] | None:
         # A clock measured on an excluded satellite alone has no rate any more: not observable.
-        of_rows, weight = design[rows], z.weight(rows)
-        found = least_squares(of_rows, y[rows], weight)
+        of_rows, weights = design[rows], weight(own[rows], common[rows])
+        found = least_squares(of_rows, y[rows], weights)
         if found is None:
             return None
-        return Trial(found, of_rows, y[rows] - of_rows @ found.x, weight, found.covariance)
+        return Trial(found, of_rows, y[rows] - of_rows @ found.x, weights, found.covariance)
 
     first = fit(slice(None))
     kept = None if first is None else exclusion.exclude(first, fit, sat, rules)
@@ -61,5 +63,5 @@ def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
 
 def rough_velocity(z: RangeRates) -> F64:
     """(3,) of all range rates as they are: good enough to see how rays sweep the ionosphere."""
-    found = least_squares(z.design, z.value - z.still, 1 / z.own)
+    found = least_squares(z.design, z.value - z.still, 1 / z.variance)
     return np.zeros(3) if found is None else found.x[:3]

@@ -10,17 +10,21 @@ unknown of a known size.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.vehicle import ReceiverFigures
 from gnss_hil.flightsw.measurement.ionosphere import Ionosphere, delay
 from gnss_hil.flightsw.measurement.noise import ReceiverNoise, receiver_noise
 from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.measurement.range_model import Rays
+from gnss_hil.flightsw.measurement.satellite_shares import (
+    SatelliteShares,
+    none_shared,
+    satellite_shares,
+)
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import ReceiverDelays
@@ -52,16 +56,24 @@ class RangeErrors:
     """Of n ranges.
 
     own_m2       (n,) variance of each by itself
-    common_m     (n, k) 1 sigma of k errors that several have in common; without any, k is 0
+    sat_sigma_m  (n,) 1 sigma of what each has in common with all ranges of its satellite, and which these are
+    common_m     (n, k) 1 sigma of k other errors that several have in common; without any, k is 0
     ionosphere   over the craft, with the ranges' share of it (n,); None where no range has any
     late_m       (n,) what is known of the delays of their receivers
     """
 
     own_m2: F64
+    sat_sigma_m: F64
+    shares: SatelliteShares
     common_m: F64
     electrons: F64 | None = None
     ionosphere: Ionosphere | None = None
     late_m: F64 | float = 0.0
+
+    @property
+    def variance_m2(self) -> F64:
+        """(n,) of each alone, without the ionosphere."""
+        return self.own_m2 + self.sat_sigma_m**2 + (self.common_m**2).sum(axis=1)
 
     def along(self, rays: Rays) -> tuple[F64, F64]:
         """Along these rays: own_m2 (n,) and common_m (n, k) with what the ionosphere adds."""
@@ -76,29 +88,28 @@ class RangeErrors:
 
     def _along(self, rays: Rays) -> tuple[F64 | float, F64, F64]:
         if self.ionosphere is None or self.electrons is None:
-            return self.late_m, self.own_m2, self.common_m
+            own_m2, of_satellites_m = self.shares.split(self.own_m2, self.sat_sigma_m)
+            return self.late_m, own_m2, _side_by_side(of_satellites_m, self.common_m)
         electrons = self.electrons
         found = delay(self.ionosphere, rays.antenna_m, rays.los, rays.distance_m)
+        # Rays from one satellite to antennas metres apart go through the same electrons.
+        sat_sigma_m = np.sqrt(self.sat_sigma_m**2 + electrons**2 * found.own_m2)
+        own_m2, of_satellites_m = self.shares.split(self.own_m2, sat_sigma_m)
         in_common = (electrons * found.common_m)[:, None]
-        common_m = _side_by_side((self.common_m, in_common), len(electrons))
         late_m = self.late_m + electrons * found.modelled_m
-        return late_m, self.own_m2 + electrons**2 * found.own_m2, common_m
+        return late_m, own_m2, _side_by_side(of_satellites_m, self.common_m, in_common)
 
 
 def independent(own_m2: F64) -> RangeErrors:
     """Of ranges that have nothing in common, with variances (n,)."""
-    return RangeErrors(own_m2, _none(len(own_m2)))
+    n = len(own_m2)
+    return RangeErrors(own_m2, np.zeros(n), none_shared(n), np.zeros((n, 0)))
 
 
-def _none(n: int) -> F64:
-    return np.zeros((n, 0))
-
-
-def _side_by_side(columns: Sequence[F64], n: int) -> F64:
-    """(n, k) of as many as there are."""
-    if len(columns) == 1:
-        return columns[0]
-    return np.concatenate(columns, axis=1) if columns else _none(n)
+def _side_by_side(*columns: F64) -> F64:
+    """(n, k) of all that have any."""
+    some = [column for column in columns if column.size]
+    return np.concatenate(some, axis=1) if len(some) > 1 else (some or columns)[0]
 
 
 def range_errors(
@@ -114,28 +125,13 @@ def range_errors(
     if budget.range_sigma_m:
         equal = independent(np.full(len(z), budget.range_sigma_m**2))
         return replace(equal, electrons=z.electrons, ionosphere=ionosphere)
-    own, common = z.code_variance_m2, []
     space_m = budget.ura_scale * np.hypot(z.space_sigma_m, z.code_bias_sigma_m)
-    own, of_satellites = by_satellite(z, own, np.hypot(space_m, z.followed_sigma_m))
-    if of_satellites.size:
-        common.append(of_satellites)
+    common_m = np.zeros((len(z), 0))
     if budget.delay_m:
         # Of a receiver alone on its clock it is in the clock, and makes that less certain.
         root_m = budget.delay_m * np.eye(z.receiver.max(initial=0) + 1) if delays is None else delays.root_m
-        common.append(root_m[z.receiver])
+        common_m = root_m[z.receiver]
     late_m = 0.0 if delays is None else delays.mean_m[z.receiver]
-    return RangeErrors(own, _side_by_side(common, len(z)), z.electrons, ionosphere, late_m)
-
-
-def by_satellite(z: Ranges, own: F64, sigma: F64) -> tuple[F64, F64]:
-    """Variances (n,) of ranges with what each has of its satellite by 1 sigma (n,), where no other has it
-    too, and (n, k) columns for satellites that several have."""
-    if z.satellites == len(z):
-        return own + sigma**2, _none(len(z))
-    several = np.bincount(z.sat)[z.sat] > 1
-    return own + np.where(several, 0.0, sigma**2), _columns(z.sat, several) * sigma[:, None]
-
-
-def _columns(number: I64, which: Bool) -> F64:
-    """(n, k) a column for each number that is marked, 1 where it stands."""
-    return (number[:, None] == np.unique(number[which])).astype(float)
+    sat_sigma_m = np.hypot(space_m, z.followed_sigma_m)
+    shares = satellite_shares(z.sat)
+    return RangeErrors(z.code_variance_m2, sat_sigma_m, shares, common_m, z.electrons, ionosphere, late_m)

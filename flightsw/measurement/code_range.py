@@ -37,7 +37,7 @@ class CodeRanges:
     @property
     def variance(self) -> F64:
         """(n,) [m^2] of each alone, without the ionosphere."""
-        return self.errors.own_m2 + (self.errors.common_m**2).sum(axis=1)
+        return self.errors.variance_m2
 
     def rays(self, position_m: F64) -> Rays:
         """From the satellites to the antennas of a craft at position_m (3,)."""

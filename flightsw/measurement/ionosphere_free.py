@@ -65,8 +65,8 @@ def filtered(
     A delay is (P2 - P1) / (g - 1), each with its own clock added. Errors of P1 are in both the range and, by
     its share, the delay; variances say so. Without a past it is the combination of one epoch.
 
-    The delay, of variance V, is in the ranges of all antennas that have the satellite. Of range i the error of
-    P1 moves it by c_i of its variance v_i, so that two ranges covary by V + c_i + c_j. A column of
+    The delay, of variance V, is in the ranges of all antennas that have the satellite. With the error of P1
+    in range i, of variance v_i, it covaries by -c_i, hence two ranges by V + c_i + c_j. A column of
     sqrt(V) + c_i / sqrt(V) has that and c_i c_j / V, a few per cent, too much; what each has for itself is
     v_i - c_i^2 / V, so that variances are exact.
     """

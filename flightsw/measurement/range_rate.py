@@ -11,13 +11,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, Index
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.measurement import range_model
 from gnss_hil.flightsw.measurement.base import Point, Unknown
-from gnss_hil.flightsw.measurement.budget import by_satellite
 from gnss_hil.flightsw.measurement.ionosphere import Delay
 from gnss_hil.flightsw.measurement.range_model import Rays
-from gnss_hil.flightsw.measurement.weights import weight
+from gnss_hil.flightsw.measurement.satellite_shares import SatelliteShares, satellite_shares
 from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
 from gnss_hil.flightsw.records.ranges import Ranges
 
@@ -28,7 +27,8 @@ class RangeRates:
 
     value      (n,) range rates with the satellites' clock rates added [m/s]
     own        (n,) variance of each by itself [m^2/s^2]
-    common     (n, k) 1 sigma of k errors that several have in common [m/s]
+    sat_sigma  (n,) 1 sigma of what each has in common with all of its satellite [m/s], and which these are
+    common     (n, k) 1 sigma of k other errors that several have in common [m/s]
     still      (n,) what a craft with its centre of mass at rest and no clock rate would measure
     design     (n, 3 + c) Jacobian
     """
@@ -37,6 +37,8 @@ class RangeRates:
     unknowns: ClassVar[tuple[Unknown, ...]] = (Unknown.VELOCITY, Unknown.DRIFT)
     value: F64
     own: F64
+    sat_sigma: F64
+    shares: SatelliteShares
     still: F64
     design: F64
     common: F64
@@ -44,19 +46,20 @@ class RangeRates:
     @property
     def variance(self) -> F64:
         """(n,) [m^2/s^2] of each alone."""
-        return self.own + (self.common**2).sum(axis=1)
+        return self.own + self.sat_sigma**2 + (self.common**2).sum(axis=1)
 
-    def weight(self, rows: Index | slice) -> F64:
-        """Of some rows (k,): (k,) where all errors are independent, else (k, k)."""
-        return weight(self.own[rows], self.common[rows])
+    def errors(self) -> tuple[F64, F64]:
+        """Variances (n,) of each by itself and (n, k) 1 sigma of all that several have in common."""
+        own, of_satellites = self.shares.split(self.own, self.sat_sigma)
+        return own, np.concatenate((of_satellites, self.common), axis=1)
 
     def without(self, advance: Delay, electrons: F64) -> RangeRates:
         """With the ionosphere's part taken out, which the carrier has the other way round than the code."""
         return replace(
             self,
             value=self.value + electrons * advance.modelled_m,
-            own=self.own + electrons**2 * advance.own_m2,
-            common=np.column_stack((self.common, electrons * advance.common_m)),
+            sat_sigma=np.sqrt(self.sat_sigma**2 + electrons**2 * advance.own_m2),
+            common=(electrons * advance.common_m)[:, None],
         )
 
     def predict(self, x: Point) -> F64:
@@ -82,5 +85,12 @@ def range_rates(m: Ranges, geometry: F64, rays: Rays, lever_rate_mps: F64) -> Ra
     design[:, :3] *= gain[:, None]
     value = m.range_rate_mps + m.clock_drift_mps
     still = stretch * static - gain * lever
-    own, common = by_satellite(m, m.rate_variance_m2ps2, m.sat_rate_sigma_mps)
-    return RangeRates(value, own, still, design, common)
+    return RangeRates(
+        value,
+        m.rate_variance_m2ps2,
+        m.sat_rate_sigma_mps,
+        satellite_shares(m.sat),
+        still,
+        design,
+        np.zeros((len(m), 0)),
+    )

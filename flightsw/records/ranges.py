@@ -19,12 +19,11 @@ class Ranges:
     pseudorange_m, range_rate_mps, pos_sv_m, vel_sv_mps, clock_m, clock_drift_mps
                              as in `gnss_hil.flightsw.records.epoch.Measurements`
     code_variance_m2, rate_variance_m2ps2   (n,) of what errs from range to range: noise, reflections
-    sat_rate_sigma_mps       (n,) 1 sigma of what range rates of its satellite have in common: its clock's, that
-                             of a delay followed from epoch to epoch
+    sat_rate_sigma_mps       (n,) 1 sigma of what range rates of its satellite have in common: that of its
+                             clock, and of a delay followed from epoch to epoch
     space_sigma_m            (n,) 1 sigma of the orbit and clock that the satellite reports, in its direction
     code_bias_sigma_m        (n,) 1 sigma of its code's delay against the code that the clock belongs to
-    followed_sigma_m         (n,) 1 sigma of a followed delay that was taken out of all ranges of its satellite;
-                             0 where none was
+    followed_sigma_m         (n,) 1 sigma of a followed delay taken out of all ranges of its satellite, or 0
     electrons                (n,) ionospheric delay in the pseudorange over that of the first signal of the
                              reference system on the same ray; 0 where two signals have cancelled it
     """

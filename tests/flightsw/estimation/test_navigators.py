@@ -20,6 +20,8 @@ from gnss_hil.flightsw.estimation.best_antenna import best_antenna, selected_ant
 from gnss_hil.flightsw.estimation.clocks import ReceiverClocks, mean_clocks
 from gnss_hil.flightsw.estimation.receiver_mean import mean_covariance_m2, receiver_mean
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
+from gnss_hil.flightsw.integrity.exclusion import Rules
+from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState
 from tests.flightsw.app.test_step import drop, fly, soyuz, status, used
 from tests.flightsw.estimation.test_position import LEVERS, craft, in_view, measurements, separate
@@ -285,6 +287,48 @@ def test_covariance_and_dilution_of_independent_solutions():
     assert mean.covariance_m2 - without == pytest.approx(
         one.covariance_m2 - mean_covariance_m2(m[m.receiver == 0], one.gain, start, at(c, 0.0)), rel=1e-3
     )
+
+
+def test_velocity_of_independent_solutions_and_of_the_same_satellites():
+    """No satellite twice: sum / k^2. The same on all: carriers' noise goes down with k alone, and what
+    satellites' clocks err by does not."""
+    c = craft()
+    m = measurements(s.observe(c, rounds(c), SKY))
+    mean = averaged(m, at(c))
+    own = [averaged(m[m.receiver == a], at(c)).velocity_covariance_m2ps2 for a in range(4)]
+    assert mean.velocity_covariance_m2ps2 == pytest.approx(sum(own) / 16, rel=1e-6)
+    m = measurements(s.observe(c, shared(c), SKY))
+    mean, one = averaged(m, at(c)), averaged(m[m.receiver == 0], at(c))
+    assert mean.velocity_covariance_m2ps2 == pytest.approx(one.velocity_covariance_m2ps2 / 4, rel=1e-3)
+    clocks = replace(m, sat_rate_sigma_mps=np.full(len(m), 0.05))
+    both, alone = averaged(clocks, at(c)), averaged(clocks[m.receiver == 0], at(c))
+    assert both.velocity_covariance_m2ps2 - mean.velocity_covariance_m2ps2 == pytest.approx(
+        alone.velocity_covariance_m2ps2 - one.velocity_covariance_m2ps2, rel=0.02
+    )
+
+
+def test_the_ionospheres_rate_is_in_the_velocities_of_all_and_does_not_average_out():
+    """The same satellites on all, carriers without noise: the mean is as uncertain as each."""
+    c = craft()
+    m = measurements(s.observe(c, shared(c, 9), SKY))
+    quiet = replace(m, rate_variance_m2ps2=np.full(len(m), 1e-12))
+    inputs = replace(at(c), ionosphere=Ionosphere(USUAL, 50_400.0), rules=Rules(0, refuse=False))
+    mean, one = averaged(quiet, inputs), averaged(quiet[m.receiver == 0], inputs)
+    assert np.trace(one.velocity_covariance_m2ps2) > 0.002**2
+    assert mean.velocity_covariance_m2ps2 / mean.rate_misfit == pytest.approx(
+        one.velocity_covariance_m2ps2 / one.rate_misfit, rel=0.02, abs=1e-9
+    )
+
+
+def test_range_rates_that_disagree_make_the_velocity_of_the_mean_less_certain():
+    c = craft()
+    m = measurements(s.observe(c, shared(c, 8), SKY))
+    inputs = replace(at(c), rules=Rules(0, refuse=False))
+    off = replace(m, range_rate_mps=m.range_rate_mps + 5.0 * (np.arange(len(m)) == 2))
+    mean, one = averaged(off, inputs), averaged(off[m.receiver == 0], inputs)
+    assert one.rate_misfit > 100
+    agreed = averaged(m, inputs).velocity_covariance_m2ps2
+    assert mean.velocity_covariance_m2ps2 == pytest.approx(agreed * one.rate_misfit, rel=1e-3)
 
 
 def counted(counts):

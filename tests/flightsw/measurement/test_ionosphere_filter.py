@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gnss_hil.flightsw.measurement import ionosphere_filter
-from gnss_hil.flightsw.measurement.budget import by_satellite
 from gnss_hil.flightsw.measurement.ionosphere_filter import FIRST_RATE_MPS, LONGEST_NS, follow, nothing_known
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
 from gnss_hil.flightsw.measurement.observables import of_each_channel
+from gnss_hil.flightsw.measurement.satellite_shares import satellite_shares
 from gnss_hil.flightsw.records.epoch import Measurements
 from tests.support.budgets import BUDGET
 
@@ -123,7 +122,7 @@ def test_errors_have_the_variances_that_are_stated():
 
 
 def on_antennas(m, count):
-    """The same satellite by both signals on several antennas; the second signal of the last is 6 dB weaker."""
+    """The same satellite by both signals on several antennas; the last has the second 6 dB weaker."""
     rows = np.tile([0, 1], count)
     m = replace(m[rows], receiver=np.repeat(np.arange(count), 2))
     m.cn0_dbhz[-1] -= 6
@@ -154,7 +153,7 @@ def test_a_followed_delay_is_in_the_ranges_of_all_antennas(epochs):
         for code in range(codes)
     ]
     by_noise = np.array(moved).T @ np.array(moved)
-    own_m2, common_m = by_satellite(plain, plain.code_variance_m2, plain.followed_sigma_m)
+    own_m2, common_m = satellite_shares(plain.sat).split(plain.code_variance_m2, plain.followed_sigma_m)
     stated = np.diag(own_m2) + common_m @ common_m.T
     # What is stated has besides how the delay itself walks, in all alike.
     walked = stated - by_noise
@@ -171,11 +170,10 @@ def test_of_a_satellite_that_one_antenna_has_the_delays_rate_is_its_own():
     m = on_antennas(measurements(2.2e7 + 10, 2.2e7 + 16.5), 2)
     _, both = filtered(m, BUDGET, nothing_known(), S, 0.01)
     assert (both.sat_rate_sigma_mps > FIRST_RATE_MPS).all()
-    own, common = by_satellite(both, both.rate_variance_m2ps2, both.sat_rate_sigma_mps)
-    assert own == pytest.approx(both.rate_variance_m2ps2) and common[:, 0] == pytest.approx(
-        both.sat_rate_sigma_mps
-    )
-    own, common = by_satellite(both[:1], both[:1].rate_variance_m2ps2, both[:1].sat_rate_sigma_mps)
+    variance, sigma = both.rate_variance_m2ps2, both.sat_rate_sigma_mps
+    own, common = satellite_shares(both.sat).split(variance, sigma)
+    assert own == pytest.approx(variance) and common[:, 0] == pytest.approx(sigma)
+    own, common = satellite_shares(both.sat[:1]).split(variance[:1], sigma[:1])
     assert own[0] > FIRST_RATE_MPS**2 and common.shape == (1, 0)
 
 
@@ -197,4 +195,5 @@ def test_rates_are_those_of_the_first_carrier_with_the_delays_rate_taken_out():
     assert found.range_rate_mps[0] == pytest.approx(-3.0 + 0.05, abs=1e-3)
     carrier = of_each_channel(m, BUDGET)[:1]
     assert found.rate_variance_m2ps2 == pytest.approx(carrier.rate_variance_m2ps2)
-    assert found.sat_rate_sigma_mps**2 == pytest.approx(carrier.sat_rate_sigma_mps**2 + delays.variances[2, 5])
+    of_clock = carrier.sat_rate_sigma_mps**2
+    assert found.sat_rate_sigma_mps**2 == pytest.approx(of_clock + delays.variances[2, 5])
