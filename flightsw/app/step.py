@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I8, I64
+from gnss_hil.dbc.common.arrays import I8, I64, Bool
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
@@ -84,6 +84,7 @@ def flight_step(
     m, t_ns = decoded.measurements, decoded.mark.t_ns
     attitude = attitude_now(decoded.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
     channels = channel_manager.acknowledged(state.channels, decoded.acks, mark.epoch, options)
+    restarted = channel_manager.restarted(channels, decoded.boots)
     channels = channel_manager.contradicted(channels, m, decoded.boots)
 
     rows, in_orbit = almanac.orbits(decoded.almanac, m)
@@ -91,7 +92,7 @@ def flight_step(
     predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
     delays, z = _form(offered, config, state.delays, t_ns)
-    inputs = _fix_inputs(config, decoded, mark, attitude)
+    inputs = _fix_inputs(config, decoded, mark, attitude, restarted)
 
     nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
     single = False
@@ -157,7 +158,9 @@ def _ionosphere(options: Options, decoded: Epoch, mark: Mark) -> Ionosphere | No
     return None if found is None else Ionosphere(found, (mark.t_ns * 1e-9) % 86_400.0)
 
 
-def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None) -> FixInputs:
+def _fix_inputs(
+    config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None, restarted: Bool
+) -> FixInputs:
     vehicle, options = config.vehicle, config.options
     reported = decoded.domains[: vehicle.antennas]
     return FixInputs(
@@ -168,6 +171,7 @@ def _fix_inputs(config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Atti
         ionosphere=_ionosphere(options, decoded, mark),
         rules=options.rules,
         mark_clock=mark.clock,
+        restarted=restarted[: vehicle.antennas],
         others=other_measurements(decoded),
     )
 

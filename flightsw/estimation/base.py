@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.attitude.attitude import Attitude
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.base import Measurement
@@ -31,6 +31,7 @@ class FixInputs:
     ionosphere         over the craft, None where there is none or none is known
     rules              what becomes of measurements that disagree
     mark_clock         which clock showed the time mark, see `gnss_hil.flightsw.records.epoch.Mark`
+    restarted          (m,) receivers that have restarted since the epoch before; None: none has
     others             measurements of other kinds, see `gnss_hil.flightsw.measurement.registry`
     """
 
@@ -41,6 +42,7 @@ class FixInputs:
     ionosphere: Ionosphere | None = None
     rules: Rules = STRICT
     mark_clock: int = 0
+    restarted: Bool | None = None
     others: Sequence[Measurement] = ()
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.records.solution import ReceiverDelays
 
 LASTING_S = 60.0
@@ -34,6 +34,15 @@ def unknown(receivers: int, delay_m: float) -> ReceiverDelays:
     """Before anything is learnt: 1 sigma of each."""
     root_m: F64 = np.diag(np.full(receivers, delay_m))
     return ReceiverDelays(np.zeros(receivers), root_m)
+
+
+def forgotten(delays: ReceiverDelays, which: Bool, delay_m: float) -> ReceiverDelays:
+    """Without what was known of some receivers, (m,): late by something else since they were restarted."""
+    covariance = delays.root_m @ delays.root_m.T
+    covariance[which] = covariance[:, which] = 0.0
+    covariance[which, which] = delay_m**2
+    root_m: F64 = np.linalg.cholesky(covariance).astype(np.float64, copy=False)
+    return ReceiverDelays(np.where(which, 0.0, delays.mean_m), root_m)
 
 
 def walked(delays: ReceiverDelays, dt_s: float) -> ReceiverDelays:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
-from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S
+from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S, forgotten
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix, OrbitState, ReceiverDelays, SnapshotFix, Solution
@@ -19,8 +19,8 @@ MAX_COAST_S = 3600.0
 
 FORGOTTEN_S = 60.0
 """So long ranges may contradict each other before delays of receivers that were learnt are not believed any
-more: a receiver that was restarted, or whose line was changed, is late by something else, and by what was
-known of it no fix would ever be consistent again."""
+more: a receiver that was restarted and does not say so, or whose line was changed, is late by something else,
+and by what was known of it no fix would ever be consistent again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +62,8 @@ class SnapshotNavigator:
         return Snapshot(orbit, state.antenna, t_ns, state.delays, state.unlearnt_s + dt_s)
 
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
+        if state.delays is not None and inputs.restarted is not None and inputs.restarted.any():
+            state = replace(state, delays=forgotten(state.delays, inputs.restarted, inputs.budget.delay_m))
         fix, antenna = self.solve(z, inputs, state)
         last_mps = None if state.orbit is None else state.orbit.velocity_mps
         if isinstance(fix, Fix):

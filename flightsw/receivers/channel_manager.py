@@ -138,6 +138,11 @@ def acknowledged(manager: ChannelManager, acks: Acks, epoch: int, options: Chann
     return replace(manager, channels=channels, satellites=satellites, stale=stale, statistics=statistics)
 
 
+def restarted(manager: ChannelManager, boots: I64) -> Bool:
+    """(MAX_RECEIVERS,) receivers whose boot count is another than the last one that was heard."""
+    return (boots >= 0) & (manager.boots >= 0) & (boots != manager.boots)
+
+
 def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> ChannelManager:
     """After comparing acknowledgements with what is measured, and boot counts with those before."""
     channels = manager.channels
@@ -146,11 +151,11 @@ def contradicted(manager: ChannelManager, m: Measurements, boots: I64) -> Channe
     same_boots = _same(boots, manager.boots)
     if same_boots and not wrong.any():
         return manager
-    restarted = (boots >= 0) & (manager.boots >= 0) & (boots != manager.boots)
+    anew = restarted(manager, boots)
     latest = np.where(boots >= 0, boots, manager.boots)
-    if not wrong.any() and not restarted.any():
+    if not wrong.any() and not anew.any():
         return replace(manager, boots=latest)
-    unknown = channels.of_antennas(restarted[: len(channels.exists) // channels.width])
+    unknown = channels.of_antennas(anew[: len(channels.exists) // channels.width])
     unknown[rows[wrong]] = True
     return replace(manager, channels=channels.forgotten(unknown), stale=True, boots=latest)
 

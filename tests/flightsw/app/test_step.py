@@ -284,6 +284,22 @@ def test_restarted_receiver_is_taken_over_again():
 
 
 @pytest.mark.slow
+def test_a_restarted_receivers_delay_is_forgotten_in_that_epoch():
+    """By its boot count on the bus."""
+    bus = FakeBus(soyuz(), SKY)
+    config = configure(SOYUZ, "prototype", {})
+    states, _, _ = fly(bus, config, 12)
+    bus.boots[2] += 1
+    later, _, _ = fly(bus, config, 3, states[-1], first=12)
+    against = np.array([-1, -1, 3, -1.0]) / 3
+    known = [against @ state.nav.delays.root_m for state in (states[-1], *later)]
+    variance = [row @ row for row in known]
+    assert variance[0] < 0.5 * config.budget.delay_m**2 < config.budget.delay_m**2 < variance[1]
+    assert variance[3] < variance[1] + 0.01, "once"
+    assert all(state.solution.fix is not None for state in later)
+
+
+@pytest.mark.slow
 def test_lost_commands_are_repeated_until_obeyed():
     bus = FakeBus(soyuz(), SKY)
     config = configure(SOYUZ, "patent", {})

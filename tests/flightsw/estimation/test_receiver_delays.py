@@ -16,7 +16,7 @@ from gnss_hil.flightsw.estimation.snapshot import SnapshotNavigator
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.epoch import AttitudeReport
-from gnss_hil.flightsw.records.solution import NoFix
+from gnss_hil.flightsw.records.solution import NoFix, ReceiverDelays
 from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import budget
@@ -31,10 +31,11 @@ pytestmark = pytest.mark.verifies(
 STEP_NS = 1_000_000_000
 
 
-def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rules=STRICT):
+def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rules=STRICT, restart=None):
     """States and solutions of a craft whose receivers are late by delays_m, with new noise every so often.
 
     later   epoch -> that they are late by besides; epochs may have no fix then
+    restart   epoch, receiver: one that says it has restarted
 
     Satellites stand still: what differs from epoch to epoch is the noise."""
     c = craft(rate=(0.0,))
@@ -53,7 +54,9 @@ def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rule
             noise = sigma * rng.normal(size=len(m))
         changed_m = 0.0 if later is None else np.asarray(later(k))[m.receiver]
         z = replace(m, pseudorange_m=late + changed_m + noise)
-        state, solution = navigator.update(navigator.predict(state, s.T0_NS + k * STEP_NS), z, inputs)
+        said = None if restart is None else (np.arange(4) == restart[1]) & (k == restart[0])
+        told = replace(inputs, restarted=said)
+        state, solution = navigator.update(navigator.predict(state, s.T0_NS + k * STEP_NS), z, told)
         assert solution.reason is NoFix.FIX or later is not None
         out.append((state.delays or receiver_delays.unknown(4, delay_m), solution.fix))
     return c, out
@@ -125,6 +128,30 @@ def test_a_receiver_that_is_late_by_something_else_is_learnt_anew(rules):
     agree = [fix is not None and fix.misfit == 1.0 for _, fix in out]
     assert all(agree[:120]) and not any(agree[120:170]) and all(agree[185:])
     assert apart(out[-1][0].mean_m) == pytest.approx(apart(before + np.array((0, 10.0, 0, 0))), abs=1.0)
+
+
+@pytest.mark.parametrize("rules", [STRICT, Rules(exclude=0, refuse=False)])
+def test_a_receiver_that_says_it_has_restarted_is_learnt_anew_at_once(rules):
+    """No epoch contradicts the others, and what is known of the other receivers stays known."""
+    before, change = np.array((4.0, -2.5, 0.5, 1.0)), np.array((0, 6.0, 0, 0))
+    _, out = flown(before, 420, rules=rules, later=lambda k: change * (k >= 120), restart=(120, 1))
+    assert all(fix is not None and fix.misfit == 1.0 for _, fix in out)
+    known, anew = (delays.root_m @ delays.root_m.T for delays, _ in (out[119], out[120]))
+    against_others, of_others = np.array([-1, 3, -1, -1.0]) / 3, np.array([1, 0, -1, 0.0])
+    assert against_others @ anew @ against_others > 2 * against_others @ known @ against_others
+    assert of_others @ anew @ of_others == pytest.approx(of_others @ known @ of_others, rel=0.2)
+    assert apart(out[-1][0].mean_m) == pytest.approx(apart(before + change), abs=1.0)
+
+
+def test_what_is_forgotten_is_as_before_anything_was_learnt():
+    root = np.array([[0.2, 0.0, 0, 0], [0.1, 0.3, 0, 0], [0, 0.2, 1, 0], [0.3, 0, 0.1, 1]])
+    known = ReceiverDelays(np.array([1.0, 2.0, 3.0, 4.0]), root)
+    found = receiver_delays.forgotten(known, np.array([False, True, False, True]), 3.0)
+    expected = root @ root.T
+    expected[[1, 3]] = expected[:, [1, 3]] = 0
+    expected[1, 1] = expected[3, 3] = 9
+    assert found.mean_m.tolist() == [1, 0, 3, 0]
+    assert found.root_m @ found.root_m.T == pytest.approx(expected)
 
 
 def test_a_contradiction_of_half_a_minute_costs_nothing_that_was_learnt():
