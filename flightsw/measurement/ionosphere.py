@@ -7,6 +7,13 @@ the vertical delay of the place where the ray meets them on the whole. Coefficie
 and how much of it lies above an orbit is not known better: the whole is known to a factor, the same for all
 rays, whose deviation is `FACTOR`; what a ray has for itself, to `OWN` of it.
 
+Of rates that share is not all. A ray that grazes the layer scans it: from far above its lowest point sinks or
+rises by kilometres a second, and where its delay is largest the rate that is modelled is zero, while layers
+differ in height and thickness. What a ray is off by itself, OWN I g, is another in another height: g has
+unit variance and is alike over a scale height H, with correlation exp(-dh^2 / 2 H^2), so that its slope has
+the variance 1 / H^2, and the rate OWN (I' g + I g') that of OWN^2 (I'^2 + (I h' / H)^2), where h is the height
+of the ray's lowest point.
+
 Sources: IS-GPS-200, 20.3.3.5.2.5 (coefficients; 50 % of the delay, RMS); Chapman, Proc. Phys. Soc. 43 (1931)
 26; Montenbruck & Gill, J. Navigation 49 (2002) 2 (what of it a low orbit has above it; layer of this size)
 """
@@ -97,15 +104,26 @@ def delay(ionosphere: Ionosphere, antenna_m: F64, los: F64, distance_m: F64) -> 
 def delay_rate(ionosphere: Ionosphere, rays: Rays, antenna_mps: F64, sv_mps: F64) -> Delay:
     """Of the same rays a second: antennas and satellites move by (3, n) [m/s]. [m/s], [m^2/s^2]"""
     half_s = 0.5
-    ends = []
+    ends, lowest_m = [], []
     for dt_s in (-half_s, half_s):
         antenna_m = rays.antenna_m + dt_s * antenna_mps
         away_m = rays.pos_sv_m + dt_s * sv_mps - antenna_m
         distance_m = np.sqrt(np.add.reduce(away_m * away_m))
-        ends.append(delay(ionosphere, antenna_m, away_m / distance_m, distance_m))
+        los = away_m / distance_m
+        ends.append(delay(ionosphere, antenna_m, los, distance_m))
+        lowest_m.append(_lowest_m(antenna_m, los, distance_m))
     before, after = ends
     rate = after.modelled_m - before.modelled_m
-    return Delay(rate, after.common_m - before.common_m, (OWN * rate) ** 2)
+    scanned = 0.5 * (before.modelled_m + after.modelled_m) * (lowest_m[1] - lowest_m[0]) / SCALE_M
+    return Delay(rate, after.common_m - before.common_m, OWN**2 * (rate**2 + scanned**2))
+
+
+def _lowest_m(antenna_m: F64, los: F64, distance_m: F64) -> F64:
+    """(n,) distance from the Earth's centre where rays are closest to it: of those that begin upwards, at
+    the antenna."""
+    begin = np.add.reduce(antenna_m * los)
+    on_ray = antenna_m + los * np.clip(-begin, 0.0, distance_m)
+    return np.sqrt(np.add.reduce(on_ray * on_ray))
 
 
 def _content(antenna_m: F64, los: F64, distance_m: F64) -> tuple[F64, F64]:

@@ -31,7 +31,7 @@ pytestmark = [
 ]
 
 GEOSTATIONARY = """
-name = "geostationary"
+name = "high"
 [time]
 start_gps = "2012-10-31T00:15:00"
 duration_s = 43200
@@ -126,3 +126,21 @@ def test_geostationary(tmp_path):
     assert 2.2 < mean(runs, "nees", "position") < 3.8
     assert 2.5 < mean(runs, "nees", "velocity") < 3.6
     assert 0.5 < mean(runs, "nees", "clock") < 1.6
+
+
+@pytest.mark.parametrize("altitude_km", [7_000, 12_000])
+def test_rays_that_graze_the_ionosphere(tmp_path, altitude_km):
+    """All that an antenna towards the Earth tracks is beyond it: without what a ray scans of the layer 4.7."""
+    (tmp_path / "high.toml").write_text(GEOSTATIONARY)
+    (tmp_path / "craft.toml").write_text(NADIR)
+    words = [
+        "--set",
+        f"craft.0.orbit.altitude_km={altitude_km}",
+        "--set",
+        "craft.0.orbit.inclination_deg=51.6",
+    ]
+    runs = flown(
+        tmp_path, tmp_path / "high.toml", *words, "--on", "ionosphere", seeds=3, duration="8h", interval="60"
+    )
+    assert 2.2 < mean(runs, "nees", "position") < 3.8
+    assert 2.3 < mean(runs, "nees", "velocity") < 3.4

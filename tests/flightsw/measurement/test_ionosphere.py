@@ -3,6 +3,7 @@ the emulator's ionosphere, which is another profile."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -160,3 +161,99 @@ def test_the_rate_is_the_change_of_the_delay():
     ) / 0.01
     assert found.modelled_m == pytest.approx(slope, abs=2e-3)
     assert np.abs(slope).max() > 0.02
+
+
+def grazing(height_m, lowest_m, sinks_mps=0.0):
+    """A ray from a satellite of GPS past the Earth to a craft over the equator, in the equator's plane; the
+    satellite moves so that the ray's lowest point sinks."""
+    radius_m = EARTH + height_m
+    off = np.arcsin((EARTH + lowest_m) / radius_m)
+    antenna_m = np.array([[radius_m], [0.0], [0.0]])
+    los = np.array([[-np.cos(off)], [np.sin(off)], [0.0]])
+    back_m = np.sqrt(radius_m**2 - (EARTH + lowest_m) ** 2)
+    distance_m = back_m + np.sqrt(26_560e3**2 - (EARTH + lowest_m) ** 2)
+    down = np.array([[-np.sin(off)], [-np.cos(off)], [0.0]])
+    return rays(antenna_m + distance_m * los, antenna_m), down * sinks_mps * distance_m / back_m
+
+
+def rate_of(along, sv_mps, antenna_mps=0.0):
+    # `rays` turns satellites with the Earth; here they are where they are.
+    still = replace(along, pos_sv_m=along.antenna_m + along.distance_m * along.los)
+    sky = flight.Ionosphere(COEFFICIENTS["high"], 40_000.0)
+    velocity = np.zeros((3, 1)) + antenna_mps
+    return flight.delay_rate(sky, still, velocity, sv_mps), flight.delay(
+        sky, still.antenna_m, still.los, still.distance_m
+    )
+
+
+@pytest.mark.parametrize("sinks_mps", [2_000.0, -4_000.0])
+@pytest.mark.parametrize("height_m", [3_000e3, 7_000e3])
+def test_a_rays_rate_is_off_by_how_fast_it_scans_the_layer(height_m, sinks_mps):
+    along, sv_mps = grazing(height_m, 250e3, sinks_mps)
+    rate, delay = rate_of(along, sv_mps)
+    scanned = delay.modelled_m * sinks_mps / flight.SCALE_M
+    assert rate.own_m2 == pytest.approx(flight.OWN**2 * (rate.modelled_m**2 + scanned**2), rel=0.02)
+    assert abs(scanned[0]) > 2 * abs(rate.modelled_m[0])
+
+
+def test_where_the_delay_is_largest_its_rate_is_none_and_as_uncertain():
+    heights_m = np.arange(150e3, 400e3, 5e3)
+    found = [rate_of(*grazing(7_000e3, low, 3_000.0)) for low in heights_m]
+    own = np.sqrt([rate.own_m2[0] for rate, _ in found])
+    best = int(np.argmax([delay.modelled_m[0] for _, delay in found]))
+    assert 0 < best < len(found) - 1 and abs(found[best][0].modelled_m[0]) < 0.2
+    assert own[best] > 0.9 * own.max() and own[best] > 0.5
+
+
+def test_a_ray_that_begins_upwards_is_off_as_its_rate_is():
+    """From a circular orbit it scans nothing; from a craft that sinks, the layer over the craft."""
+    place = np.array([[EARTH + 415e3], [0.0], [0.0]])
+    up = np.array([[0.6], [0.8], [0.0]])
+    along = rays(place + 2.1e7 * up, place)
+    level, delay = rate_of(along, np.zeros((3, 1)), np.array([[0.0], [7_000.0], [0.0]]))
+    assert level.own_m2 == pytest.approx((flight.OWN * level.modelled_m) ** 2, rel=1e-3)
+    sinking, _ = rate_of(along, np.zeros((3, 1)), np.array([[-200.0], [0.0], [0.0]]))
+    scanned = delay.modelled_m * 200.0 / flight.SCALE_M
+    assert sinking.own_m2 == pytest.approx(flight.OWN**2 * (sinking.modelled_m**2 + scanned**2), rel=1e-2)
+
+
+@pytest.mark.parametrize("name", sorted(PRESETS))
+@pytest.mark.parametrize("height_m", [3_000e3, 7_000e3])
+def test_what_is_left_of_the_emulators_rates_is_as_large_as_it_says(name, height_m):
+    """Rays past the Earth from far above the layer, through another profile: one factor for all of a place,
+    and what each has besides."""
+    rng = np.random.default_rng(4)
+    electrons = field.of_coefficients(PRESETS[name].coefficients, PRESETS[name].profile)
+    own = []
+    for _ in range(60):
+        place, velocity = circling(EARTH + height_m, 1, rng)
+        sv_m, sv_mps = circling(26_560e3, 400, rng)
+        away_m = sv_m - place
+        distance_m = np.linalg.norm(away_m, axis=0)
+        los = away_m / distance_m
+        begin = np.add.reduce(place * los)
+        lowest_m = np.sqrt(np.add.reduce(place * place) - begin**2) - EARTH
+        past = np.flatnonzero((begin < 0) & (lowest_m > 100e3) & (lowest_m < 800e3))[:12]
+        n = len(past)
+        place, velocity = np.repeat(place, n, 1), np.repeat(velocity, n, 1)
+        second = float(rng.integers(0, 86_400))
+        _, content_rate = slant_tec_and_rate(
+            electrons, int(1042 * 604_800e9 + second * 1e9), place.T, velocity.T, sv_m[:, past].T,
+            sv_mps[:, past].T, np.zeros(n),
+        )  # fmt: skip
+        seen = replace(rays(sv_m[:, past], place), pos_sv_m=sv_m[:, past])
+        found = flight.delay_rate(
+            flight.Ionosphere(COEFFICIENTS[name], second), seen, velocity, sv_mps[:, past]
+        )
+        off = emulated_delay_m(content_rate, 1575.42e6) - found.modelled_m
+        factor = (off @ found.common_m) / (found.common_m @ found.common_m)
+        own.extend((off - factor * found.common_m) / np.sqrt(found.own_m2))
+    assert 0.4 < np.sqrt(np.mean(np.square(own))) < 1.2
+
+
+def circling(radius_m, count, rng):
+    """Places and velocities (3, count) on circular orbits of any plane."""
+    u, w = rng.normal(size=(2, 3, count))
+    u /= np.linalg.norm(u, axis=0)
+    along = np.cross(u, w, axis=0)
+    return radius_m * u, np.sqrt(3.986e14 / radius_m) * along / np.linalg.norm(along, axis=0)
