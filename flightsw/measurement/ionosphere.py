@@ -11,8 +11,8 @@ Of rates that share is not all. A ray that grazes the layer scans it: from far a
 rises by kilometres a second, and where its delay is largest the rate that is modelled is zero, while layers
 differ in height and thickness. What a ray is off by itself, OWN I g, is another in another height: g has
 unit variance and is alike over a scale height H, with correlation exp(-dh^2 / 2 H^2), so that its slope has
-the variance 1 / H^2, and the rate OWN (I' g + I g') that of OWN^2 (I'^2 + (I h' / H)^2), where h is the height
-of the ray's lowest point.
+the variance 1 / H^2, and the rate OWN (I' g + I g') that of OWN^2 (I'^2 + (I h' / H)^2), where h is the
+height of the ray's lowest point.
 
 Sources: IS-GPS-200, 20.3.3.5.2.5 (coefficients; 50 % of the delay, RMS); Chapman, Proc. Phys. Soc. 43 (1931)
 26; Montenbruck & Gill, J. Navigation 49 (2002) 2 (what of it a low orbit has above it; layer of this size)
@@ -44,6 +44,11 @@ OWN = 0.2
 
 FLOOR_M = 0.3
 """1 sigma of the vertical delay that no coefficients promise."""
+
+ASIDE_S = 5.0
+"""So long before and after an epoch rays are taken for their rates. Where a ray begins to enter a shell its way
+through it grows with a root, and from near a rate would be that; in so long it scans a shell or two, and the
+curves of orbits, the same before and after, do not count."""
 
 _EDGES_M: F64 = np.concatenate(
     (np.arange(80e3, 800e3, 30e3), np.arange(800e3, 1_400e3, 100e3), np.geomspace(1_400e3, 20_000e3, 10)),
@@ -103,9 +108,8 @@ def delay(ionosphere: Ionosphere, antenna_m: F64, los: F64, distance_m: F64) -> 
 
 def delay_rate(ionosphere: Ionosphere, rays: Rays, antenna_mps: F64, sv_mps: F64) -> Delay:
     """Of the same rays a second: antennas and satellites move by (3, n) [m/s]. [m/s], [m^2/s^2]"""
-    half_s = 0.5
     ends, lowest_m = [], []
-    for dt_s in (-half_s, half_s):
+    for dt_s in (-ASIDE_S, ASIDE_S):
         antenna_m = rays.antenna_m + dt_s * antenna_mps
         away_m = rays.pos_sv_m + dt_s * sv_mps - antenna_m
         distance_m = np.sqrt(np.add.reduce(away_m * away_m))
@@ -113,9 +117,12 @@ def delay_rate(ionosphere: Ionosphere, rays: Rays, antenna_mps: F64, sv_mps: F64
         ends.append(delay(ionosphere, antenna_m, los, distance_m))
         lowest_m.append(_lowest_m(antenna_m, los, distance_m))
     before, after = ends
-    rate = after.modelled_m - before.modelled_m
-    scanned = 0.5 * (before.modelled_m + after.modelled_m) * (lowest_m[1] - lowest_m[0]) / SCALE_M
-    return Delay(rate, after.common_m - before.common_m, OWN**2 * (rate**2 + scanned**2))
+    between_s = 2 * ASIDE_S
+    rate = (after.modelled_m - before.modelled_m) / between_s
+    sinks_mps = (lowest_m[1] - lowest_m[0]) / between_s
+    scanned = 0.5 * (before.modelled_m + after.modelled_m) * sinks_mps / SCALE_M
+    common = (after.common_m - before.common_m) / between_s
+    return Delay(rate, common, OWN**2 * (rate**2 + scanned**2))
 
 
 def _lowest_m(antenna_m: F64, los: F64, distance_m: F64) -> F64:

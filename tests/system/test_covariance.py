@@ -130,15 +130,11 @@ def test_geostationary(tmp_path):
 
 @pytest.mark.parametrize("altitude_km", [7_000, 12_000])
 def test_rays_that_graze_the_ionosphere(tmp_path, altitude_km):
-    """All that an antenna towards the Earth tracks is beyond it: without what a ray scans of the layer 4.7."""
+    """All that an antenna towards the Earth tracks is beyond it: 4.7 without what rays scan of the layer."""
     (tmp_path / "high.toml").write_text(GEOSTATIONARY)
     (tmp_path / "craft.toml").write_text(NADIR)
-    words = [
-        "--set",
-        f"craft.0.orbit.altitude_km={altitude_km}",
-        "--set",
-        "craft.0.orbit.inclination_deg=51.6",
-    ]
+    orbit = {"altitude_km": altitude_km, "inclination_deg": 51.6}
+    words = [word for key, value in orbit.items() for word in ("--set", f"craft.0.orbit.{key}={value}")]
     runs = flown(
         tmp_path, tmp_path / "high.toml", *words, "--on", "ionosphere", seeds=3, duration="8h", interval="60"
     )
