@@ -46,9 +46,9 @@ FLOOR_M = 0.3
 """1 sigma of the vertical delay that no coefficients promise."""
 
 ASIDE_S = 5.0
-"""So long before and after an epoch rays are taken for their rates. A ray's way through a shell that it begins
-to enter grows as a root does, and from near the rate would be that; in so long it scans a shell or two, and
-the curves of orbits, the same before and after, do not count."""
+"""So long before and after an epoch rays are taken for their rates. A ray's way through a shell that it has
+just entered grows as a root does, and from near the rate would be that; in so long it scans a shell or two,
+and the curves of orbits, the same before and after, do not count."""
 
 _EDGES_M: F64 = np.concatenate(
     (np.arange(80e3, 800e3, 30e3), np.arange(800e3, 1_400e3, 100e3), np.geomspace(1_400e3, 20_000e3, 10)),
