@@ -6,6 +6,7 @@ What is wrong with a file is reported in one line a fault, as the kind's own exc
 from __future__ import annotations
 
 import codecs
+import stat
 import tomllib
 from dataclasses import dataclass
 from importlib import resources
@@ -20,6 +21,12 @@ from gnss_hil.dbc.common.near import hint
 Model = TypeVar("Model", bound=BaseModel)
 
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+LARGEST = 16 << 20
+"""Bytes of a file; those that ship have some thousand."""
+
+DEEPEST = 32
+"""Tables and lists in each other; what is described here goes six deep."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +52,14 @@ class Files(Generic[Model]):
     def text(self, path: Path) -> str:
         """The text of a file, without a byte order mark."""
         try:
+            status = Path(path).stat()
+            if not stat.S_ISREG(status.st_mode):
+                what = "is a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
+                raise self.mistake(f"{path}: {what}")
+            if status.st_size > LARGEST:
+                raise self.mistake(
+                    f"{path}: file has {status.st_size >> 20} MB; up to {LARGEST >> 20} are read"
+                )
             raw = Path(path).read_bytes()
         except OSError as error:
             raise self.mistake(f"{path}: {error.strerror}") from None
@@ -61,9 +76,14 @@ class Files(Generic[Model]):
     def document(self, text: str, origin: str) -> dict:
         """The TOML document of a text."""
         try:
-            return tomllib.loads(text)
+            document = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise self.mistake(f"{origin}: not TOML: {error}") from None
+        except RecursionError:
+            document = None
+        if document is None or _is_deep(document):
+            raise self.mistake(f"{origin}: tables or lists lie more than {DEEPEST} deep in each other")
+        return document
 
     def checked(self, document: dict, origin: str) -> Model:
         """What a document says."""
@@ -88,3 +108,12 @@ class Files(Generic[Model]):
             listed = f"shipped are {', '.join(known)}{hint(stem, known)}"
             raise self.mistake(f"{self.noun} '{name}': no such file; {listed}")
         return known[stem]
+
+
+def _is_deep(document: dict) -> bool:
+    """Whether something lies too deep in a document; level by level, so that no depth is too much."""
+    level: list = [document]
+    for _ in range(DEEPEST):
+        inner = (item.values() if isinstance(item, dict) else item for item in level)
+        level = [item for items in inner for item in items if isinstance(item, dict | list)]
+    return bool(level)

@@ -15,7 +15,7 @@ from dataclasses import replace
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import LIGHT_MPS
 from gnss_hil.flightsw.orbit.propagator import propagate
-from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable, within
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, carriable, within, without_motion
 
 
 def propagated_to_mark(fix: Fix, clock: int, last_mps: F64 | None) -> Fix | NoFix:
@@ -40,5 +40,5 @@ def propagated_to_mark(fix: Fix, clock: int, last_mps: F64 | None) -> Fix | NoFi
     if not carriable(position, fix.clock_m):
         return NoFix.NO_CONVERGENCE
     if fix.velocity_mps is None or not within(velocity.tolist(), FASTEST_MPS):
-        return replace(fix, position_m=position, velocity_mps=None, drift_mps=None)
+        return replace(without_motion(fix), position_m=position)
     return replace(fix, position_m=position, velocity_mps=velocity)

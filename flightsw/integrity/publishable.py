@@ -22,6 +22,7 @@ from gnss_hil.flightsw.records.solution import (
     SolutionError,
     carriable,
     within,
+    without_motion,
 )
 
 _WIDEST_M2 = FARTHEST_M**2
@@ -55,13 +56,7 @@ def publishable(solution: Solution, rows: int) -> Solution:
     if not (sound and (fix.pdop is None or 0 <= fix.pdop < inf)):
         return Solution(NoFix.NO_CONVERGENCE)
     if velocity is not None and drift is not None and not _moves(fix, velocity, drift):
-        fix = replace(
-            fix,
-            velocity_mps=None,
-            drift_mps=None,
-            velocity_covariance_m2ps2=None,
-            drift_variance_m2ps2=None,
-        )
+        fix = without_motion(fix)
     elif orbit is not None and orbit.position_m is position and orbit.velocity_mps is velocity:
         return solution  # as most are: the orbit is that of the fix, and judged
     return replace(solution, fix=fix, orbit=_pointing(orbit))

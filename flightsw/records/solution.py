@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import hypot
 
@@ -82,6 +82,13 @@ class Fix:
     clock_variance_m2: F64 | None = None
     drift_variance_m2ps2: F64 | None = None
     misfit: float = 1.0
+
+
+def without_motion(fix: Fix) -> Fix:
+    """The fix without all it says of velocity and drifts."""
+    return replace(
+        fix, velocity_mps=None, drift_mps=None, velocity_covariance_m2ps2=None, drift_variance_m2ps2=None
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

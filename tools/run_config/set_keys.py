@@ -78,7 +78,7 @@ def _value(text: str, kind: Any) -> Any:
     """What a text means where this kind of value stands, as TOML; text needs no quotes."""
     if model_tree.is_text(kind) and not text.startswith(('"', "'")):
         return text
-    with suppress(tomllib.TOMLDecodeError):
+    with suppress(tomllib.TOMLDecodeError, RecursionError):
         found = tomllib.loads(f"x = {text}")
         if found.keys() == {"x"}:  # a value, not more lines of a file
             return found["x"]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 import tomli_w
 
+from gnss_hil.dbc.common import shipped_files
 from gnss_hil.dbc.common.vehicle import FILES, VehicleError, find, load, parse, with_unit_vectors
 
 pytestmark = pytest.mark.verifies(
@@ -171,3 +175,32 @@ def test_other_encodings_are_named(tmp_path, raw, words):
     path.write_bytes(raw)
     with pytest.raises(VehicleError, match=words):
         load(path)
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        pytest.param("a = " + 3000 * "[" + 3000 * "]", id="lists"),
+        pytest.param("a" + 3000 * ".a" + " = 1", id="tables"),
+        pytest.param("a = " + 40 * "[{a = " + "1" + 40 * "}]", id="both"),
+    ],
+)
+def test_what_lies_deep_is_told_in_a_line(odd):
+    with pytest.raises(VehicleError, match=r"x\.toml: tables or lists lie more than 32 deep in each other"):
+        FILES.document(odd, "x.toml")
+
+
+def test_a_name_that_is_no_file_with_an_end_is_told(tmp_path, monkeypatch):
+    pipe, large = tmp_path / "pipe.toml", tmp_path / "large.toml"
+    os.mkfifo(pipe)
+    large.write_text(TEXT)
+    monkeypatch.setattr(shipped_files, "LARGEST", 100)
+    for path, said in (
+        (pipe, "not a regular file"),
+        (Path("/dev/zero"), "not a regular file"),
+        (tmp_path, "is a folder"),
+        (large, "file has 0 MB"),
+        (tmp_path / "none.toml", "No such file or directory"),
+    ):
+        with pytest.raises(VehicleError, match=f"{path}: {said}"):
+            FILES.read(path)

@@ -16,8 +16,9 @@ from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
+from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.records.epoch import AttitudeReport
-from gnss_hil.flightsw.records.solution import Fix, NoFix
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, Solution
 from tests.flightsw.app.test_step import fly, soyuz, status
 from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
@@ -80,6 +81,15 @@ def test_without_a_velocity_the_known_one_leads_or_there_is_no_fix():
     fix = propagated_to_mark(still, 1, velocity + 0.5)
     assert fix.velocity_mps is None and fix.drift_mps is None
     assert np.linalg.norm(fix.position_m - position) == pytest.approx(0.5e-3 * 3**0.5, rel=0.02)
+
+
+def test_a_velocity_beyond_the_bus_goes_with_all_that_is_said_of_it():
+    fix = replace(latched(craft(clock_s=(1e-3,))), velocity_mps=np.array([2 * FASTEST_MPS, 0.0, 0.0]))
+    assert fix.velocity_covariance_m2ps2 is not None
+    found = propagated_to_mark(fix, 1, None)
+    assert found.velocity_mps is found.drift_mps is None
+    assert found.velocity_covariance_m2ps2 is found.drift_variance_m2ps2 is None
+    assert publishable(Solution(NoFix.FIX, found), len(fix.used)).fix is found
 
 
 def test_a_clock_outside_the_fix_shows_no_instant():
