@@ -1,7 +1,7 @@
 """Bytes of a file from elsewhere, unpacked if packed: gzip, compress (.Z), bzip2, xz, or a zip of one file.
 
-Recognised by content, not by name, and bounded: only regular files are opened, and nothing grows beyond
-LARGEST bytes.
+Recognised by content, not by name, and bounded: only regular files are opened, nothing grows beyond LARGEST
+bytes, and what is packed may be packed once more, as a .gz in a zip is, not oftener.
 Sources: RFC 1952 (gzip); bzip2; the .xz file format 1.2; PKWARE APPNOTE 6.3 (zip)
 """
 
@@ -24,6 +24,11 @@ LARGEST = 512 << 20
 
 _XZ_MEMORY = 256 << 20
 
+_TEXT_ENDS = (b"\n", b"\r", b"\x1a", b"\0")
+"""Last bytes of texts: ends of a line, MS-DOS's end of file, and what fills a block."""
+
+_TAR_AT, _TAR = 257, b"ustar"
+
 
 class PackedError(ValueError):
     """Bytes that cannot be had; the message is for people, without the file's name."""
@@ -45,8 +50,26 @@ def read_bytes(path: Path) -> bytes:
     return unpacked(raw)
 
 
+_MOST_OFTEN = 2
+"""Packed oftener is no file of data."""
+
+
 def unpacked(raw: bytes) -> bytes:
     """What bytes hold if they are packed in one of the ways known, else themselves."""
+    for _ in range(_MOST_OFTEN):
+        inner = _unpacked_once(raw)
+        if inner is raw:
+            break
+        raw = inner
+    else:
+        if any(raw.startswith(start) for start, _, _ in _PACKERS):
+            raise PackedError(f"is packed more than {_MOST_OFTEN} times")
+    if raw[_TAR_AT : _TAR_AT + len(_TAR)] == _TAR:
+        raise PackedError("tar archive is not read; unpack the file of it")
+    return raw
+
+
+def _unpacked_once(raw: bytes) -> bytes:
     for start, name, unpack in _PACKERS:
         if raw.startswith(start):
             if unpack is None:
@@ -76,15 +99,20 @@ def _gunzip(raw: bytes) -> bytes:
 
 
 def _bunzip(raw: bytes) -> bytes:
-    with bz2.open(BytesIO(raw)) as stream:
-        return _bounded(stream.read(LARGEST + 1))
+    return _streams(raw, bz2.BZ2Decompressor)
 
 
 def _unxz(raw: bytes) -> bytes:
-    """All streams of a file, none with a dictionary beyond reason."""
+    """No stream may have a dictionary beyond reason."""
+    return _streams(raw, lambda: lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_XZ_MEMORY))
+
+
+def _streams(raw: bytes, new: Callable[[], bz2.BZ2Decompressor | lzma.LZMADecompressor]) -> bytes:
+    """All streams of a file, one behind the other, and nothing behind them: what does not begin as a stream
+    may be one that is damaged, which the library's own reader of files would leave out."""
     data = b""
     while raw.strip(b"\0"):
-        stream = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=_XZ_MEMORY)
+        stream = new()
         data = _bounded(data + stream.decompress(raw, LARGEST + 1 - len(data)))
         if not stream.eof:
             raise EOFError
@@ -96,6 +124,9 @@ def _uncompress(raw: bytes) -> bytes:
     data = lzw.expanded(raw, LARGEST)
     if data is None:
         raise _too_much()
+    # The format has neither a length nor a sum; but a text of a program ends with its last line.
+    if data and data[-1:] not in _TEXT_ENDS:
+        raise PackedError("compress (.Z) data is cut off: its text ends within a line")
     return data
 
 
@@ -114,8 +145,12 @@ def _unzip(raw: bytes) -> bytes:
 
 
 def _is_clutter(member: zipfile.ZipInfo) -> bool:
-    """Folders, and what a Mac puts beside each file."""
-    return member.is_dir() or member.filename.startswith("__MACOSX/")
+    """Folders, and what a Mac or Windows puts beside files."""
+    name = member.filename
+    return member.is_dir() or name.startswith("__MACOSX/") or name.rpartition("/")[2].lower() in _CLUTTER
+
+
+_CLUTTER = (".ds_store", "thumbs.db", "desktop.ini")
 
 
 _PACKERS: tuple[tuple[bytes, str, Callable[[bytes], bytes] | None], ...] = (
@@ -129,6 +164,7 @@ _PACKERS: tuple[tuple[bytes, str, Callable[[bytes], bytes] | None], ...] = (
     (b"7z\xbc\xaf\x27\x1c", "7z", None),
     (b"Rar!", "rar", None),
     (b"\x04\x22\x4d\x18", "lz4", None),
+    (b"\x5d\0\0", "lzma", None),
     (b"\x1f\xa0", "compress -H", None),
     (b"\x1f\x1e", "pack", None),
 )

@@ -31,6 +31,10 @@ def expanded(raw: bytes, largest: int) -> bytes | None:
         group = raw[place : place + width]
         place += width
         bits, mask = int.from_bytes(group, "little"), (1 << width) - 1
+        # The last code fills its byte with zeros: other bits left over are the beginning of a code.
+        left = 8 * len(group) % width
+        if left >= 8 or bits >> 8 * len(group) - left:
+            raise ValueError("ends within a code")
         for shift in range(0, 8 * len(group) - width + 1, width):
             code = bits >> shift & mask
             if code == _CLEAR and blocks:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import codecs
 import re
+import unicodedata
 import warnings
 from pathlib import Path
 
@@ -22,7 +23,12 @@ _NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f\x7f]")
 """Controls that no text has; 0x1a ended files once."""
 
 _STRANGE = re.compile(r"[^\t\n\x1a\x20-\x7e]")
-_BLANKS = "\v\f\u00a0"
+_BLANK = "Zs"
+"""Unicode's category of blanks: that which no line breaks at, thin ones, ...; no separators of lines."""
+
+_MARK = "\ufeff"
+"""Of byte order; in the middle of a text where files with one were joined. Nothing is seen of it."""
+
 _WIDE = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 """Byte order marks of what PowerShell's > and Notepad's "Unicode" write."""
 
@@ -51,10 +57,10 @@ def read_text(path: Path) -> str:
 def decoded(raw: bytes, origin: str) -> str:
     """Bytes as text that is not blank; `origin` names the file in errors.
 
-    A byte order mark is passed over. Letters beyond ASCII stay, blanks beyond it become blanks, all else
+    Byte order marks are passed over. Letters beyond ASCII stay, blanks beyond it become blanks, all else
     beyond it "?": no character but "\\n" of what is returned ends a line, and no digit is other than 0 to 9.
     """
-    text = _unified_ends(_characters(raw, origin))
+    text = _unified_ends(_characters(raw, origin).replace(_MARK, ""))
     if not text.strip():
         raise FileError(f"{origin}: file is empty")
     strange = _NO_TEXT.search(text)
@@ -88,7 +94,7 @@ def _unified_ends(text: str) -> str:
 
 def _plain(match: re.Match[str]) -> str:
     letter = match[0]
-    if letter in _BLANKS:
+    if letter in "\v\f" or unicodedata.category(letter) == _BLANK:
         return " "
     return letter if letter.isalpha() else "?"
 

@@ -6,6 +6,7 @@ import bz2
 import gzip
 import lzma
 import os
+import tarfile
 import zipfile
 from io import BytesIO
 
@@ -44,6 +45,9 @@ PACKED = {
     "xz of two, padded": lzma.compress(TEXT[:999]) + lzma.compress(TEXT[999:]) + bytes(4),
     "zip": zipped(("a.sp3", TEXT)),
     "zip of a Mac, in a folder": zipped(("a/", b""), ("a/a.sp3", TEXT), ("__MACOSX/a/._a.sp3", b"x")),
+    "zip of a Mac's disk": zipped(("a.sp3", TEXT), (".DS_Store", b"x"), ("a/Thumbs.db", b"x")),
+    "gz in a zip": zipped(("a.sp3.gz", gzip.compress(TEXT))),
+    "Z in a gz": gzip.compress(ncompress.compress(TEXT)),
     "plain": TEXT,
 }
 
@@ -62,6 +66,34 @@ def test_packed_data_that_is_cut_or_damaged_is_refused(kind):
     for bad in (whole[:-30], whole[:middle], whole[:middle] + bytes(20) + whole[middle + 20 :]):
         with pytest.raises(PackedError, match=r"data is cut off or damaged"):
             unpacked(bad)
+
+
+@pytest.mark.parametrize("kind", ["gz", "bz2", "xz"])
+def test_a_second_stream_that_is_none_is_not_left_out(kind):
+    for behind in (b"no stream", PACKED[kind][:20], b"\0" + PACKED[kind][1:]):
+        with pytest.raises(PackedError, match=r"data is cut off or damaged"):
+            unpacked(PACKED[kind] + behind)
+
+
+def test_compress_cut_anywhere_but_at_the_end_of_a_line_is_refused():
+    """The format has neither length nor sum: what is left are bits of a code cut in two, and lines."""
+    whole, read = PACKED["Z"], []
+    for end in range(3, len(whole)):
+        try:
+            read.append(unpacked(whole[:end]))
+        except PackedError as error:
+            assert "is cut off" in str(error)
+    assert all(TEXT.startswith(text) and text[-1:] in (b"", b"\n") for text in read)
+    assert len(read) < 0.03 * len(whole)
+
+
+def tarred():
+    out = BytesIO()
+    with tarfile.open(fileobj=out, mode="w") as archive:
+        member = tarfile.TarInfo("a.sp3")
+        member.size = len(TEXT)
+        archive.addfile(member, BytesIO(TEXT))
+    return out.getvalue()
 
 
 def test_damage_in_compress_is_refused():
@@ -95,6 +127,10 @@ def test_a_plain_file_beyond_the_largest_is_not_read(tmp_path):
         (b"\x28\xb5\x2f\xfd....", "zstd is not read; unpack it, or pack it as .gz"),
         (b"7z\xbc\xaf\x27\x1c....", "7z is not read"),
         (b"Rar!....", "rar is not read"),
+        (lzma.compress(TEXT, lzma.FORMAT_ALONE), "lzma is not read"),
+        (tarred(), "tar archive is not read; unpack the file of it"),
+        (gzip.compress(tarred()), "tar archive is not read; unpack the file of it"),
+        (gzip.compress(gzip.compress(gzip.compress(TEXT))), "is packed more than 2 times"),
     ],
 )
 def test_what_is_not_read_is_named(raw, words):

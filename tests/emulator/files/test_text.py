@@ -50,6 +50,7 @@ def test_every_cut_of_compact_rinex_is_read_or_refused_in_words(tmp_path):
         "aß\r\r\nb\r\r\n".encode(),
         "aß\nb\n\x1a".encode(),
         "aß\r\nb\r\n\x1a\r\n\x1a".encode("latin-1"),
+        "\ufeffaß\n\ufeffb\n\ufeff".encode(),
     ],
 )
 def test_encodings_and_ends_of_lines_are_no_part_of_a_text(raw):
@@ -58,7 +59,7 @@ def test_encodings_and_ends_of_lines_are_no_part_of_a_text(raw):
 
 def test_a_character_is_a_column_and_none_but_ascii_counts_or_ends_a_line():
     """Arabic and raised digits, the next-line control of Latin-1, separators of lines, a minus sign."""
-    text = "x\u00a0y \u0663\u00b2\u0085\u2028\u2029\u2212\v\fäΩ日z"
+    text = "x\u00a0y\u202f\u0663\u00b2\u0085\u2028\u2029\u2212\v\fäΩ日z"
     found = decoded(text.encode(), "x")
     assert found == "x y ??????  äΩ日z"
     assert len(found) == len(text)
