@@ -34,6 +34,16 @@ _FIELDS = {
 }  # fmt: skip
 """By line: name, first column from 0 and end, form. What is of no such form, SGP4 would read as something."""
 
+_RANGES = {
+    "inclination": (0.0, 180.0),
+    "right ascension": (0.0, 360.0), "argument of perigee": (0.0, 360.0), "mean anomaly": (0.0, 360.0),
+    "mean motion": (0.001, 20.0),
+}  # fmt: skip
+"""Degrees, and turns a day: 999.9999 and nothing at all are ways to write that there is none."""
+
+_BEGINS = re.compile(r"[12] [ 0-9A-Z][ 0-9]{4}[ A-Z]( |$)")
+"""How a line of an element set begins, whole or not; names of objects do not."""
+
 
 @dataclass(frozen=True, slots=True)
 class ElementSet:
@@ -69,6 +79,10 @@ def parse(text: str, origin: str) -> list[ElementSet]:
             name = first = ""
         elif line.startswith("1 ") and len(line) >= _LENGTH:
             first, first_n = _checked(line, "1", n, origin), n
+        elif line.startswith("2 ") and _BEGINS.match(line):
+            raise FileError(f"{origin}: line {n}: line 2 of an element set without line 1 before it")
+        elif _BEGINS.match(line):
+            raise FileError(f"{origin}: line {n}: {_not_whole(line, '1')}")
         else:
             name = line.removeprefix("0 ").strip()
     if first or not found:
@@ -91,18 +105,29 @@ def _epoch_ns(line: str, n: int, origin: str) -> int:
 
 def _checked(line: str, number: str, n: int, origin: str) -> str:
     if not line.startswith(f"{number} ") or len(line) != _LENGTH:
-        raise FileError(f"{origin}: line {n}: not line {number} of an element set ({_LENGTH} columns)")
+        raise FileError(f"{origin}: line {n}: {_not_whole(line, number)}")
     total = sum(int(c) if c.isdigit() else c == "-" for c in line[:-1]) % 10
     if line[-1] != str(total):
         raise FileError(f"{origin}: line {n}: checksum is {line[-1]!r}; the line sums up to {total}")
     for name, begin, end, form in _FIELDS[number]:
         if not form.fullmatch(line[begin:end]):
             raise FileError(f"{origin}: line {n}: {name} is {line[begin:end]!r}, not a number of its form")
+        if name in _RANGES:
+            least, greatest = _RANGES[name]
+            if not least <= float(line[begin:end].strip() or "nan") <= greatest:
+                allowed = f"allowed is {least:g} to {greatest:g}"
+                raise FileError(f"{origin}: line {n}: {name} is {line[begin:end].strip()!r}; {allowed}")
     return line
 
 
+def _not_whole(line: str, number: str) -> str:
+    """What is said of a line that is not line 1 or 2 of a set as a whole."""
+    found = f"{len(line)} columns" if line.startswith(f"{number} ") else f"{line[:20]!r}"
+    return f"not line {number} of an element set, which has {_LENGTH} columns with its checksum, but {found}"
+
+
 def choose(sets: list[ElementSet], name: str | None, origin: str, near_ns: int) -> ElementSet:
-    """Of the sets of one object the one whose epoch is nearest to near_ns.
+    """Of the sets of one object the one whose epoch is nearest to near_ns, of several the last in the file.
 
     name   the object, by name in whatever case or by catalogue number; None if the file is of one alone
     FileError if the file has no such object, or several.
@@ -110,7 +135,7 @@ def choose(sets: list[ElementSet], name: str | None, origin: str, near_ns: int) 
     wanted = None if name is None else name.strip().casefold()
     mine = [s for s in sets if wanted in (None, s.name.casefold(), _number(s).casefold())]
     if len({_number(s) for s in mine}) == 1:
-        return min(mine, key=lambda s: abs(s.epoch_ns - near_ns))
+        return min(reversed(mine), key=lambda s: abs(s.epoch_ns - near_ns))
     objects = {_number(s): s.name or _number(s) for s in mine or sets}
     more = f" and {len(objects) - 12} more" if len(objects) > 12 else ""
     known = ", ".join(list(objects.values())[:12]) + more
@@ -118,6 +143,15 @@ def choose(sets: list[ElementSet], name: str | None, origin: str, near_ns: int) 
         known = f"several of that name, of numbers {', '.join(objects)}"
     asked = "object is missing" if name is None else f"object is {name!r}"
     raise FileError(f"{origin}: {asked}; the file has {known}")
+
+
+def rivals(sets: list[ElementSet], chosen: ElementSet) -> int:
+    """How many sets of the chosen one's object and epoch say something else."""
+    return len({
+        (s.line1, s.line2)
+        for s in sets
+        if _number(s) == _number(chosen) and s.epoch_ns == chosen.epoch_ns
+    }) - 1  # fmt: skip
 
 
 def _number(one: ElementSet) -> str:

@@ -67,6 +67,9 @@ def _tle(asked: Asked) -> Trajectory:
     begin_ns, end_ns = asked.span_ns
     sets = tle.read(Path(asked.name))
     chosen = tle.choose(sets, asked.given.object, asked.name, (begin_ns + end_ns) // 2)
+    if others := tle.rivals(sets, chosen):
+        epoch = gpstime.iso(chosen.epoch_ns)[:19]
+        asked.tell(f"{asked.name}: {others + 1} different element sets of epoch {epoch}: the last one counts")
     age_ns = max(abs(begin_ns - chosen.epoch_ns), abs(end_ns - chosen.epoch_ns))
     if age_ns > OLD_ELEMENTS_NS:
         epoch, days = gpstime.iso(chosen.epoch_ns)[:19], age_ns / gpstime.NS_PER_DAY

@@ -117,3 +117,46 @@ RATE, DRAG, SECOND = "  .00002000", " 40000-4", " 00000-0"
 def test_signs_blanks_and_missing_rates_are_read(old, new):
     changed = [whole(line[:-1].replace(old, new)) for line in lines("12305.50000000").splitlines()]
     assert len(tle.parse("\n".join(changed), "x")) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (" 51.6000", "999.9999", "inclination is '999.9999'; allowed is 0 to 180"),
+        (" 51.6000", "        ", "inclination is ''; allowed is 0 to 180"),
+        ("100.0000", "999.9999", "right ascension is '999.9999'; allowed is 0 to 360"),
+        ("100.0000", "-10.0000", "right ascension is '-10.0000'"),
+        ("15.50000000", " 0.00000000", "mean motion is '0.00000000'; allowed is 0.001 to 20"),
+        ("15.50000000", "99.99999999", "mean motion is '99.99999999'"),
+    ],
+)
+def test_numbers_that_no_orbit_has_stand_for_none(old, new, words):
+    first, second = lines("12305.50000000").splitlines()
+    with pytest.raises(FileError) as caught:
+        tle.parse(f"{first}\n{whole(second[:-1].replace(old, new, 1))}\n", "x")
+    assert str(caught.value).startswith(f"x: line 2: {words}")
+
+
+def test_a_set_that_is_not_whole_is_not_taken_for_a_name():
+    """Beside a whole one it would be left out, and another one flown."""
+    (first, second), other = lines("12305.50000000").splitlines(), lines("12035.50000000")
+    for bad, words in (
+        (f"{first[:68]}\n{second}\n", "line 3: not line 1 of an element set, .* but 68 columns"),
+        (f"{first} # c\n{second}\n", "line 3: not line 1 of an element set, .* but 73 columns"),
+        (f"{second}\n{first}\n", "line 3: line 2 of an element set without line 1"),
+        (f"{first}\n{second[:68]}\n", "line 4: not line 2 of an element set, .* but 68 columns"),
+        (f"{first}\nCRAFT\n{second}\n", "line 4: not line 2 of an element set, .* but 'CRAFT'"),
+    ):
+        with pytest.raises(FileError, match=f"x: {words}"):
+            tle.parse(other + bad, "x")
+    for name in ("1 KUNS-PF", "2 A", "1998-067A", "2018 CUBESAT 1"):
+        assert tle.parse(f"{name}\n{first}\n{second}\n", "x")[0].name == name
+
+
+def test_of_several_sets_of_one_epoch_the_last_one_counts_and_they_are_told():
+    sets = [lines("12305.50000000"), lines("12305.50000000").replace("100.0000", "001.0000"), HISTORY[0]]
+    found = tle.parse("".join(sets), "x")
+    chosen = tle.choose(found, None, "x", gps(2012, 10, 31))
+    assert chosen is found[1]
+    assert tle.rivals(found, chosen) == 1
+    assert tle.rivals(tle.parse(sets[0] + sets[0] + sets[2], "x"), found[0]) == 0
