@@ -39,8 +39,11 @@ def minutes_ns(begin_ns: int, end_ns: int) -> I64:
     return np.unique(np.linspace(first, last, count).astype(np.int64)) * _MINUTE_NS + _MINUTE_NS // 2
 
 
-def remarks(index: I64, there: Bool, middles_ns: I64) -> Iterator[str]:
-    """What is missing of satellites (n,) that are there (s, n) or not in some minutes (s,), a line each."""
+def remarks(index: I64, there: Bool, middles_ns: I64, healthy: Bool | None = None) -> Iterator[str]:
+    """What is missing of satellites (n,) that are there (s, n) or not in some minutes (s,), a line each.
+
+    healthy  (s, n) by their messages; None: all
+    """
     some = np.asarray(there.any(axis=1))
     if not some.any():
         yield "no satellite is known in the run"
@@ -48,6 +51,9 @@ def remarks(index: I64, there: Bool, middles_ns: I64) -> Iterator[str]:
     if not some.all():
         begin, end = map(gpstime.iso, _stretch(~some, middles_ns))
         yield f"no satellite is known in {np.mean(~some):.0%} of the run, from {begin} to {end} GPS at first"
+    if healthy is not None and (unfit := some & ~(there & healthy).any(axis=1)).any():
+        when = "in the run" if unfit.all() else f"in {np.mean(unfit):.0%} of the run"
+        yield f"{when} all satellites known are marked unhealthy by their messages: receivers use none"
     present = there[some].mean(axis=0)
     if (present == 0).any():
         yield f"nothing is known in the run of {satellites.listed(index[present == 0])}"

@@ -300,9 +300,10 @@ def build_sky(
 def _missing(part: Constellation, truth: TrueOrbits | None, time: Time) -> Iterator[str]:
     """What is missing of a system's satellites in a run, a line each."""
     middles_ns, middle_s = presence.minutes_ns(*time.span_ns), np.zeros(1)
-    there = part.sample(middles_ns, middle_s)[2].available
+    broadcast = part.sample(middles_ns, middle_s)[2]
+    there = broadcast.available
     if truth is not None:
         flies = np.zeros((len(middles_ns), satellites.SATELLITES), bool)
         flies[:, truth.index] = truth.sample(middles_ns, middle_s)[2]
         there = there & flies[:, part.index]
-    yield from presence.remarks(part.index, there, middles_ns)
+    yield from presence.remarks(part.index, there, middles_ns, broadcast.healthy)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -36,7 +36,7 @@ def from_files(system: str, paths: Sequence[Path], time: Time, tell: Tell = unto
         )
     if any(precise):
         raise ScenarioError(f"{key}: {', '.join(map(str, paths))}: navigation messages or SP3, not both")
-    constellation = _broadcast(system, paths, key)
+    constellation = _broadcast(system, paths, key, tell)
     _check_span(constellation.span_ns, time, f"{key}: {', '.join(map(str, paths))}: ephemerides")
     return constellation
 
@@ -76,7 +76,7 @@ def _is_sp3(path: Path, key: str) -> bool:
         raise ScenarioError(f"{key}: {error}") from None
 
 
-def _broadcast(system: str, paths: Sequence[Path], key: str) -> Spanned:
+def _broadcast(system: str, paths: Sequence[Path], key: str, tell: Tell) -> Spanned:
     letter, row = SYSTEMS[system].letter, MAKERS.get(system)
     if row is None or row.from_records is None:
         raise ScenarioError(f"{key}: navigation messages of {system} are not read")
@@ -90,7 +90,21 @@ def _broadcast(system: str, paths: Sequence[Path], key: str) -> Spanned:
         raise ScenarioError(f"{key}: {names}: no {LAYOUTS[letter].name} record")
     parts = [file.records[letter] for file in having]
     to_utc_s = np.repeat([file.glonass_to_utc_s for file in having], [len(part) for part in parts])
-    return row.from_records(_joined(parts), to_utc_s)
+    joined = _joined(parts)
+    for remark in _odd(joined, sum(file.placeless.get(letter, 0) for file in files), letter):
+        tell(f"{key}: {', '.join(map(str, paths))}: {remark}")
+    return row.from_records(joined, to_utc_s)
+
+
+def _odd(records: rinex_nav.Records, placeless: int, letter: str) -> Iterator[str]:
+    """What is odd about the records of a system, a line each."""
+    if placeless:
+        name = LAYOUTS[letter].name
+        yield f"{placeless} records of {name} are left out: their places or clocks are zero or unknown"
+    rivals = rinex_nav.rivals(records)
+    if rivals:
+        names = ", ".join(f"{letter}{number:02d}" for number in rivals)
+        yield f"different messages of one time of {names}: the last one read counts"
 
 
 def _check_span(span_ns: tuple[int, int], time: Time, what: str) -> None:

@@ -67,3 +67,10 @@ def flags(chars: U8) -> tuple[I64, Bool]:
     """Single digits (k, 1): (k,) values, 0 where blank; (k,) whether a field is neither a digit nor blank."""
     digits = chars[:, 0] - np.uint8(_ZERO)
     return np.where(digits < 10, digits, 0).astype(np.int64), (digits >= 10) & (chars[:, 0] != _BLANK)
+
+
+def nothing_but_nines(values: F64, digits: range, places: int) -> Bool:
+    """Whether values, as written with some places, have so many digits before the point, all of them nines,
+    and nines or noughts behind it: some programs write so that there is no value."""
+    written = np.array([10.0**whole - 10.0**-part for whole in digits for part in range(places + 1)])
+    return np.isin(np.round(np.abs(values), places), np.round(written, places))

@@ -38,15 +38,15 @@ def _outdented(lines: list[str], start: int, version: float, origin: str) -> Ite
     begins = [n for n in range(start, len(lines)) if lines[n][:label].strip()]
     _refuse_before(lines, start, begins, "the first line of a record", origin)
     for first, end in zip(begins, [*begins[1:], _last_line(lines, start)], strict=False):
-        yield Block("" if version < 3 else lines[first][0], first, end)
+        yield Block("" if version < 3 else lines[first][0].upper(), first, end)
 
 
 def _announced(lines: list[str], start: int, origin: str) -> Iterator[Block]:
     begins = [n for n in range(start, len(lines)) if lines[n].startswith(">")]
     _refuse_before(lines, start, begins, "'>' and the kind of a record", origin)
     for head, end in zip(begins, [*begins[1:], _last_line(lines, start)], strict=False):
-        kind, letter, message = lines[head][2:5], lines[head][6:7], lines[head][10:14].strip()
-        if kind not in KINDS or not letter.strip() or not message:
+        kind, letter, message = (lines[head][a:b].strip().upper() for a, b in ((2, 5), (6, 7), (10, 14)))
+        if kind not in KINDS or not letter or not message:
             allowed = f"allowed is such as '> EPH G01 LNAV', kinds {', '.join(KINDS)}"
             raise FileError(f"{origin}: line {head + 1}: record is '{lines[head].strip()}'; {allowed}")
         if end - head < 2:

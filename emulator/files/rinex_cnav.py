@@ -34,7 +34,9 @@ def read(path: Path) -> dict[int, Mapping[str, float]]:
 def parse(text: str, origin: str) -> dict[int, Mapping[str, float]]:
     """The same of the text of a file; `origin` names it in errors."""
     lines = text.splitlines()
-    end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), len(lines))
+    end = next(
+        (n for n, line in enumerate(lines) if line[60:].upper().startswith("END OF HEADER")), len(lines)
+    )
     if not lines or not lines[0][:9].strip().startswith("4"):
         return {}
     found: dict[int, Mapping[str, float]] = {}

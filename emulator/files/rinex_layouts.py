@@ -51,6 +51,7 @@ class Layout:
     lines   how many a record may have
     bytes   fields that some receivers write as unsigned bytes: 253 is -3
     ranges  field -> least and greatest value that a satellite can have
+    place   fields that are not all zero where a satellite has a place
     more    fields of the longest record's last line; unknown and missing ones are zero
     """
 
@@ -60,6 +61,7 @@ class Layout:
     lines: tuple[int, ...]
     bytes: tuple[str, ...]
     ranges: dict[str, tuple[float, float]]
+    place: tuple[str, ...]
     more: tuple[str, ...] = ()
 
     @property
@@ -95,7 +97,16 @@ _GLONASS_RANGES = {
 """Some ten times what messages can express, or more: no satellite is beyond."""
 
 LAYOUTS = {
-    "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), _GPS_RANGES),
-    "R": Layout("GLONASS", "FDMA", GLONASS_FIELDS, (4, 5), ("frequency",), _GLONASS_RANGES, GLONASS_MORE),
+    "G": Layout("GPS", "LNAV", GPS_FIELDS, (8,), (), _GPS_RANGES, ("e", "sqrt_a", "m0", "i0")),
+    "R": Layout(
+        "GLONASS",
+        "FDMA",
+        GLONASS_FIELDS,
+        (4, 5),
+        ("frequency",),
+        _GLONASS_RANGES,
+        ("x_km", "y_km", "z_km"),
+        GLONASS_MORE,
+    ),
 }
 """By RINEX letter. GLONASS has a fifth line (accuracy, group delay) from version 3.05 on."""

@@ -9,6 +9,7 @@ RINEX 4.01 (IGS/RTCM, 2023), 5.4 and appendix A
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import repeat
@@ -52,10 +53,15 @@ class Records:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NavigationFile:
-    """records by RINEX letter; glonass_to_utc_s: the file's -tau_c, 0 where it has none [s]."""
+    """
+    records             by RINEX letter
+    glonass_to_utc_s    the file's -tau_c, 0 where it has none [s]
+    placeless           RINEX letter -> records left out: what says place and clock is zero or unknown
+    """
 
     records: dict[str, Records]
     glonass_to_utc_s: float
+    placeless: dict[str, int]
 
 
 def read(path: Path) -> NavigationFile:
@@ -67,23 +73,43 @@ def parse(text: str, origin: str) -> NavigationFile:
     """The records in the text of a file; `origin` names it in errors."""
     lines = text.splitlines()
     version, kind = _version(lines[0], origin)
-    end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
+    end = next((n for n, line in enumerate(lines) if _is_labelled(line, "END OF HEADER")), None)
     if end is None:
         raise FileError(f"{origin}: line {len(lines)}: file ends inside the header")
     to_utc_s = _glonass_to_utc_s(lines[:end], origin)
     found: dict[str, list[_Record]] = {}
+    placeless: Counter[str] = Counter()
     for block in blocks(lines, end + 1, version, origin):
         letter = kind or block.letter
         if block.kind == "EPH" and letter in LAYOUTS and block.message in ("", LAYOUTS[letter].message):
             end = _without_blank_lines(lines, block.first, block.end, max(LAYOUTS[letter].lines))
             record = _record(lines, block.first, end, LAYOUTS[letter], version, origin)
-            if _has_orbit(record, LAYOUTS[letter]):
+            if record is None:
+                placeless[letter] += 1
+            else:
                 found.setdefault(letter, []).append(record)
         elif block.kind == "STO" and lines[block.first][24:28] == "GLUT":
             # Its second line: time of transmission, then the offset, -tau_c as in version 3.
             to_utc_s = _number(lines[block.end - 1][23:42], "GLUT", block.end, origin)
     records = {letter: _columns(rows, LAYOUTS[letter]) for letter, rows in found.items()}
-    return NavigationFile(records, to_utc_s)
+    return NavigationFile(records, to_utc_s, dict(placeless))
+
+
+def rivals(records: Records) -> list[int]:
+    """Satellites, by number, that have records of one epoch and transmission that say different things."""
+    sent = next((records.fields[name] for name in UPLOADED if name in records.fields), np.zeros(len(records)))
+    sent, values = np.nan_to_num(sent, nan=-1.0), np.stack(list(records.fields.values()), axis=1)
+    first: dict[tuple[int, datetime, float], int] = {}
+    found: set[int] = set()
+    for row, key in enumerate(zip(records.number.tolist(), records.epoch, sent.tolist(), strict=True)):
+        before = values[first.setdefault(key, row)]
+        if not np.allclose(before, values[row], rtol=_ROUNDING, atol=0, equal_nan=True):
+            found.add(key[0])
+    return sorted(found)
+
+
+_ROUNDING = 1e-9
+"""Programs write twelve digits, some fewer."""
 
 
 def _columns(rows: list[_Record], layout: Layout) -> Records:
@@ -95,9 +121,14 @@ def _columns(rows: list[_Record], layout: Layout) -> Records:
     )
 
 
+def _is_labelled(line: str, label: str) -> bool:
+    """Whether a line of the header has a label in its columns 61 to 80, in letters of either size."""
+    return line[60:].upper().startswith(label)
+
+
 def _version(line: str, origin: str) -> tuple[float, str]:
     """Version, and the system's letter of a version 2 file, "" of a later one."""
-    if not line[60:].startswith("RINEX VERSION / TYPE"):
+    if not _is_labelled(line, "RINEX VERSION / TYPE"):
         raise FileError(f"{origin}: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
     try:
         version = float(line[:9])
@@ -116,15 +147,17 @@ def _version(line: str, origin: str) -> tuple[float, str]:
 def _glonass_to_utc_s(header: list[str], origin: str) -> float:
     """-tau_c [s], from CORR TO SYSTEM TIME (version 2) or GLUT of TIME SYSTEM CORR (version 3)."""
     for n, line in enumerate(header, 1):
-        if line[60:].startswith("CORR TO SYSTEM TIME"):
+        if _is_labelled(line, "CORR TO SYSTEM TIME"):
             return _number(line[21:40], "CORR TO SYSTEM TIME", n, origin)
-        if line.startswith("GLUT") and line[60:].startswith("TIME SYSTEM CORR"):
+        if line.startswith("GLUT") and _is_labelled(line, "TIME SYSTEM CORR"):
             return _number(line[5:22], "GLUT", n, origin)
     return 0.0
 
 
-def _record(lines: list[str], first: int, end: int, layout: Layout, version: float, origin: str) -> _Record:
-    """One record, its values checked."""
+def _record(
+    lines: list[str], first: int, end: int, layout: Layout, version: float, origin: str
+) -> _Record | None:
+    """One record, its values checked; None if it does not say where its satellite is, and its clock."""
     if end - first not in layout.lines:
         allowed = " or ".join(map(str, layout.lines))
         record = f"{layout.name} record from line {first + 1}"
@@ -144,6 +177,8 @@ def _record(lines: list[str], first: int, end: int, layout: Layout, version: flo
     for line in lines[first + 1 : end]:
         texts += [line[c : c + 19] for c in (data, data + 19, data + 38, data + 57)]
     values = _values(texts, layout, first, origin)
+    if _is_placeless(values, layout):
+        return None
     for position in layout.may_be_blank:
         if values[position] >= UNKNOWN:
             values[position] = nan if layout.fields[position] in UPLOADED else 0.0
@@ -168,13 +203,16 @@ def _without_blank_lines(lines: list[str], first: int, end: int, most: int) -> i
     return end
 
 
-def _has_orbit(record: _Record, layout: Layout) -> bool:
-    """Whether a record says where its satellite is: three zeros are no place."""
-    places = [record[2][layout.fields.index(name)] for name in layout.fields if name in _PLACE]
-    return not places or any(places)
+def _is_placeless(values: list[float], layout: Layout) -> bool:
+    """Whether a record says nothing of where its satellite is: zeros are no place, and unknown is nothing."""
+    if not any(values[layout.fields.index(name)] for name in layout.place):
+        return True
+    said = (values[layout.fields.index(name)] for name in layout.ranges if name in layout.fields)
+    return any(UNKNOWN <= value < _BEYOND_UNKNOWN for value in said)
 
 
-_PLACE = ("x_km", "y_km", "z_km")
+_BEYOND_UNKNOWN = 1e9
+"""What is larger is damage."""
 
 
 _YEARS = 1980, 2200

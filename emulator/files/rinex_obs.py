@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
-from gnss_hil.emulator.files.columns import Lines, decimals, flags
+from gnss_hil.emulator.files.columns import Lines, decimals, flags, nothing_but_nines
 from gnss_hil.emulator.files.rinex_epochs import EPOCHS, Epochs
 from gnss_hil.emulator.files.rinex_obs_header import Header, parse_header
 from gnss_hil.emulator.files.text import FileError, read_text
@@ -84,12 +84,9 @@ def parse(text: str, origin: str) -> Observations:
     )
 
 
-_NINES = np.array([10.0**digits - rest for digits in range(5, 11) for rest in (1.0, 0.1, 0.01, 0.001)])
-
-
 def _is_none(values: F64) -> Bool:
     """Whether values as written stand for none: 0.0, or nothing but nines, which some programs write."""
-    return (values == 0) | np.isin(np.round(np.abs(values), 3), np.round(_NINES, 3))
+    return (values == 0) | nothing_but_nines(values, range(5, 11), _DECIMALS)
 
 
 def _rows_of(letter: str, sat: I64) -> I64:

@@ -16,15 +16,17 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
-from gnss_hil.emulator.files.columns import Lines, decimals
+from gnss_hil.emulator.files.columns import Lines, decimals, nothing_but_nines
 from gnss_hil.emulator.files.text import FileError, read_text
 
 _FIELD, _DECIMALS = 14, 6
 """Every number is F14.6: kilometres, microseconds."""
 
 _ABSENT = 999_999.0
-"""Clocks from here on, of either sign, are absent; files write 999999.999999, some 999999. So are positions
-of such numbers below the next million."""
+"""Clocks from here on, of either sign, are absent; files write 999999.999999, some 999999."""
+
+_NINES = range(4, 7)
+"""Nothing but so many nines are absent too, clocks, and positions of three such numbers."""
 
 _EARTH_FIXED = ("IG", "IT", "WG", "PZ", "PE", "SLR", "ET", "UND", "GTR", "CGC")
 """How names of coordinate systems begin that turn with the Earth: IGS20, IGb14, ITRF, WGS84, PZ-90, ..."""
@@ -133,15 +135,21 @@ def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]], f
         raise FileError(f"{lines.origin}: line {line + 1}: the epoch has {lines.text[line][1:4]} already")
     pos_km, clock_us = _numbers(lines, at)
     grid = np.full((len(t_ns), len(name), 4), np.nan)
-    nines = (np.abs(pos_km) >= _ABSENT) & (np.abs(pos_km) < _ABSENT + 1)
-    absent = (pos_km == 0).all(axis=1) | nines.all(axis=1)
+    absent = (pos_km == 0).all(axis=1) | nothing_but_nines(pos_km, _NINES, _DECIMALS).all(axis=1)
     grid[epoch, column, :3] = np.where(absent[:, None], np.nan, 1e3 * pos_km)
-    grid[epoch, column, 3] = np.where(np.abs(clock_us) >= _ABSENT, np.nan, 1e-6 * clock_us)
+    grid[epoch, column, 3] = np.where(_no_clock(clock_us, column), np.nan, 1e-6 * clock_us)
     _check_distances(lines, at, pos_km, absent)
     predicted = np.zeros(len(t_ns), bool)
     predicted[epoch[lines.field(at, _PREDICTED, 1)[:, 0] == ord("P")]] = True
     instants, names = np.array(t_ns), tuple(name.tolist())
     return Sp3(lines.origin, instants, names, grid[..., :3], grid[..., 3], frame, predicted)
+
+
+def _no_clock(clock_us: F64, column: I64) -> Bool:
+    """(p,) whether clocks stand for none: nines, and exact zeros of satellites that have other values too."""
+    absent = (np.abs(clock_us) >= _ABSENT) | nothing_but_nines(clock_us, _NINES, _DECIMALS)
+    moving = np.unique(column[~absent & np.isfinite(clock_us) & (clock_us != 0)])
+    return absent | ((clock_us == 0) & np.isin(column, moving))
 
 
 _PREDICTED = 79
@@ -227,7 +235,7 @@ def _moment_ns(line: str, n: int, scale: Callable[[datetime], int], origin: str)
 
 def _satellite(line: str, n: int, origin: str) -> str:
     """Name of a satellite; SP3-a writes GPS numbers without a letter."""
-    letter, number = line[1:2].replace(" ", "G"), line[2:4].replace(" ", "0")
+    letter, number = line[1:2].replace(" ", "G").upper(), line[2:4].replace(" ", "0")
     if not (letter.isalpha() and letter.isupper() and len(number) == 2 and number.isdecimal()):
         raise FileError(f"{origin}: line {n + 1}: satellite is '{line[1:4]}'; allowed is such as G07")
     return letter + number

@@ -68,7 +68,9 @@ class GpsConstellation:
                 healthy=message["health"] == 0,
                 frequency=np.zeros(rows.shape, np.int64),
                 iod=message["iode"].astype(np.int64),
-                ura=np.searchsorted(_URA_LIMITS_M, message["ura_m"]),
+                ura=np.where(
+                    message["ura_m"] < 0, len(_URA_LIMITS_M), np.searchsorted(_URA_LIMITS_M, message["ura_m"])
+                ),
                 ephemeris=rows,
                 group_delay_m=LIGHT_MPS * message["tgd"],
                 band_delay_m=np.zeros(rows.shape),

@@ -58,6 +58,16 @@ def test_what_is_missing_is_told():
     ]  # fmt: skip
 
 
+def test_a_sky_of_which_all_is_unhealthy_is_told():
+    there, healthy = np.ones((10, 3), bool), np.zeros((10, 3), bool)
+    said = "all satellites known are marked unhealthy by their messages: receivers use none"
+    assert list(presence.remarks(INDEX, there, MINUTES, healthy)) == [f"in the run {said}"]
+    healthy[3:, 1] = True
+    assert list(presence.remarks(INDEX, there, MINUTES, healthy)) == [f"in 30% of the run {said}"]
+    healthy[:, 2] = True
+    assert not list(presence.remarks(INDEX, there, MINUTES, healthy))
+
+
 def of_product(made, system=None, offset_m=None, begin_s=36_000, end_s=39_000):
     orbits = precise.layered(made, offset_m)
     span = START_NS + begin_s * 10**9, START_NS + end_s * 10**9

@@ -14,6 +14,7 @@ from gnss_hil.emulator.config import scenario
 from gnss_hil.emulator.constellation.base import EXACT, Broadcast
 from gnss_hil.emulator.constellation.nominal import nominal_glonass, nominal_gps
 from gnss_hil.emulator.constellation.sky import GRID, Sky, build_sky
+from gnss_hil.emulator.constellation.sources import from_files
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS
 from tests.emulator.files.test_rinex_nav import GLONASS_2, GPS_2, MIXED_3
 
@@ -226,6 +227,52 @@ def test_a_sky_that_cannot_be_had_is_refused_in_one_line(folder, table, expected
     assert message.startswith("sky")
     assert expected in message
     assert "\n" not in message
+
+
+_UNFIT = "0.200000000000D+01 0.100000000000D+01"
+_NO_PREDICTION = "-.100000000000D+01 0.000000000000D+00"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "more", "said"),
+    [
+        ("", "", False, []),
+        (
+            "0.200000000000D+01 0.000000000000D+00",
+            _UNFIT,
+            False,
+            ["all satellites known are marked unhealthy"],
+        ),
+        (
+            "0.229351786584D+01",
+            "0.239351786584D+01",
+            True,
+            ["different messages of one time of G07: the last"],
+        ),
+        (
+            "0.280183739960D-03",
+            "0.999999999999D+09",
+            True,
+            ["1 records of GPS are left out: their places or"],
+        ),
+    ],
+)
+def test_what_is_odd_about_messages_is_told(folder, old, new, more, said):
+    record = GPS_2.split("END OF HEADER\n")[1]
+    assert old in record
+    changed = GPS_2.replace(old, new) if old else GPS_2
+    (folder / "odd.n").write_text(changed + (record if more else ""))
+    told = []
+    sky = scenario.Sky(gps="odd.n", glonass="none")
+    assert build_sky(sky, TIME, lambda name: folder / name, tell=told.append)
+    assert [remark.startswith("sky.gps: ") for remark in told] == [True] * len(said)
+    assert all(words in remark for words, remark in zip(said, told, strict=True))
+
+
+def test_an_accuracy_below_nothing_is_no_prediction(folder):
+    (folder / "odd.n").write_text(GPS_2.replace("0.200000000000D+01 0.000000000000D+00", _NO_PREDICTION))
+    made = from_files("gps", [folder / "odd.n"], TIME)
+    assert made.sample(np.array([TIME.start_ns]), np.zeros(1))[2].ura.tolist() == [[15]]
 
 
 def test_the_last_epoch_has_to_be_covered_too(folder):

@@ -376,3 +376,59 @@ def test_blank_lines_between_records_are_no_part_of_them():
     head, record = GPS_2.split("END OF HEADER\n")
     text = f"{head}END OF HEADER\n{record}\n   \n{record}\n"
     assert len(rinex_nav.parse(text, "x").records["G"]) == 2
+
+
+def record_of(text, *changes):
+    """The record of a file of one, changed."""
+    head, record = text.split("END OF HEADER\n")
+    for old, new in changes:
+        assert old in record
+        record = record.replace(old, new)
+    return f"{head}END OF HEADER\n", record
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        [
+            ("0.515370994186e+04", "0.000000000000D+00"),
+            ("0.135910103563d-02", "0.000000000000D+00"),
+            ("-0.712852183121D+00", " 0.000000000000D+00"),
+            ("0.960012929923D+00", "0.000000000000D+00"),
+        ],
+        [("0.280183739960D-03", "0.999999999999D+09")],
+        [("0.515370994186e+04", "0.999900000000D+09")],
+        [("-0.111758708954D-07", " 0.999999999999D+09")],
+    ],
+    ids=["all zero", "clock unknown", "orbit unknown", "delay unknown"],
+)
+def test_a_record_of_zeros_or_of_what_is_unknown_is_left_out_and_counted(changes):
+    head, bad = record_of(GPS_2, *changes)
+    _, good = record_of(GPS_2)
+    found = rinex_nav.parse(head + bad + good, "x")
+    assert len(found.records["G"]) == 1
+    assert found.placeless == {"G": 1}
+    assert not rinex_nav.parse(head + good, "x").placeless
+
+
+def test_letters_of_either_size_are_labels_systems_and_kinds():
+    for text in (GPS_2, GLONASS_2, MIXED_3, MIXED_4):
+        small = "\n".join(line[:60] + line[60:].lower() for line in text.splitlines())
+        small = (
+            small.replace("G0", "g0").replace("R0", "r0").replace("> EPH", "> eph").replace("LNAV", "lnav")
+        )
+        found, whole = rinex_nav.parse(small, "x"), rinex_nav.parse(text, "x")
+        assert found.records.keys() == whole.records.keys()
+        assert found.glonass_to_utc_s == whole.glonass_to_utc_s
+
+
+def test_records_of_one_time_that_contradict_each_other_are_known():
+    head, record = record_of(GPS_2)
+    other = record_of(GPS_2, ("0.229351786584D+01", "0.229351786585D+01"))[1]
+    elsewhere = record_of(GPS_2, ("0.229351786584D+01", "0.239351786584D+01"))[1]
+    later = record_of(GPS_2, ("0.259218000000D+06", "0.259248000000D+06"), ("0.22935", "0.23935"))[1]
+    for text, rivals in ((record, []), (other, []), (later, []), (elsewhere, [7])):
+        found = rinex_nav.parse(head + record + text, "x").records["G"]
+        assert rinex_nav.rivals(found) == rivals
+    glonass = "".join(record_of(GLONASS_2, *c)[1] for c in ((), (("2.209434", "2.309434"),)))
+    assert rinex_nav.rivals(rinex_nav.parse(record_of(GLONASS_2)[0] + glonass, "x").records["R"]) == [3]

@@ -83,6 +83,26 @@ def test_time_systems(scale, ahead_s):
     assert found.t_ns[0] == gpstime.from_calendar(datetime(2009, 4, 1)) + ahead_s * gpstime.NS_PER_S
 
 
+@pytest.mark.parametrize("nines", ["999999.999999", " 99999.999999", "  9999.999999", " 99999.000000"])
+def test_nothing_but_nines_is_nothing(nines):
+    text = C_FILE.replace("   -120.499602", nines.rjust(14))
+    assert np.isnan(sp3.parse(text, "x").clock_s[0, 1])
+    text = C_FILE.replace("      0.000000      0.000000      0.000000", 3 * nines.rjust(14))
+    assert np.isnan(sp3.parse(text, "x").pos_ecef_m[0, 0]).all()
+
+
+def test_a_clock_of_exactly_nothing_is_none_among_others():
+    """Of a satellite whose clock is always so it is told, see `constellation.presence`."""
+    text = C_FILE.replace("    120.500000", "      0.000000")
+    assert np.isnan(sp3.parse(text, "x").clock_s[1, 1])
+    still = sp3.parse(text.replace("   -120.499602", "      0.000000"), "x")
+    assert still.clock_s[:, 1].tolist() == [0.0, 0.0]
+
+
+def test_small_letters_are_satellites():
+    assert sp3.parse(C_FILE.replace("PG05", "Pg05"), "x").name == ("E11", "G05", "L09", "R11")
+
+
 def test_gzip(tmp_path):
     path = tmp_path / "orbits"
     path.write_bytes(gzip.compress(C_FILE.encode()))
@@ -132,7 +152,7 @@ FAULTS = [
     ("x", "-4778.033657", "-4778.03365x", "line 11: x is '-4778.03365x'; allowed is F14.6"),
     ("y", "-25797.446685", "             ", "line 11: y is ''; allowed is F14.6"),
     ("clock", "   -120.499602", "   -12049960.2", "line 11: clock is '-12049960.2'; allowed is F14.6"),
-    ("satellite", "PR11", "Pr11", "line 13: satellite is 'r11'; allowed is such as G07"),
+    ("satellite", "PR11", "P?11", "line 13: satellite is '?11'; allowed is such as G07"),
     ("twice", "PR11", "PG05", "line 13: the epoch has G05 already"),
     (
         "position first",
