@@ -100,7 +100,7 @@ def build_recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> R
     inter_signal_m = _inter_signal_m(shared)
     precise = shared.given.sky.reports == "orbits"
     for remark in (
-        *remarks.left_out(played),
+        *remarks.left_out(file, played),
         *remarks.unused(file, epoch_of, chosen),
         *remarks.unknown(file.sat[epoch_of[file.epoch] >= 0], chosen, shared.sky),
         *remarks.lacking_delays(settings.signals, shared.sky, marks_ns, precise, inter_signal_m),

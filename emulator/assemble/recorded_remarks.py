@@ -19,8 +19,14 @@ from gnss_hil.emulator.receivers.recorded.signals import Signal
 from gnss_hil.emulator.receivers.recorded.tracks import LOUDEST_DBHZ, Tracks
 
 
-def left_out(played: Tracks) -> Iterator[str]:
+def left_out(file: rinex_obs.Observations, played: Tracks) -> Iterator[str]:
     """Observations that cannot be used."""
+    if file.repeated:
+        counts = ", ".join(f"{count} of {code}" for code, count in sorted(file.repeated.items()))
+        yield (
+            f"values that {rinex_obs.SAME} satellites of an epoch or more share stand for none, and are left "
+            f"out: {counts}"
+        )
     if played.dropped:
         yield (
             f"{played.dropped} of {played.dropped + len(played)} observations are left out: alone in time, "
@@ -28,8 +34,8 @@ def left_out(played: Tracks) -> Iterator[str]:
         )
     if played.doubtful:
         yield (
-            f"{played.doubtful} of {len(played)} signal strengths are left out: no receiver measures more "
-            f"than {LOUDEST_DBHZ:g} dBHz"
+            f"{played.doubtful} of {len(played)} signal strengths are left out: receivers measure more than "
+            f"0 and no more than {LOUDEST_DBHZ:g} dBHz"
         )
 
 

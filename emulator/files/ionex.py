@@ -112,7 +112,7 @@ def parse(text: str, origin: str) -> TecMaps:
             epochs.append(epoch)
             maps.append(values)
         else:
-            while not reader.next(f"a map ({label})")[60:].startswith(f"END OF {label} MAP"):
+            while not reader.next(f"a map ({label})")[60:].upper().startswith(f"END OF {label} MAP"):
                 pass
     stated = _of_head(reader, head, "# OF MAPS IN FILE", int)
     if not maps or len(maps) != stated:
@@ -125,14 +125,14 @@ def parse(text: str, origin: str) -> TecMaps:
 
 def _header(reader: _Reader) -> _Head:
     first = reader.next("the header")
-    if not first[60:].startswith("IONEX VERSION / TYPE"):
+    if not first[60:].upper().startswith("IONEX VERSION / TYPE"):
         raise reader.fault("not an IONEX file (no IONEX VERSION / TYPE in columns 61-80)")
     version = reader.number(first[:8], "IONEX VERSION / TYPE")
     if not 1 <= version < 2 or first[20:21] != "I":
         raise reader.fault(f"IONEX version and type are {version:g} and {first[20:21]!r}; 1 and 'I' are read")
     head: _Head = {}
-    while not (line := reader.next("the header"))[60:].startswith("END OF HEADER"):
-        head[line[60:].strip()] = (line[:60], reader.n)
+    while not (line := reader.next("the header"))[60:].upper().startswith("END OF HEADER"):
+        head[line[60:].strip().upper()] = (line[:60], reader.n)
     return head
 
 
@@ -163,7 +163,7 @@ def _grid(reader: _Reader, head: _Head, label: str) -> F64:
 def _next_map(reader: _Reader) -> str | None:
     """Kind of the next map; None at the end of the file, whose last line some producers leave out."""
     while reader.n < len(reader.lines):
-        label = reader.next("the file")[60:].strip()
+        label = reader.next("the file")[60:].strip().upper()
         if label.startswith("START OF ") and label.endswith(" MAP"):
             return label.removeprefix("START OF ").removesuffix(" MAP")
         if label == "END OF FILE":
@@ -176,8 +176,8 @@ def _next_map(reader: _Reader) -> str | None:
 def _map(reader: _Reader, lat: F64, columns: int, exponent: int):
     """Epoch and values (i, j) of a map; a map may set an exponent of its own."""
     where, epoch, rows = "a map of content", None, []
-    while not (line := reader.next(where))[60:].startswith("END OF TEC MAP"):
-        label = line[60:].strip()
+    while not (line := reader.next(where))[60:].upper().startswith("END OF TEC MAP"):
+        label = line[60:].strip().upper()
         if label == "EPOCH OF CURRENT MAP":
             epoch = reader.epoch(line, label)
         elif label == "EXPONENT":

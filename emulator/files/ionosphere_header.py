@@ -38,9 +38,9 @@ def read(path: Path) -> IonosphereHeader:
 def parse(text: str, origin: str) -> IonosphereHeader:
     """The coefficients in the text of a file; `origin` names it in errors."""
     lines = text.splitlines()
-    if "RINEX VERSION / TYPE" not in lines[0][60:]:
+    if "RINEX VERSION / TYPE" not in lines[0][60:].upper():
         raise FileError(f"{origin}: line 1: not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
-    end = next((n for n, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
+    end = next((n for n, line in enumerate(lines) if line[60:].upper().startswith("END OF HEADER")), None)
     if end is None:
         raise FileError(f"{origin}: line {len(lines)}: file ends inside the header")
     found = {name: _four(lines[:end], name, origin) for name in _FORMS}
@@ -52,7 +52,7 @@ def parse(text: str, origin: str) -> IonosphereHeader:
 def _four(header: list[str], name: str, origin: str) -> tuple[float, ...]:
     for label, start, column in _FORMS[name]:
         for n, line in enumerate(header, 1):
-            if line[60:].startswith(label) and line.startswith(start):
+            if line[60:].upper().startswith(label) and line.startswith(start):
                 cells = [line[c : c + _WIDTH] for c in range(column, column + 4 * _WIDTH, _WIDTH)]
                 return tuple(
                     _number(cell.strip(), f"{start or label} {k}", n, origin) for k, cell in enumerate(cells)

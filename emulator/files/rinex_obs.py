@@ -8,7 +8,7 @@ receivers); RINEX 3.05 (IGS/RTCM, 2020), tables A2, A3
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +39,7 @@ class Observations:
     sat      (p,) satellite index
     obs      code -> (p,) value as written (m, cycles, Hz, ...), nan where there is none: blank, or 0.0,
              which is how RINEX writes it too (2.11, table A2; 3.05, table A3), or nines alone, five and more
+    repeated code -> values left out, since SAME satellites or more of an epoch have the very same one
     passed   letter of a system that the bench has no name for -> rows of t_ns, one for each of its satellites
     lli      code -> (p,) loss of lock indicator, 0 where blank: bit 0 lock lost, bit 1 half cycles,
              bit 2 antispoofing (version 2) or BOC tracking (version 3)
@@ -53,6 +54,7 @@ class Observations:
     obs: dict[str, F64]
     lli: dict[str, I64]
     passed: dict[str, I64]
+    repeated: dict[str, int] = field(default_factory=dict)
 
 
 def read(path: Path) -> Observations:
@@ -79,9 +81,39 @@ def parse(text: str, origin: str) -> Observations:
                 (letter, code), 1.0
             )
             lli[code][rows] = lost
+    counts = {code: _leave_out(obs[code], epochs.epoch) for code in codes if code[0] in _MEASURED}
+    repeated = {code: count for code, count in counts.items() if count}
     return Observations(
-        origin, header, epochs.t_ns, epochs.clock_s, epochs.epoch, epochs.sat, obs, lli, epochs.passed
+        origin,
+        header,
+        epochs.t_ns,
+        epochs.clock_s,
+        epochs.epoch,
+        epochs.sat,
+        obs,
+        lli,
+        epochs.passed,
+        repeated,
     )
+
+
+SAME = 3
+"""Satellites of an epoch that never have the same range, phase or Doppler to a millimetre or a millihertz."""
+
+_MEASURED = "CPLD"
+
+
+def _leave_out(values: F64, epoch: I64) -> int:
+    """Make values (p,) nan that SAME rows of an epoch (p,) share, which stand for none; how many."""
+    twins = np.flatnonzero((values[1:] == values[:-1]) & (epoch[1:] == epoch[:-1]))
+    suspects = np.flatnonzero(np.isin(values, np.unique(values[twins]))) if len(twins) else twins
+    if not len(suspects):
+        return 0
+    pairs = np.stack((epoch[suspects].astype(np.float64), values[suspects]))
+    _, which, count = np.unique(pairs, axis=1, return_inverse=True, return_counts=True)
+    shared = suspects[count[which.ravel()] >= SAME]
+    values[shared] = np.nan
+    return len(shared)
 
 
 def _is_none(values: F64) -> Bool:

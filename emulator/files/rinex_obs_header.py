@@ -29,6 +29,9 @@ _PER_LINE_2, _PER_LINE_3 = 9, 13
 
 MOST_CODES = 200
 
+_NO_FREQUENCY = ("", "99")
+"""Ways to write that a slot's frequency number is not known."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Header:
@@ -132,12 +135,12 @@ def _vector(key: str, label: str) -> Callable[[_Draft, str], None]:
 
 
 def _codes_2(draft: _Draft, line: str) -> None:
-    _more_codes(draft, line[:6], line[6:60].split(), _PER_LINE_2)
+    _more_codes(draft, line[:6], line[6:60].upper().split(), _PER_LINE_2)
 
 
 def _codes_3(draft: _Draft, line: str) -> None:
-    draft.letter = line[0].strip() or draft.letter
-    _more_codes(draft, line[3:6], line[6:60].split(), _PER_LINE_3)
+    draft.letter = line[0].strip().upper() or draft.letter
+    _more_codes(draft, line[3:6], line[6:60].upper().split(), _PER_LINE_3)
 
 
 def _more_codes(draft: _Draft, count: str, codes: list[str], per_line: int) -> None:
@@ -164,7 +167,9 @@ def _first_epoch(draft: _Draft, line: str) -> None:
 
 
 def _interval(draft: _Draft, line: str) -> None:
-    draft.fields["interval_s"] = draft.number(line[:10], "INTERVAL", float, 0) or nan
+    # What does not count forward stands for none: epochs say when they are.
+    interval_s = draft.number(line[:10].strip() or "0", "INTERVAL")
+    draft.fields["interval_s"] = interval_s if interval_s > 0 else nan
 
 
 def _clock_applied(draft: _Draft, line: str) -> None:
@@ -188,8 +193,9 @@ def _wave_factors(draft: _Draft, line: str) -> None:
 
 def _scale_factor(draft: _Draft, line: str) -> None:
     if line[0].strip():
-        draft.letter, draft.factor = line[0], draft.number(line[2:6], "SYS / SCALE FACTOR", int, 1, 10_000)
-    codes = line[10:60].split() or draft.fields["codes"].get(draft.letter, ())
+        draft.letter = line[0].upper()
+        draft.factor = draft.number(line[2:6], "SYS / SCALE FACTOR", int, 1, 10_000)
+    codes = line[10:60].upper().split() or draft.fields["codes"].get(draft.letter, ())
     draft.fields["scale_factors"].update({(draft.letter, code): float(draft.factor) for code in codes})
 
 
@@ -197,9 +203,11 @@ def _frequencies(draft: _Draft, line: str) -> None:
     for c in range(4, 60, 7):
         if line[c : c + 3].strip():
             slot = draft.number(line[c + 1 : c + 3], "GLONASS SLOT", int, 1, 63)
-            draft.fields["frequencies"][slot] = draft.number(
-                line[c + 4 : c + 6], "GLONASS FRQ #", int, -7, 13
-            )
+            cell = line[c + 4 : c + 6]
+            # A satellite whose frequency is needed and not known is told elsewhere.
+            if cell.strip() not in _NO_FREQUENCY:
+                number = draft.number(cell, "GLONASS FRQ #", int, -7, 13)
+                draft.fields["frequencies"][slot] = number
 
 
 def _strength_unit(draft: _Draft, line: str) -> None:
@@ -228,13 +236,17 @@ _LABELS: dict[str, Callable[[_Draft, str], None]] = DEFINITIONS | {
 }
 
 
+def _label(line: str) -> str:
+    return line[60:80].strip().upper()
+
+
 def parse_header(lines: list[str], origin: str) -> tuple[Header, int]:
     """The header at the beginning of a file, and the number of its lines."""
     draft = _Draft(origin)
     _version(draft, lines[0])
     for n, line in enumerate(lines[1:], 2):
         draft.line = n
-        label = line[60:80].strip()
+        label = _label(line)
         if label == "END OF HEADER":
             return _finished(draft), n
         if label in _LABELS:
@@ -252,7 +264,7 @@ def changed_definition(
     draft.wanted = {letter: len(codes) for letter, codes in header.codes.items()}
     first = None
     for draft.line, line in lines:
-        label = line[60:80].strip()
+        label = _label(line)
         if label in DEFINITIONS:
             first = first or (draft.line, label)
             DEFINITIONS[label](draft, line)
@@ -261,7 +273,7 @@ def changed_definition(
 
 
 def _version(draft: _Draft, line: str) -> None:
-    if not line[60:].startswith("RINEX VERSION / TYPE"):
+    if not _label(line).startswith("RINEX VERSION / TYPE"):
         raise draft.refuse("not a RINEX file (no RINEX VERSION / TYPE in columns 61-80)")
     version = draft.number(line[:9], "RINEX version", float, 0)
     if not OLDEST <= version < NEWEST:

@@ -9,6 +9,7 @@ import numpy as np
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.files import ionex
+from gnss_hil.emulator.files.columns import nothing_but_nines
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.signal.ionosphere.maps import Maps
 
@@ -62,6 +63,15 @@ def _check_values(times: I64, grid: ionex.TecMaps, values: F64, origin: str) -> 
         place = f"latitude {grid.lat_deg[i]:g}, longitude {grid.lon_deg[j]:g}"
         raise FileError(
             f"{origin}: map of {gpstime.iso(int(times[at]))} has no value at {place}: gaps are not filled"
+        )
+    first = values[:, 0, 0]
+    even = np.ptp(values.reshape(len(values), -1), axis=1) == 0
+    none = even & ((first <= 0) | nothing_but_nines(first, range(2, 5), 1))
+    if none.all() or (none.any() and not even.all()):
+        at = int(np.argmax(none))
+        raise FileError(
+            f"{origin}: map of {gpstime.iso(int(times[at]))} has {first[at]:g} TECU everywhere, which stands "
+            "for none: gaps are not filled"
         )
 
 

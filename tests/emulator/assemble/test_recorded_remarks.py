@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.emulator.assemble.recorded_remarks import lacking_delays, unknown, unused
+from gnss_hil.emulator.assemble.recorded_remarks import lacking_delays, left_out, unknown, unused
 from gnss_hil.emulator.receivers.recorded.inter_signal import unknown as unknown_isc
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 
@@ -21,12 +21,35 @@ GLONASS = satellites.index(satellites.GLONASS, np.array((1, 2, 3)))
 GPS = satellites.index(satellites.GPS, np.array((1, 2, 3)))
 
 
+class Played:
+    """What `left_out` asks of tracks."""
+
+    dropped = 0
+
+    def __init__(self, doubtful=2):
+        self.doubtful = doubtful
+
+    def __len__(self):
+        return 9
+
+
 def test_satellites_that_the_sky_lacks_are_told():
     sat = np.append(GPS, GPS[2])
     assert list(
         unknown(np.concatenate((sat, GLONASS)), [SIGNALS["L1CA"]], SimpleNamespace(index=GPS[:1]))
     ) == ["G02 and G03 were observed, and are left out: the sky's files lack them"]
     assert not list(unknown(sat, [SIGNALS["L1CA"]], SimpleNamespace(index=sat)))
+
+
+def test_values_and_strengths_that_are_none_are_told():
+    file = SimpleNamespace(repeated={"D1C": 12, "C1C": 3})
+    found = list(left_out(file, Played()))
+    assert found == [
+        "values that 3 satellites of an epoch or more share stand for none, and are left out: 3 of C1C, 12 "
+        "of D1C",
+        "2 of 9 signal strengths are left out: receivers measure more than 0 and no more than 64 dBHz",
+    ]
+    assert not list(left_out(SimpleNamespace(repeated={}), Played(doubtful=0)))
 
 
 def test_systems_that_are_not_used_are_named_with_how_many_observations():

@@ -124,3 +124,10 @@ def test_content_that_is_none_is_refused(value, tecu):
     )
     with pytest.raises(FileError, match=message):
         ionex.parse(text, "x")
+
+
+def test_labels_may_be_of_small_letters():
+    small = "\n".join(text[:60] + text[60:].lower() for text in TEXT.splitlines())
+    found, whole = ionex.parse(small, "x"), ionex.parse(TEXT, "x")
+    assert found.epoch == whole.epoch
+    assert np.array_equal(found.vtec_tecu, whole.vtec_tecu, equal_nan=True)

@@ -214,13 +214,13 @@ FAULTS = [
         "interval",
         GPS_2,
         "    10.000 ",
-        "   -10.000 ",
-        "line 10: INTERVAL is '-10.000'; allowed is a number from 0",
+        "   x10.000 ",
+        "line 10: INTERVAL is 'x10.000'; allowed is a number from",
     ),
     ("time system", GPS_2, "     GPS ", "     ABC ", "line 11: time system is 'ABC'; allowed is GPS, GLO"),
     ("scale factor", MIXED_3, "R  100", "R  1x0", "line 6: SYS / SCALE FACTOR is '1x0'; allowed is"),
     ("slot", MIXED_3, "R03  5", "R99  5", "line 7: GLONASS SLOT is '99'; allowed is"),
-    ("frequency", MIXED_3, "R03  5", "R03 99", "line 7: GLONASS FRQ # is '99'; allowed is"),
+    ("frequency", MIXED_3, "R03  5", "R03 98", "line 7: GLONASS FRQ # is '98'; allowed is"),
     (
         "epoch",
         GPS_2,
@@ -403,3 +403,51 @@ def test_letters_of_names_shift_no_column():
         found = rinex_obs.parse(decoded(raw, "x"), "x")
         assert found.header.marker.startswith("Übung à la")
         assert np.array_equal(found.obs["C1C"], rinex_obs.parse(MIXED_3, "x").obs["C1C"], equal_nan=True)
+
+
+@pytest.mark.parametrize("none", ["     -9999.000", "      9999.000", "         1.000", "  20000000.000"])
+def test_what_satellites_of_an_epoch_share_is_none_and_counted(none):
+    """Ranges, phases and Dopplers; strengths are whole numbers, and often the same."""
+    epoch = "> 2012 10 31 00 15  1.0000000  0  4\n"
+    strong = f"{45.0:14.3f}  "
+    cells = {"G07": none, "G08": none, "G09": f"{1234.567:14.3f}", "G10": none}
+    rows = "".join(f"{sat}{cell}  {cell}  {cell}  {strong}\n" for sat, cell in cells.items())
+    head = (
+        header_line("     3.04           OBSERVATION DATA    G", "RINEX VERSION / TYPE")
+        + header_line("G    4 C1C L1C D1C S1C", "SYS / # / OBS TYPES")
+        + header_line("", "END OF HEADER")
+    )
+    found = rinex_obs.parse(head + epoch + rows, "x")
+    for code in ("C1C", "L1C", "D1C"):
+        assert np.isfinite(found.obs[code]).tolist() == [False, False, True, False]
+    assert found.obs["S1C"].tolist() == [45.0] * 4
+    assert found.repeated == {"C1C": 3, "L1C": 3, "D1C": 3}
+    two = rinex_obs.parse(head + epoch + rows.replace(none, f"{7654.321:14.3f}", 3), "x")
+    assert np.isfinite(two.obs["C1C"]).all()
+    assert not two.repeated
+    later = epoch.replace(" 1.0000000  0  4", " 2.0000000  0  2") + "".join(rows.splitlines(True)[:2])
+    assert rinex_obs.parse(head + later, "x").repeated == {}
+
+
+def test_letters_of_either_size_are_labels_and_codes():
+    small = "\n".join(line.lower() if line[60:].strip() else line for line in MIXED_3.splitlines()) + "\n"
+    found, whole = rinex_obs.parse(small, "x"), rinex_obs.parse(MIXED_3, "x")
+    assert found.header.codes == whole.header.codes
+    assert found.header.scale_factors == whole.header.scale_factors
+    assert found.obs["C1C"][0] == whole.obs["C1C"][0]
+
+
+@pytest.mark.parametrize("interval", ["", "     0.000", "    -1.000"])
+def test_an_interval_that_is_none_is_no_fault(interval):
+    assert "    10.000 " in GPS_2
+    text = GPS_2.replace("    10.000 ", f"{interval:11}", 1)
+    assert np.isnan(rinex_obs.parse(text, "x").header.interval_s)
+
+
+@pytest.mark.parametrize("number", ["99", "  "])
+def test_a_frequency_that_is_not_known_is_none(number):
+    line = header_line(f"  2 R01 {number} R02  1", "GLONASS SLOT / FRQ #")
+    text = MIXED_3.replace(header_line("TEST", "MARKER NAME"), line)
+    found = rinex_obs.parse(text, "x").header.frequencies
+    assert 1 not in found
+    assert found[2] == 1

@@ -95,3 +95,13 @@ def test_gaps_are_named_not_filled():
     values[1, 2, 5] = np.nan
     with pytest.raises(FileError, match="02:00:18 has no value at latitude 40, longitude -80"):
         joined([maps((0, 2), values)], "x", (at(0), at(2)))
+
+
+@pytest.mark.parametrize("value", [0.0, -0.1, 99.9, 999.0, 999.9])
+def test_maps_of_nothing_but_what_stands_for_none_are_refused(value):
+    some = np.arange(len(LAT) * len(LON), dtype=float).reshape(len(LAT), len(LON)) % 37
+    none = np.full_like(some, value)
+    for values in ((none, none), (some, none), (none, some)):
+        with pytest.raises(FileError, match=f"has {value:g} TECU everywhere, which stands for none"):
+            joined([maps((0, 12), values=np.stack(values))], "x", (at(1), at(2)))
+    assert joined([maps((0, 12), values=np.stack((some, some)))], "x", (at(1), at(2)))
