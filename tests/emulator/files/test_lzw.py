@@ -54,3 +54,16 @@ def test_damage_and_size():
             expanded(bad, PLENTY)
     assert expanded(whole, 10_000) == b"a" * 10_000
     assert expanded(whole, 9_999) is None
+
+
+def test_bits_left_over_tell_most_cuts():
+    """What is left of a code cut in two is eight bits or more, or not zero."""
+    whole = compress(told(5, 20_000, 256))
+    read = 0
+    for end in range(3, len(whole)):
+        try:
+            expanded(whole[:end], PLENTY)
+        except ValueError:
+            continue
+        read += 1
+    assert read < 0.4 * len(whole)
