@@ -1,7 +1,7 @@
 """Antenna gain by angle off the axis, read from a text table.
 
-Lines that start with `%` or `#` are comments. The others hold an angle [deg] and gains [dB], separated by
-blanks, tabs or commas; one heading line of names may stand before the numbers. Angles count up, from 0 or
+What follows `%` or `#` is a comment. Lines hold an angle [deg] and gains [dB], separated by blanks, tabs,
+commas or semicolons; one heading line of names may stand before the numbers. Angles count up, from 0 or
 from below 0 (the other side of the cut, not used) to at most 180.
 """
 
@@ -17,6 +17,11 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.emulator.files.text import FileError, read_text
+
+_IN_RADIANS = 0.01
+
+_DEEPEST_DB = 60.0
+"""No null of an antenna is so deep between one angle of a table and the next; -99 stands for none."""
 
 _LEAST_DB, _MOST_DB = -200.0, 60.0
 """99 and 999 are ways to write that there is none."""
@@ -58,13 +63,29 @@ def parse(text: str, origin: str, column: str = "") -> Pattern:
     used = np.array([(angle, gain) for _, angle, gain in rows if angle >= 0])
     if len(used) < 2 or used[0, 0] != 0:
         raise FileError(f"{origin}: angles do not start at 0 with at least two rows")
+    _check(used, origin)
     return Pattern(used[:, 0], used[:, 1], origin)
+
+
+def _check(used: F64, origin: str) -> None:
+    """FileError of a table (k, 2) that is likely to mean something else than it says."""
+    last = used[-1, 0]
+    if min(abs(last - math.pi / 2), abs(last - math.pi)) < _IN_RADIANS:
+        raise FileError(f"{origin}: angles end at {last:g}, as those in radians do; degrees are read")
+    before, gain, after = used[:-2, 1], used[1:-1, 1], used[2:, 1]
+    holes = np.flatnonzero(np.minimum(before, after) - gain > _DEEPEST_DB)
+    if len(holes):
+        at = int(holes[0]) + 1
+        raise FileError(
+            f"{origin}: gain at {used[at, 0]:g} deg is {used[at, 1]:g}, between {used[at - 1, 1]:g} and "
+            f"{used[at + 1, 1]:g}: leave the line out if there is none"
+        )
 
 
 def _lines(text: str) -> list[tuple[int, list[str]]]:
     """Numbers and cells of the lines that are neither blank nor comment."""
-    numbered = ((number, line.strip()) for number, line in enumerate(text.splitlines(), 1))
-    return [(n, re.split(r"\s*,\s*|\s+", line)) for n, line in numbered if line[:1] not in ("", "%", "#")]
+    bare = (re.split("[%#]", line, maxsplit=1)[0].strip() for line in text.splitlines())
+    return [(n, re.split(r"\s*[,;]\s*|\s+", line)) for n, line in enumerate(bare, 1) if line]
 
 
 def _column(names: tuple[str, ...], column: str, width: int, origin: str) -> int:

@@ -29,6 +29,13 @@ _PREDICTED = 57
 _LONGEST_STEP_NS = round(1.5 * gpstime.NS_PER_DAY)
 
 
+_MOST_UT1_S = 0.01
+"""Days have never been longer or shorter by more than 5 ms since they are measured so."""
+
+_MOST_POLE_RAD = 0.02 * _ARCSEC_RAD
+"""The pole goes by some 3 mas a day."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Orientation:
     """The Earth's pole and angle, daily.
@@ -69,6 +76,24 @@ class Orientation:
             gap = first + int(np.argmax(steps))
             before, after = (gpstime.iso(int(self.t_ns[k]))[:10] for k in (gap, gap + 1))
             raise FileError(f"{self.origin}: no day between {before} and {after}, in which the run is")
+        self._check_steps(slice(max(int(first) - 1, 0), int(last) + 3))
+
+    def _check_steps(self, days: slice) -> None:
+        """FileError where the Earth moves from one day to the next as it never does: zeros may stand for
+        none."""
+        t_ns = self.t_ns[days]
+        length = np.diff(t_ns) / gpstime.NS_PER_DAY
+        for name, steps, most, unit in (
+            ("UT1", np.abs(np.diff(self.ut1_gps_s[days])), _MOST_UT1_S, "s"),
+            ("the pole", np.abs(np.diff(self.pole_rad[days], axis=0)).max(axis=1), _MOST_POLE_RAD, "rad"),
+        ):
+            odd = np.flatnonzero(steps > most * length)
+            if len(odd):
+                day = gpstime.iso(int(t_ns[odd[0] + 1]))[:10]
+                raise FileError(
+                    f"{self.origin}: to {day} {name} moves by {steps[odd[0]]:.2g} {unit}; it never does by "
+                    f"more than {most:.1g} {unit} a day: does a value stand for none?"
+                )
 
 
 def read(path: Path) -> Orientation:

@@ -28,6 +28,7 @@ _NEEDED = ("OBJECT_NAME", "REF_FRAME", "TIME_SYSTEM")
 _EARTH = ("EARTH", "399")
 """Values of CENTER_NAME that are the Earth: its name, and its number at JPL."""
 
+_COMMENT = re.compile(r"comment\b", re.I)
 _USEABLE = ("USEABLE_START_TIME", "USEABLE_STOP_TIME")
 _EPOCH = re.compile(r"(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(\d{2}):(\d{2})(?::(\d{2})(\.\d*)?)?Z?", re.I)
 
@@ -131,7 +132,7 @@ def _keywords(text: str, origin: str) -> Iterator[tuple[dict[str, str], list[_St
     inside = covariance = False
     for n, line in enumerate(text.splitlines(), 1):
         word = line.strip()
-        if not word or word.startswith("COMMENT"):
+        if not word or _COMMENT.match(word):
             continue
         if word.upper() in ("META_START", "COVARIANCE_START", "COVARIANCE_STOP", "META_STOP"):
             if word.upper() == "META_START":

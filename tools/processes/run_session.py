@@ -106,6 +106,7 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
             *remarks,
             *(line for row in told for line in account.notes(*row)),
             *(_by_one_carrier(plan, digests) if config.flight == OURS else ()),
+            *_empty_skies(summary),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
         ),
     )
@@ -118,6 +119,19 @@ def _by_one_carrier(plan: Plan, digests: Mapping[str, Digest]) -> Iterator[str]:
         alone = int((fixes["valid"] & (fixes["satellites_paired"] == 0)).sum())
         if flight.options.ionosphere_free and alone:
             yield f"craft {craft}: {alone} of {int(fixes['valid'].sum())} fixes by one carrier: too few pairs"
+
+
+def _empty_skies(summary: Mapping[str, Any]) -> Iterator[str]:
+    """A line for each craft that had no satellite in view, ever or at times: nothing else may tell why."""
+    for craft, figures in summary["craft"].items():
+        seen = figures["satellites_visible"]
+        if seen["max"] == 0:
+            yield (
+                f"craft {craft}: no satellite was in view in any epoch: are sky, orbit, antennas and their "
+                "gains as meant?"
+            )
+        elif seen["min"] == 0:
+            yield f"craft {craft}: there were epochs without a satellite in view"
 
 
 def _unanswered(config: RunConfig, outcome: Outcome) -> tuple[str, ...]:

@@ -62,3 +62,27 @@ def test_any_text_is_read_or_refused_in_words(text):
         assert "\n" not in str(fault)
     else:
         assert found.angle_deg[0] == 0 and np.all(np.diff(found.angle_deg) > 0)
+
+
+@pytest.mark.parametrize(
+    "text", ["0 5 # top\n45 3 % and\n90 -5\n", "0;5\n45; 3\n90 ;-5\n", "0\t5\n45,3\n90 -5"]
+)
+def test_comments_behind_and_other_separators_are_no_part_of_a_table(text):
+    found = antenna_table.parse(text, "a")
+    assert found.angle_deg.tolist() == [0, 45, 90]
+    assert found.gain_db.tolist() == [5, 3, -5]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("0 5\n0.8 3\n1.57 -5\n", "angles end at 1.57, as those in radians do; degrees are read"),
+        ("0 5\n1.5708 3\n3.1416 -5\n", "angles end at 3.1416, as those in radians do"),
+        ("0 5\n40 -99\n90 -5\n", "gain at 40 deg is -99, between 5 and -5: leave the line out if there is"),
+    ],
+)
+def test_what_a_table_is_likely_not_to_mean_is_refused(text, said):
+    with pytest.raises(FileError, match=f"a: {said}"):
+        antenna_table.parse(text, "a")
+    assert antenna_table.parse("0 5\n40 -99\n90 -99\n", "a").gain_db[1] == -99
+    assert antenna_table.parse("0 5\n2 3\n", "a").angle_deg[1] == 2

@@ -66,3 +66,30 @@ def test_faults_have_a_line(text, words):
     with pytest.raises(FileError) as caught:
         csv_table.parse(text, ["a", "b"], "x")
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sep=;\nutc;a;b\n2020-01-01T12:00:00;1,5;2\n2020-01-01T12:00:01;-3,25;4\n",
+        "UTC;a;b\n2020-01-01T12:00:00;1,5;2\n2020-01-01T12:00:01;-3,25;4\n",
+        "UTC\ta\tb\n2020-01-01T12:00:00\t1.5\t2\n2020-01-01T12:00:01\t-3.25\t4\n",
+        '"sep=,"\nUTC,a,b\n2020-01-01T12:00:00,1.5,2\n2020-01-01T12:00:01,-3.25,4\n',
+        "UTC,a,b # head\n2020-01-01T12:00:00,1.5,2 # one, two\n2020-01-01T12:00:01,-3.25,4\t# on\n",
+        "UTC,a,b\n2020-01-01T12:00:00,1.5,2,,\n2020-01-01T12:00:01,-3.25,4,\n",
+        "UTC,a,b\n2020-01-01 12:00:00 UTC,1.5,2\n2020-01-01 12:00:01GMT,-3.25,4\n",
+    ],
+)
+def test_separators_comments_and_names_of_utc_are_no_part_of_a_table(text):
+    found = csv_table.parse(text, ["a", "b"], "x")
+    assert found.t_ns.tolist() == [NOON, NOON + 10**9]
+    assert found.columns.tolist() == [[1.5, 2], [-3.25, 4]]
+
+
+def test_a_leap_second_is_a_second():
+    found = csv_table.parse(
+        table("2016-12-31T23:59:59", "2016-12-31T23:59:60", "2016-12-31T23:59:60.5", "2017-01-01T00:00:00"),
+        ["a"],
+        "x",
+    )
+    assert (found.t_ns - found.t_ns[0]).tolist() == [0, 10**9, 1_500_000_000, 2 * 10**9]

@@ -113,3 +113,21 @@ def test_predicted_days_are_noted():
 def test_blank_lines_are_no_days():
     found = finals.parse("\n" + TEXT.replace("\n", "\n\n"), "f")
     assert np.array_equal(found.t_ns, finals.parse(TEXT, "f").t_ns)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("-0.2468430", " 0.0000000", "UT1 moves by 0.25 s; it never does by more than 0.01 s a day"),
+        ("-0.2468430", " 0.9999999", "UT1 moves by 1.2 s"),
+        ("-0.042714", " 0.000000", "the pole moves by 2.1e-07 rad"),
+        (" 0.346773", " 0.000000", "the pole moves by 1.7e-06 rad"),
+    ],
+)
+def test_a_day_that_the_earth_never_had_is_refused_where_a_run_is(old, new, said):
+    assert old in TEXT
+    read, whole = finals.parse(TEXT.replace(old, new), "f"), finals.parse(TEXT, "f")
+    inside = int(whole.t_ns[1]) + 3600 * 10**9
+    whole.check(inside, inside)
+    with pytest.raises(FileError, match=f"f: to 2011-05-0[34] {said}"):
+        read.check(inside, inside)

@@ -203,3 +203,10 @@ def test_a_container_may_hold_other_messages():
     other = "<opm><body><segment><metadata><OBJECT_NAME>OTHER</OBJECT_NAME></metadata></segment></body></opm>"
     found = oem.parse(f"{declaration}?><ndm>{other}{rest}</ndm>", "x")
     assert np.array_equal(found.pos_m, oem.parse(XML, "x").pos_m)
+
+
+def test_comments_may_be_of_small_letters():
+    whole = oem.parse(KEYWORDS, "x")
+    for comment in ("comment a = b", "Comment of a program", "comment"):
+        found = oem.parse(KEYWORDS.replace("META_STOP\n", f"META_STOP\n{comment}\n"), "x")
+        assert found.t_ns.tolist() == whole.t_ns.tolist()

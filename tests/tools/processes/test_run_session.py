@@ -65,3 +65,21 @@ def test_craft_that_have_a_bus_each_do_not_share_one(config):
     with pytest.raises(Mistake, match="each of 2 craft has its own bus"):
         run_session.play(one_bus)
     assert not config.out.exists()
+
+
+@pytest.mark.parametrize(
+    ("seen", "said"),
+    [
+        (
+            {"mean": 0.0, "min": 0, "max": 0},
+            ["craft a: no satellite was in view in any epoch: are sky, orbit,"],
+        ),
+        ({"mean": 3.0, "min": 0, "max": 7}, ["craft a: there were epochs without a satellite in view"]),
+        ({"mean": 6.0, "min": 5, "max": 7}, []),
+        ({"mean": None, "min": None, "max": None}, []),
+    ],
+)
+def test_an_empty_sky_is_told(seen, said):
+    found = list(run_session._empty_skies({"craft": {"a": {"satellites_visible": seen}}}))
+    assert len(found) == len(said)
+    assert all(line.startswith(words) for line, words in zip(found, said, strict=True))

@@ -53,11 +53,18 @@ _OCTET = (
 LINE_BYTES = 1 << 16
 """No line of a log is longer."""
 
+_HEAD_BYTES = 4096
+
 _LINE = re.compile(
     rb"\((\d{1,12})\.(\d{6,9})\) (\S{1,15}) ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#"
     rb"(?:(R)([0-8]?)|((?:[0-9A-Fa-f]{2}){0,8}))(?:(?<=R8)_[9A-Fa-f]|(?<=[0-9A-Fa-f]{16})_[9A-Fa-f])?"
 )
 """Behind eight bytes there may be the length code of a classical frame that said more than eight."""
+_FULL = re.compile(
+    rb"\(\d{1,12}\.\d{6,9}\) \S{1,15} ([0-7][0-9A-Fa-f]{2}|[0-9A-Fa-f]{8})#[0-9A-Fa-f]{16}( [RT])?"
+)
+"""A frame that is whole without the end of its line: no payload has more bytes."""
+
 _LONGER = {
     FD: re.compile(rb"\(\d+\.\d{6,9}\) \S{1,15} (?:[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})##[0-9A-Fa-f]+"),
     XL: re.compile(
@@ -146,9 +153,11 @@ def parse_lines(text: bytes, origin: str = "log", omitted: Counter[str] | None =
     for i in np.flatnonzero(~usual):
         line = text[starts[i] : ends[i]]
         if omitted is not None:
-            line = line.rstrip()  # as mail and editors leave them
+            line = b" ".join(line.replace(codecs.BOM_UTF8, b"").split())  # as mail and editors leave them
+            if line[-2:] in (b" T", b" R"):
+                sent[i], line = line[-1:] == b"T", line[:-2]
             longer = _longer(line)
-            left_out[i] = longer is not None or not line
+            left_out[i] = longer is not None or not line or line.startswith(b"#")
             if longer is not None:
                 omitted[longer] += 1
             if left_out[i]:
@@ -231,13 +240,23 @@ def read_chunks(
             text = whole + newline
             yield parse_lines(text, f"{origin} (after line {lines})" if lines else origin, omitted)
             lines += text.count(b"\n")
-    if rest.strip(b" \t\r\x1a") and omitted is not None:  # MS-DOS ends text with a control Z
-        omitted[CUT] += 1
+    rest = rest.strip(b" \t\r\x1a")  # MS-DOS ends text with a control Z
+    if rest and omitted is not None:
+        if _FULL.fullmatch(rest):
+            yield parse_lines(rest + b"\n", f"{origin} (after line {lines})", omitted)
+        else:
+            omitted[CUT] += 1
 
 
 def read(path: Path, found: Findings) -> Iterator[Piece]:
     """The frames of a log; LogError names the first line that is none."""
     with path.open("rb") as log:
+        head = log.read(_HEAD_BYTES)
+        if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            raise LogError(f"{path}: is UTF-16 text; save it as UTF-8")
+        if b"\r" in head and b"\n" not in head:
+            raise LogError(f"{path}: lines end in CR alone; CR LF and LF are read")
+        log.seek(0)
         size = max(os.fstat(log.fileno()).st_size, 1)
         for piece in read_chunks(log, str(path), omitted=found.omitted):
             found.share = log.tell() / size

@@ -151,6 +151,44 @@ def test_directions_of_whole_logs(tmp_path):
     assert (tmp_path / "out.log").read_bytes() == log.replace(b" R\n", b"\n")
 
 
+def _read(path, raw):
+    path.write_bytes(raw)
+    found = Findings()
+    return concat([piece.frames for piece in read(path, found)]), found
+
+
+def test_blanks_comments_and_marks_of_joined_files_are_no_part_of_a_log(tmp_path):
+    text = b"(1351642484.000111) can0 101#8A000304050607FF\n(1351642484.000112) can1 18FEF100#0102 T\n"
+    whole, _ = _read(tmp_path / "a.log", text + text)
+    for odd in (
+        b"# of a bench\n" + text + b"  # on\n\xef\xbb\xbf" + text,
+        text.replace(b" ", b"\t") + text.replace(b" ", b"   "),
+        b"  " + text.replace(b"\n", b"\t\r\n  ") + text,
+    ):
+        heard, found = _read(tmp_path / "a.log", odd)
+        assert heard == whole
+        assert not found.omitted
+
+
+def test_a_last_line_without_an_end_counts_where_no_byte_can_be_missing(tmp_path):
+    line = b"(1351642484.000111) can0 101#8A000304050607FF"
+    for rest, frames, cut in ((line, 2, 0), (line + b" T", 2, 0), (line[:-2], 1, 1), (line[:-1], 1, 1)):
+        heard, found = _read(tmp_path / "a.log", line + b"\n" + rest)
+        assert (len(heard), found.omitted["cut short"]) == (frames, cut)
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        ("(1.000000) can0 101#00\n".encode("utf-16"), "is UTF-16 text; save it as UTF-8"),
+        (b"(1.000000) can0 101#00\r(1.000001) can0 101#00\r", "lines end in CR alone"),
+    ],
+)
+def test_text_that_is_not_read_is_named(tmp_path, raw, words):
+    with pytest.raises(LogError, match=words):
+        _read(tmp_path / "a.log", raw)
+
+
 def test_a_line_without_an_end_is_refused():
     with pytest.raises(LogError, match=r"a\.log: not a candump log: line 1 has no end"):
         list(read_chunks(io.BytesIO(bytes(1 << 18)), "a.log", 1 << 12))

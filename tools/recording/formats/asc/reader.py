@@ -20,7 +20,8 @@ CHUNK_BYTES = 1 << 21
 LINE_BYTES = 1 << 16
 """No line is longer."""
 _HEAD_BYTES = 4096
-_CUTS = re.compile(rb"(?:\A|(?<=\n))([ \t]*(?:(begin[ \t]+triggerblock)|base )[^\n]*\n)", re.IGNORECASE)
+_CUTS = re.compile(rb"(?:\A|(?<=\n))([ \t]*(?:(begin[ \t]+triggerblock)|base[ \t])[^\n]*\n)", re.IGNORECASE)
+_HEADED = re.compile(rb"(base|date)[ \t]")
 _NEAR_NS = 120 * 10**9
 
 
@@ -33,7 +34,7 @@ def read(path: Path, found: Findings) -> Iterator[Piece]:
             raise LogError(f"{path}: is UTF-16 text; save it as UTF-8")
         if b"\r" in head and b"\n" not in head:
             raise LogError(f"{path}: lines end in CR alone; CR LF and LF are read")
-        if b"base " not in head and b"date " not in head:
+        if not _HEADED.search(head):
             raise LogError(f"{path}: not Vector ASC: neither a date nor a base line")
         file.seek(len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8.lower()) else 0)
         reader, rest = _Reader(str(path), found), b""
@@ -45,7 +46,9 @@ def read(path: Path, found: Findings) -> Iterator[Piece]:
             if len(rest) > LINE_BYTES:
                 raise LogError(f"{path}: not Vector ASC: line {reader.lines + 1} has no end")
             found.share = file.tell() / size
-        if time_ns(rest) is not None:
+        if reader.has_all_of(rest):
+            yield reader.take(rest + b"\n")
+        elif time_ns(rest) is not None:
             found.remarks.append("is cut short in its last line, which is left out")
         reader.close()
 
@@ -53,7 +56,7 @@ def read(path: Path, found: Findings) -> Iterator[Piece]:
 def _blocks(text: bytes) -> Iterator[bytes]:
     """The text, cut before each line that begins a block and behind each that tells a base."""
     begin, small = 0, text.lower()
-    rare = b"triggerblock" in small or b"base " in small  # the pattern takes longer than all else
+    rare = b"triggerblock" in small or b"base" in small  # the pattern takes longer than all else
     for match in _CUTS.finditer(text) if rare else ():
         at = match.start(1) if match[2] else match.end(1)
         if at > begin:
@@ -79,6 +82,14 @@ class _Reader:
         self._before_ns = 0
         self._unknown = ""
         self.lines = 0
+
+    def has_all_of(self, line: bytes) -> bool:
+        """Whether a line without an end holds a whole frame of data: every byte, the last one not cut."""
+        words = line.split()
+        if time_ns(line) is None or len(words) < 6 or words[4].lower() != b"d" or not words[5].isdigit():
+            return False
+        behind = len(words) - 6 - min(int(words[5]), WIDTH)
+        return behind > 0 or (behind == 0 < int(words[5]) and self._header.base == 16 and len(words[-1]) == 2)
 
     def take(self, text: bytes) -> Piece:
         """The frames of whole lines, all with the same base."""

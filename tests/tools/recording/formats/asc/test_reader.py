@@ -244,6 +244,31 @@ def test_what_is_no_asc_is_refused(read, head):
         read(head + b"0.1 1 101 Rx d 0\n")
 
 
+def test_tabs_are_blanks_of_a_header(read):
+    piece, _ = read("base\tdec\ttimestamps relative\n0.1\t1\t101\tRx\td\t1\t17\n0.1 1 101 Rx d 1 255\n")
+    assert hexes(piece) == ["65#11", "65#FF"]
+    assert np.diff(piece.unix_us).tolist() == [100_000]
+
+
+@pytest.mark.parametrize(
+    ("line", "base", "whole"),
+    [
+        ("0.2 1 101 Rx d 2 11 22", "hex", True),
+        ("0.2 1 101 Rx d 2 11 2", "hex", False),
+        ("0.2 1 101 Rx d 2 11", "hex", False),
+        ("0.2 1 101 Rx d 2 17 25", "dec", False),
+        ("0.2 1 101 Rx d 2 17 25  Len", "dec", True),
+        ("0.2 1 101 Rx d", "hex", False),
+        ("0.2 1 101 Rx r", "hex", False),
+        ("0.2 1 10", "hex", False),
+    ],
+)
+def test_a_last_line_without_an_end_counts_where_no_byte_can_be_missing(read, line, base, whole):
+    piece, found = read(HEAD.replace("hex", base) + f"0.1 1 101 Rx d 1 11\n{line}")
+    assert len(piece.frames) == 1 + whole
+    assert bool(found.remarks) is not whole
+
+
 def test_lines_of_carriage_returns_alone_are_refused(read):
     with pytest.raises(LogError, match=r"a\.asc: lines end in CR alone"):
         read(HEAD.encode().replace(b"\n", b"\r") + b"0.1 1 101 Rx d 0\r")
