@@ -14,7 +14,8 @@ from tests.support.waiting import until
 DURATION = "70"
 FILES = {
     "bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json", "summary.json", "fixes.parquet",
-    "channels.parquet", "assignments.parquet", "truth.parquet", "epochs.parquet", "report.html",
+    "channels.parquet", "assignments.parquet", "truth.parquet", "epochs.parquet", "checks.parquet",
+    "report.html",
 }  # fmt: skip
 
 

@@ -78,6 +78,11 @@ class Block:
         number = self.codec.number_of.take(self._can_id[mine]).astype(np.int64)
         return Messages(layout, self._epoch[mine], number, self._words[mine])
 
+    def counts(self, group: NDArray[np.integer], groups: int) -> I64:
+        """(e, groups) frames of each epoch whose identifier's group (2048,) is this one."""
+        cell = self._epoch * groups + group.take(self._can_id)
+        return np.bincount(cell, minlength=self.epochs * groups).reshape(self.epochs, groups)
+
     def grid(self, kind: str, name: str, fill: float = np.nan) -> NDArray:
         """A signal, (e,), (e, m) or (e, m, CHANNELS) as its kind comes for an epoch, a receiver or a channel.
 

@@ -11,13 +11,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64, U32, U64
+from gnss_hil.dbc.common.arrays import I64, U8, U32, U64
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.block import EPOCHS, Block, epoch_nibbles, payloads
 from gnss_hil.tools.decoder.counters import Counters
+from gnss_hil.tools.decoder.refusals import BEFORE_FIRST_MARK, REASONS, Refusals
 from gnss_hil.tools.decoder.screen import Screen
 
 HELD_BACK = 8
@@ -33,11 +34,13 @@ class Decoder:
 
     take     is handed every block in order, and (e,) bits on the wire and frames rejected of its epochs
     epochs   time marks heard so far
+    refusals   what each check saw, by epoch
     """
 
     def __init__(self, codec: Codec, take: Callable[[Block, I64, I64], None]):
         self.codec = codec
         self.epochs = 0
+        self.refusals = Refusals()
         self._take = take
         self._screen = Screen(codec)
         self._mark_id = codec.can_id_of["TIME_MARK", 0]
@@ -66,8 +69,11 @@ class Decoder:
         self.epochs = int(epoch[-1]) + 1
         self._count(0, epoch, frame_bits(frames) if bits is None else bits)
         can_id = frames.can_id
+        if screened.lost:
+            after_gap = screened.verdict == Verdict.LOST
+            self.refusals.add(epoch[after_gap], Verdict.LOST, can_id[after_gap])
         if accepted is not None:
-            self._reject(epoch[~accepted])
+            self._reject(epoch[~accepted], screened.verdict[~accepted], can_id[~accepted])
             can_id, words, epoch = can_id[accepted], words[accepted], epoch[accepted]
         self._hold(can_id, words, epoch)
         self._hand_over(self.epochs - HELD_BACK)
@@ -76,10 +82,14 @@ class Decoder:
         """Hand over what is still held."""
         self._hand_over(self.epochs)
 
-    def _reject(self, epoch: I64, reason: str = "") -> None:
-        """Frames of these epochs count as rejected; for a reason if the screen has not counted them."""
-        if reason:
+    def _reject(self, epoch: I64, reason: str | U8, can_id: U32) -> None:
+        """Frames (n,) count as rejected: for verdicts (n,) of the screen, which has counted them, or for a
+        reason that it does not know."""
+        if isinstance(reason, str):
             self.counters.reject(reason, len(epoch))
+            self.refusals.add(epoch, REASONS.index(reason), can_id)
+        else:
+            self.refusals.add(epoch, reason, can_id)
         self._count(1, epoch, np.ones(len(epoch), np.int64))
 
     def _count(self, row: int, epoch: I64, values: I64) -> None:
@@ -94,13 +104,13 @@ class Decoder:
         """Keep accepted frames with the epoch they belong to: the one they are in or one before."""
         if len(epoch) and epoch[0] < 0:
             begun = epoch >= 0
-            self._reject(epoch[~begun], "BEFORE_FIRST_MARK")
+            self._reject(epoch[~begun], BEFORE_FIRST_MARK, can_id[~begun])
             can_id, words, epoch = can_id[begun], words[begun], epoch[begun]
         nibble = self._mark_nibbles[epoch - (self.epochs - len(self._mark_nibbles))]
         late = (nibble - epoch_nibbles(words)) % EPOCHS
         if late.any():
             strange = (late >= HELD_BACK) | (late > epoch)  # or of an epoch before the first
-            self._reject(epoch[strange], "MIXED_EPOCH")
+            self._reject(epoch[strange], Verdict.MIXED_EPOCH.name, can_id[strange])
             keep = ~strange
             can_id, words, epoch = can_id[keep], words[keep], (epoch - late)[keep]
         self._held.append((can_id, words, epoch))

@@ -19,6 +19,7 @@ from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
 from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
 from gnss_hil.tools.decoder.navigation import attitudes, fixes
+from gnss_hil.tools.decoder.silences import Silences
 from gnss_hil.tools.decoder.time_marks import mark_times_ns
 
 _CARRIER_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, 0.0)
@@ -29,6 +30,7 @@ class Digest:
 
     on_channels  is handed the channel table piece by piece (it is large)
     tags         one row per TAG at a known time: t_ns, receiver (1-based), tag_offset_ns, clock_domain
+    silences     nodes that fall silent
     """
 
     def __init__(self, codec: Codec, on_channels: Callable[[Columns], None] | None = None):
@@ -39,6 +41,7 @@ class Digest:
         self.commands = CommandLog()
         self.almanac = AlmanacLog()
         self.tags = GrowingTable()
+        self.silences = Silences(codec)
 
     def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,), and their bits (n,) on the wire if they are known already."""
@@ -67,6 +70,7 @@ class Digest:
         self.commands.take(t_ns, block)
         self.almanac.take(t_ns, block)
         self.tags.add(_tags(t_ns, block))
+        self.silences.take(t_ns, block)
         if self._on_channels is not None:
             row = slice(None) if known.all() else known[channels.epoch]
             table = {"t_ns": t_ns[channels.epoch], "receiver": channels.receiver + 1}
@@ -88,6 +92,18 @@ class Digest:
         wx_rps .. wz_rps, nan where their frames are missing."""
         marks = self._marks.rows
         return {name: values[marks["t_ns"] >= 0] for name, values in marks.items()}
+
+    @property
+    def refused(self) -> dict[str, NDArray]:
+        """After `finish`, what each check of the protection saw: t_ns (-1 where the epoch's instant is not known), reason (its
+        place in `refusals.REASONS`), can_id, frames."""
+        rows = self._decoder.refusals.rows
+        marks_ns = np.r_[self._marks.rows.get("t_ns", np.zeros(0, np.int64)), -1]
+        return {"t_ns": marks_ns[rows.pop("epoch")], **rows}
+
+    @property
+    def codec(self) -> Codec:
+        return self._decoder.codec
 
     @property
     def epochs(self) -> int:

@@ -17,7 +17,7 @@ from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results import checks, parquet
 from gnss_hil.tools.results.parquet import Column, Columns, Labelled
 from gnss_hil.tools.results.truth import Truth
 
@@ -207,7 +207,7 @@ def remove_parts(folder: Path) -> None:
 
 
 def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Truth | None) -> None:
-    """fixes, assignments, epochs and truth tables of a run; digests by craft name."""
+    """fixes, assignments, epochs, checks and truth tables of a run; digests by craft name."""
     for name, table, rows_of in (
         ("epochs", EPOCHS, lambda digest: digest.timeline),
         ("fixes", FIXES, lambda digest: digest.fixes),
@@ -217,6 +217,10 @@ def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Tr
         for section, (craft, digest) in enumerate(digests.items()):
             file.add(columns_of(table, craft, rows_of(digest)), section)
         file.close()
+    file = ParquetTable(folder / "checks.parquet")
+    for section, (craft, digest) in enumerate(digests.items()):
+        file.add(checks.columns(craft, digest), section)
+    file.close()
     if truth is not None:
         file = ParquetTable(folder / "truth.parquet")
         for section, craft in enumerate(truth.craft):
