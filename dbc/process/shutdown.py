@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status of what Ctrl-C ended; of another signal 128 and its number, as shells have it."""
@@ -13,14 +14,16 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class Stop:
     """Within the context: `stop()` is True once a signal came, and `status` is the exit status then.
 
-    What is ignored when it begins stays so: under nohup a hangup ends nothing.
+    What is ignored when it begins stays so: under nohup a hangup ends nothing. Signals belong to the main
+    thread (Python, `signal`): in another nothing is heard, and whoever owns the process ends it as before.
     """
 
     def __init__(self):
         self._came = 0
 
     def __enter__(self) -> Stop:
-        heard = (n for n in _SIGNALS if n is signal.SIGINT or signal.getsignal(n) is not signal.SIG_IGN)
+        ours = _SIGNALS if threading.current_thread() is threading.main_thread() else ()
+        heard = (n for n in ours if n is signal.SIGINT or signal.getsignal(n) is not signal.SIG_IGN)
         self._before = {number: signal.signal(number, self._note) for number in heard}
         return self
 

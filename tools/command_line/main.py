@@ -16,10 +16,10 @@ from importlib import import_module
 from typing import TextIO
 
 from gnss_hil.dbc.common.near import did_you_mean, hint
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake, status_and_text
 
-# One BLAS thread, before NumPy is loaded: the same sums in the same order, and no spinning helpers.
-os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""Of BLAS, said before NumPy is loaded: the same sums in the same order, and no spinning helpers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,29 +201,6 @@ def _dispatch(argv: Sequence[str]) -> int:
     return import_module(command.module).run(arguments)
 
 
-def _status_and_text(error: BaseException) -> tuple[int, str] | None:
-    """Exit status and text of an error that people can understand; None if it is a fault of the program.
-
-    The classes are looked up among loaded modules: what is not loaded cannot have been raised.
-    """
-    if isinstance(error, Mistake):
-        return error.status, str(error)
-    for module, name, status in (
-        ("gnss_hil.emulator.config.scenario", "ScenarioError", 2),
-        ("gnss_hil.dbc.common.vehicle", "VehicleError", 2),
-        ("gnss_hil.dbc.bus.base", "LinkError", 3),
-        ("gnss_hil.emulator.orbits.dynamics", "OrbitError", 2),
-        ("gnss_hil.emulator.error_models.checked", "ModelError", 1),
-        ("gnss_hil.tools.recording.formats.piece", "LogError", 2),
-        ("gnss_hil.tools.results.truth", "TruthError", 2),
-    ):
-        if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):
-            return status, str(error)
-    if isinstance(error, OSError) and error.strerror:  # disk full, no permission
-        return 1, f"{error.filename or 'standard output'}: {error.strerror}"  # files have names
-    return None
-
-
 def _open_missing_streams() -> None:
     """A process may be started with stdout or stderr closed; then what it says there goes nowhere."""
     for name in ("stdout", "stderr"):
@@ -251,6 +228,7 @@ def _give_up_unwritable() -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; the exit status."""
+    os.environ.update(ONE_THREAD)
     argv = list(sys.argv[1:] if argv is None else argv)
     _open_missing_streams()
     try:
@@ -264,7 +242,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has left
         return 0
     except Exception as error:
-        known = _status_and_text(error)
+        known = status_and_text(error)
         if "--debug" in argv:
             raise
         status, text = known or (1, f"internal error: {type(error).__name__}: {error} (--debug shows where)")

@@ -77,6 +77,8 @@ def _words(error: BaseException) -> str:
 
 
 def _run(config: RunConfig, verdict) -> int:
+    from gnss_hil.tools.run_config.combination import check_combination
+
     check_combination(config)
     return _run_seeds(config, verdict) if config.seeds else _run_one(config, verdict)
 
@@ -145,23 +147,6 @@ def _run_one(config: RunConfig, verdict) -> int:
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return stop.status if ran.outcome.interrupted else 1 if lines else 0
-
-
-def check_combination(config: RunConfig) -> None:
-    """Options that contradict each other."""
-    changes = config.overrides
-    if config.seeds and (changes.seed is not None or "seed" in {k.strip('"') for k, _ in changes.sets}):
-        raise Mistake("--seeds with a seed: one of the two")
-    if config.bus == "inline" and config.pace != "lockstep":
-        raise Mistake(
-            f"--pace {config.pace} with --bus inline: inline goes in lockstep, as fast as it can; "
-            "use --bus embedded"
-        )
-    if (config.flight, config.emulator) != (OURS, OURS):
-        from gnss_hil.tools.run_config import sides
-
-        own = {"policy": changes.policy, "navigator": changes.navigator, "option": changes.options}
-        sides.check(config.flight, config.emulator, config.bus, own)
 
 
 def _check_junit(path: Path) -> None:

@@ -95,8 +95,8 @@ class Digest:
 
     @property
     def refused(self) -> dict[str, NDArray]:
-        """After `finish`, what each check of the protection saw: t_ns (-1 where the epoch's instant is not known), reason (its
-        place in `refusals.REASONS`), can_id, frames."""
+        """After `finish`, what each check of the protection saw: t_ns (-1 where the epoch's instant is not
+        known), reason (its place in `refusals.REASONS`), can_id, frames."""
         rows = self._decoder.refusals.rows
         marks_ns = np.r_[self._marks.rows.get("t_ns", np.zeros(0, np.int64)), -1]
         return {"t_ns": marks_ns[rows.pop("epoch")], **rows}

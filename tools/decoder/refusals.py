@@ -18,13 +18,13 @@ _REASON_BITS, _IDENTIFIER_BITS = 5, 32
 
 
 class Refusals:
-    """Frames that a check saw, counted by epoch, reason and identifier: a babbling node adds a row an epoch."""
+    """Frames that a check saw, counted by epoch, reason and identifier: a babbling node adds a row each."""
 
     def __init__(self):
         self._counted = GrowingTable()
 
     def add(self, epoch: I64, reason: NDArray[np.integer] | int, can_id: U32) -> None:
-        """Frames (n,): their epochs, -1 before the first, numbers of their reasons, identifiers as received."""
+        """Frames (n,): their epochs, -1 before the first; numbers of their reasons; identifiers received."""
         if not len(epoch):
             return
         key = (epoch + 1) << _REASON_BITS | np.asarray(reason, np.int64)

@@ -13,6 +13,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 OWN = {
     "__init__.py": "tools/packaging/package.py",
+    "__init__.pyi": "tools/packaging/package.pyi",
     "py.typed": "tools/packaging/py.typed",
     "contract.md": "docs/contract.md",
 }

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Protocol
 
 import numpy as np
@@ -28,6 +29,20 @@ class TruthSink(Protocol):
         """Rows of the craft, at a wall-clock time."""
 
 
+@contextmanager
+def _frozen() -> Iterator[None]:
+    """What was built before the loop lives through it: nothing there to collect. Afterwards it is garbage
+    like any other, for a program that plays many runs; what the program froze itself stays so."""
+    if gc.get_freeze_count():
+        yield
+        return
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
 def play(
     plan: Plan,
     recorder: Recorder,
@@ -43,22 +58,22 @@ def play(
     answers = dict.fromkeys(plan.names, EMPTY)
     epochs = plan.scenario.time.epochs
     latency, sent, epoch = Latency(), 0, 0
-    gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     begun = time.perf_counter()
-    while epoch < epochs and not stop():
-        emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
-        heard = time.perf_counter()
-        for bus, (name, config) in enumerate(configs.items()):
+    with _frozen():
+        while epoch < epochs and not stop():
+            emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
             heard = time.perf_counter()
-            flown[name], answers[name] = flight_step(config, flown[name], blocks[name])
-            latency.add(time.perf_counter() - heard)
-            frames = concat((blocks[name], answers[name]))
-            sent += len(frames)
-            recorder.add(bus, epoch, frames)
-            display.hear(bus, epoch, frames)
-        truth.add(rows, heard)
-        epoch += 1
-        display.refresh()
+            for bus, (name, config) in enumerate(configs.items()):
+                heard = time.perf_counter()
+                flown[name], answers[name] = flight_step(config, flown[name], blocks[name])
+                latency.add(time.perf_counter() - heard)
+                frames = concat((blocks[name], answers[name]))
+                sent += len(frames)
+                recorder.add(bus, epoch, frames)
+                display.hear(bus, epoch, frames)
+            truth.add(rows, heard)
+            epoch += 1
+            display.refresh()
     wall_s = time.perf_counter() - begun
     return Outcome(
         epoch,

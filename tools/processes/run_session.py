@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -56,8 +56,18 @@ class Ran:
     notes: tuple[str, ...] = ()
 
 
-def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
-    """Plays what is configured; None if it was interrupted before it began, which leaves nothing."""
+def on_stderr(text: str) -> None:
+    """A remark on the plan, for who sits at a command line."""
+    print(f"{PROGRAM}: {text}", file=sys.stderr)
+
+
+def play(
+    config: RunConfig, stop: Interruptible | None = None, say: Callable[[str], None] = on_stderr
+) -> Ran | None:
+    """Plays what is configured; None if it was interrupted before it began, which leaves nothing.
+
+    say   is told of what is odd about the plan, before it begins; it is in the facts too
+    """
     reference = config.overrides.reference if config.emulator != OURS else None
     plan = plans.make(
         config.scenario, replace(config.overrides, reference=None) if reference else config.overrides
@@ -65,7 +75,7 @@ def play(config: RunConfig, stop: Interruptible | None = None) -> Ran | None:
     if reference:
         judging.check(plan.scenario, reference)
     for remark in plan.remarks:
-        print(f"{PROGRAM}: {remark}", file=sys.stderr)
+        say(remark)
     _check_bus(plan, config)
     folder = RunFolder(config.out or default_path(plan.scenario.name))
     recording = _Recording()

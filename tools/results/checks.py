@@ -1,4 +1,4 @@
-"""What each check saw, epoch by epoch: frames refused and missed, nodes that fall silent, why there is no fix.
+"""What each check saw, epoch by epoch: frames refused and missed, silent nodes, why there is no fix.
 
 By the bus alone, and by the same rule for anybody's software: the protection is checked again here, and the
 reasons of epochs without a fix are those that the flight software publishes.

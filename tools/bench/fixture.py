@@ -1,0 +1,65 @@
+"""What a test is handed as `bench`: runs in folders of its own, remembered for the report of its failure."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from os import fspath
+from pathlib import Path
+from typing import Any, Concatenate, ParamSpec
+
+from gnss_hil.tools.bench.errors import BenchError
+from gnss_hil.tools.bench.record import Run
+from gnss_hil.tools.bench.run import run
+
+_P = ParamSpec("_P")
+_Method = Callable[Concatenate["Bench", _P], Run]
+
+
+def _like(function: Callable[_P, Run]) -> Callable[[Callable[..., Run]], _Method[_P]]:
+    """A method that takes what a function takes."""
+
+    def typed(method: Callable[..., Run]) -> _Method[_P]:
+        method.__doc__ = f"As `gnss_hil.run`, without a report unless asked for.\n\n{function.__doc__}"
+        return method
+
+    return typed
+
+
+@dataclass(eq=False)
+class Bench:
+    """Plays runs for one test.
+
+    folder   below which the run folders are: SCENARIO, SCENARIO-2, ...
+    bus      of runs that name none. "inline" is for our own two sides in lockstep; other runs are "embedded"
+    played   folders of the runs so far, of those that failed too
+    """
+
+    folder: Path
+    bus: str = "embedded"
+    played: list[Path] = field(default_factory=list)
+
+    @_like(run)
+    def run(self, scenario="soyuz", *, out=None, bus=None, report=False, **asked: Any) -> Run:
+        folder = self._unused(Path(fspath(scenario)).stem) if out is None else Path(out)
+        self.played.append(folder)
+        __tracebackhide__ = True  # pytest: the test's own line is what is wrong
+        try:
+            return run(scenario, out=folder, bus=bus or self._bus(asked), report=report, **asked)
+        except BenchError as error:
+            raise error.with_traceback(None) from None
+
+    def _unused(self, name: str) -> Path:
+        taken = sum(path.name == name or path.name.startswith(f"{name}-") for path in self.played)
+        return self.folder / (f"{name}-{taken + 1}" if taken else name)
+
+    def _bus(self, asked: dict[str, Any]) -> str:
+        alone = not any(asked.get(name) not in (None, "ours") for name in ("flight", "emulator"))
+        inline = alone and asked.get("pace") in (None, "lockstep")
+        return self.bus if self.bus != "inline" or inline else "embedded"
+
+    def discard(self) -> None:
+        """Remove the run folders."""
+        for folder in self.played:
+            shutil.rmtree(folder, ignore_errors=True)
