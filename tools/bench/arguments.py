@@ -43,6 +43,8 @@ def _options(asked: Mapping[str, Any]) -> Iterator[str]:
         yield f"--option={key}={option_text(value)}"
     for key, value in asked["set"].items():
         yield f"--set={key}={value if isinstance(value, str) else toml_value(value)}"
+    for fault in _several("faults", asked["faults"]):
+        yield f"--faults={fspath(fault)}" if _is_file(fault) else f"--fault={fault}"
     for side in ("flight", "emulator"):
         if asked[side] is not None:
             yield f"--{side}={command_of(asked[side])}"
@@ -53,6 +55,11 @@ def _several(name: str, values: Iterable[Any]) -> Iterable[Any]:
     if isinstance(values, str | PathLike):
         raise BenchError(f"{name}={fspath(values)!r}: a list of them, as in {name}=[{fspath(values)!r}]")
     return values
+
+
+def _is_file(fault: PathName) -> bool:
+    """Whether a fault is a file of them, not one in a line."""
+    return isinstance(fault, PathLike) or fault.endswith(".toml")
 
 
 def _text(value: Any) -> str:

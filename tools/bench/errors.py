@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gnss_hil.tools.common.errors import status_and_text
+from gnss_hil.tools.command_line.main import status_and_text
 
 
 class BenchError(Exception):

@@ -27,6 +27,7 @@ def run(
     duration: float | str | None = None,
     interval: float | str | None = None,
     seed: int | None = None,
+    faults: Sequence[PathName] = (),
     bus: str | None = None,
     pace: str | None = None,
     flight: Program | None = None,
@@ -55,6 +56,7 @@ def run(
     scenario         shipped one by name, or a .toml file
     duration, interval   simulated time, and time between epochs: [s], or text such as "10m"
     seed             of all random draws
+    faults           what goes wrong: one-liners, "rx2 off @2m+30s", and files of faults, Path("faults.toml")
     bus              "embedded" (default, processes on a bus of our own), "inline" (this process, fastest; for
                      our own two sides), "socketcan:vcan0" or any python-can INTERFACE:CHANNEL
     pace             "lockstep" (default), "realtime", "x10"
@@ -78,8 +80,8 @@ def run(
     missed are no error: `Run.missed` has them.
 
     Raises BenchError, with one line a fault, before anything starts for a mistake; for a failed run with
-    `folder`, in which all is that was recorded. KeyboardInterrupt after Ctrl-C, once the run folder is written.
-    May be called from any thread.
+    `folder`, in which all is that was recorded. KeyboardInterrupt after Ctrl-C, once the run folder is
+    written. May be called from any thread.
     """
     asked = {**locals(), "options": options or {}, "set": set or {}}
     said = [*words(scenario, asked), *([] if log else ["--no-log"])]

@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TextIO
 
 from gnss_hil.dbc.common.near import did_you_mean, hint
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake, status_and_text
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Of BLAS, said before NumPy is loaded: the same sums in the same order, and no spinning helpers."""
@@ -199,6 +199,29 @@ def _dispatch(argv: Sequence[str]) -> int:
     told = argparse.Namespace(command_line=shlex.join([PROGRAM, *argv]))
     arguments = parser_of(command).parse_args(argv[1:], told)
     return import_module(command.module).run(arguments)
+
+
+def status_and_text(error: BaseException) -> tuple[int, str] | None:
+    """Exit status and text of an error that people can understand; None if it is a fault of the program.
+
+    The classes are looked up among loaded modules: what is not loaded cannot have been raised.
+    """
+    if isinstance(error, Mistake):
+        return error.status, str(error)
+    for module, name, status in (
+        ("gnss_hil.emulator.config.scenario", "ScenarioError", 2),
+        ("gnss_hil.dbc.common.vehicle", "VehicleError", 2),
+        ("gnss_hil.dbc.bus.base", "LinkError", 3),
+        ("gnss_hil.emulator.orbits.dynamics", "OrbitError", 2),
+        ("gnss_hil.emulator.error_models.checked", "ModelError", 1),
+        ("gnss_hil.tools.recording.formats.piece", "LogError", 2),
+        ("gnss_hil.tools.results.truth", "TruthError", 2),
+    ):
+        if module in sys.modules and isinstance(error, getattr(sys.modules[module], name)):
+            return status, str(error)
+    if isinstance(error, OSError) and error.strerror:  # disk full, no permission
+        return 1, f"{error.filename or 'standard output'}: {error.strerror}"  # files have names
+    return None
 
 
 def _open_missing_streams() -> None:

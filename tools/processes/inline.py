@@ -30,19 +30,18 @@ class TruthSink(Protocol):
 
 
 @contextmanager
-def _frozen() -> Iterator[None]:
-    """What was built before the loop lives through it: nothing there to collect. Afterwards it is garbage
-    like any other, for a program that plays many runs; what the program froze itself stays so."""
-    if gc.get_freeze_count():
-        yield
-        return
-    gc.freeze()
+def _thawed() -> Iterator[None]:
+    """What was frozen within is garbage like any other afterwards, for a program that plays many runs; what
+    the program froze itself stays so."""
+    own = gc.get_freeze_count()
     try:
         yield
     finally:
-        gc.unfreeze()
+        if not own:
+            gc.unfreeze()
 
 
+@_thawed()
 def play(
     plan: Plan,
     recorder: Recorder,
@@ -58,22 +57,22 @@ def play(
     answers = dict.fromkeys(plan.names, EMPTY)
     epochs = plan.scenario.time.epochs
     latency, sent, epoch = Latency(), 0, 0
+    gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     begun = time.perf_counter()
-    with _frozen():
-        while epoch < epochs and not stop():
-            emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
+    while epoch < epochs and not stop():
+        emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
+        heard = time.perf_counter()
+        for bus, (name, config) in enumerate(configs.items()):
             heard = time.perf_counter()
-            for bus, (name, config) in enumerate(configs.items()):
-                heard = time.perf_counter()
-                flown[name], answers[name] = flight_step(config, flown[name], blocks[name])
-                latency.add(time.perf_counter() - heard)
-                frames = concat((blocks[name], answers[name]))
-                sent += len(frames)
-                recorder.add(bus, epoch, frames)
-                display.hear(bus, epoch, frames)
-            truth.add(rows, heard)
-            epoch += 1
-            display.refresh()
+            flown[name], answers[name] = flight_step(config, flown[name], blocks[name])
+            latency.add(time.perf_counter() - heard)
+            frames = concat((blocks[name], answers[name]))
+            sent += len(frames)
+            recorder.add(bus, epoch, frames)
+            display.hear(bus, epoch, frames)
+        truth.add(rows, heard)
+        epoch += 1
+        display.refresh()
     wall_s = time.perf_counter() - begun
     return Outcome(
         epoch,
