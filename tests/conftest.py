@@ -15,6 +15,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import pytest
 from hypothesis import HealthCheck, settings
 
+pytest_plugins = ["pytester"]
+
 # Machines are noisy: no test fails on a time, that of drawing examples included, in which hypothesis makes
 # its tables of characters when it is first used. Derandomised, so that a red run is red again.
 settings.register_profile(

@@ -80,9 +80,10 @@ def toml_value(value: Any) -> str:
     """A value as TOML has it behind an equals sign, tables inline."""
     match value:
         case Mapping():
-            return "{" + ", ".join(f"{json.dumps(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
+            return "{" + ", ".join(f"{toml_value(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
         case str() | PathLike():
-            return json.dumps(fspath(value), ensure_ascii=False)
+            # JSON's escapes are TOML's, but for the one control character that JSON leaves as it is.
+            return json.dumps(fspath(value), ensure_ascii=False).replace("\x7f", "\\u007f")
         case bool():
             return str(value).lower()
         case list() | tuple():

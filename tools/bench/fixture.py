@@ -27,7 +27,7 @@ def _like(function: Callable[_P, Run]) -> Callable[[Callable[..., Run]], _Method
     return typed
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Bench:
     """Plays runs for one test.
 
@@ -39,6 +39,9 @@ class Bench:
     folder: Path
     bus: str = "embedded"
     played: list[Path] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        return f"Bench({str(self.folder)!r})"
 
     @_like(run)
     def run(self, scenario="soyuz", *, out=None, bus=None, report=False, **asked: Any) -> Run:

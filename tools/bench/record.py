@@ -32,7 +32,7 @@ _STEP_S = 1e-6
 """Less than any interval, and more than the steps of `t_gps_s`, 0.24 us."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A finished run. Its tables are Polars data frames, read once, when they are asked for; docs/figures.md
     has every column. `t_gps_s` are seconds of continuous GPS time since 1980-01-06.
@@ -47,6 +47,10 @@ class Run:
     craft: str | None = None
     failures: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        of = f", craft={self.craft!r}" if self.craft else ""
+        return f"Run({str(self.folder)!r}{of})"
 
     @classmethod
     def read(cls, folder: str | Path) -> Run:
@@ -71,7 +75,10 @@ class Run:
             raise BenchError(
                 f"{self.folder}: has no {SUMMARY}; `gnss-hil report {self.folder}` makes it of a log"
             )
-        return json.loads(path.read_bytes())
+        try:
+            return json.loads(path.read_bytes())
+        except ValueError:
+            raise BenchError(f"{path}: is damaged; `gnss-hil report {self.folder}` makes it again") from None
 
     @property
     def status(self) -> str:

@@ -14,8 +14,6 @@ The last four are the folders of the same names in a checkout. This file is the 
 names are imported when they are used first; `__init__.pyi` has their types.
 """
 
-from __future__ import annotations
-
 _HOME = {
     "Bench": "gnss_hil.tools.bench.fixture",
     "BenchError": "gnss_hil.tools.bench.errors",
