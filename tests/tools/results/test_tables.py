@@ -76,6 +76,9 @@ def written(folder, digest: Digest, channels: list) -> dict:
     return {path.name: polars.read_parquet(path) for path in folder.glob("*.parquet")}
 
 
+TABLES = ("epochs", "fixes", "assignments", "channels", "checks")
+
+
 def test_tables_without_a_row_have_the_columns_of_those_with_rows(tmp_path):
     found = {}
     for name, epochs in (("full", 2), ("empty", 0)):
@@ -87,7 +90,7 @@ def test_tables_without_a_row_have_the_columns_of_those_with_rows(tmp_path):
         digest.finish()
         (tmp_path / name).mkdir()
         found[name] = written(tmp_path / name, digest, channels)
-    assert set(found["empty"]) == {f"{t}.parquet" for t in ("epochs", "fixes", "assignments", "channels")}
+    assert set(found["empty"]) == {f"{t}.parquet" for t in TABLES}
     for name, full in found["full"].items():
         assert full.height > 0
         assert found["empty"][name].height == 0
