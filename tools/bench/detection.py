@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import polars as pl
 
 from gnss_hil.dbc.common.near import did_you_mean
@@ -28,7 +30,29 @@ def seen(checks: pl.DataFrame, check: str, where: str | None = None) -> pl.DataF
     return found.filter((pl.col("where") == name) | pl.col("where").str.starts_with(f"{name}_"))
 
 
-def epochs_after(rows: pl.DataFrame, first_s: float, interval_s: float) -> list[int]:
-    """Epochs from one at first_s [GPS s] to those of the rows, not before it, in order; 0 is that epoch."""
-    late = ((rows["t_gps_s"].drop_nulls() - first_s) / interval_s).round().cast(pl.Int64)
-    return sorted(set(late.filter(late >= 0).to_list()))
+def first_epochs(faults: pl.DataFrame, fault: str | None) -> Mapping[str, int]:
+    """First epoch in which a fault acted, by craft; None: the only one. BenchError if there is no such one,
+    or if it never acted."""
+    known = faults["fault"].unique(maintain_order=True).to_list()
+    if fault is None and len(known) > 1:
+        raise BenchError(f"fault=: which of {len(known)}? {', '.join(map(repr, known))}")
+    if fault is not None and fault not in known:
+        raise BenchError(f"fault '{fault}': never acted in this run; {_acted(fault, known)}")
+    if not known:
+        raise BenchError("within=: counts from a fault, and none acted in this run")
+    mine = faults.filter(pl.col("active"), fault=fault or known[0])
+    return dict(mine.group_by("craft").agg(pl.col("first_epoch").min()).iter_rows())
+
+
+def _acted(fault: str, known: list[str]) -> str:
+    return did_you_mean(fault, known, "those that did are") if known else "none did"
+
+
+def late(rows: pl.DataFrame, first: Mapping[str, int]) -> list[int]:
+    """Epochs from a fault's first one on its craft, which is 0, to those of rows that are not before it."""
+    crafts = pl.DataFrame({"craft": list(first), "first": list(first.values())}, schema={**_FIRST})
+    behind = rows.join(crafts, on="craft").select(pl.col("epoch") - pl.col("first")).to_series()
+    return sorted(set(behind.filter(behind >= 0).to_list()))
+
+
+_FIRST = {"craft": pl.String, "first": pl.Int64}

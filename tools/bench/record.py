@@ -28,6 +28,11 @@ _EXPECTATION = {
 }  # fmt: skip
 
 
+_FAULTS = {
+    **dict.fromkeys(("craft", "fault", "kind", "place", "direction"), pl.String), "active": pl.Boolean,
+    **dict.fromkeys(("first_epoch", "last_epoch", "epochs", "frames_touched"), pl.Int64),
+}  # fmt: skip
+
 _STEP_S = 1e-6
 """Less than any interval, and more than the steps of `t_gps_s`, 0.24 us."""
 
@@ -124,6 +129,14 @@ class Run:
         """What each check saw, by epoch: craft, t_gps_s, check, where, count."""
         return self._table("checks")
 
+    @cached_property
+    def faults(self) -> pl.DataFrame:
+        """What faults did: one row for each stretch of epochs in which one acted, with its name and place,
+        first_epoch, last_epoch, frames_touched; no rows of a run without faults."""
+        if not (self.folder / "faults.parquet").is_file():
+            return pl.DataFrame(schema=_FAULTS)
+        return self._table("faults")
+
     def _table(self, name: str) -> pl.DataFrame:
         path = self.folder / f"{name}.parquet"
         if not path.is_file():
@@ -201,15 +214,26 @@ class Run:
 
     # --- verdicts ---------------------------------------------------------------------------------------
 
-    def detected(self, check: str, *, within: int | None = None, where: str | None = None) -> bool:
-        """Whether a check saw something.
+    def detected(
+        self, check: str, *, within: int | None = None, fault: str | None = None, where: str | None = None
+    ) -> bool:
+        """Whether a check saw something: in the whole run, or of a fault.
 
-        check    "silence" of a node; a reason for which frames are refused ("corrupted", "repeated",
-                 "wrong_sequence", "mixed_epoch", ...); "lost", frames missing in a stream; or a reason why
+        check    "silence" or "restart" of a node; a reason for which frames are refused ("corrupted",
+                 "repeated", "wrong_sequence", "mixed_epoch", ...); "lost", frames missing in a stream;
+                 "mark", a time mark missing or jumping; "no_answer", a command sent again; or a reason why
                  there is no fix ("too_few_satellites", "inconsistent_ranges", "not_reported", ...)
-        where    node or message that it must be of, "RX2" or "RX2_RANGE"; None: of any
+        within   so many epochs behind the fault's first one, in which it acted, and which is 0
+        fault    its name in `faults`; None: the only one, if `within` is given
+        where    node or message that the check must be of, "RX2" or "RX2_RANGE"; None: of any
+
+        BenchError if there is no such check or fault, or if the fault never acted.
         """
-        return not detection.seen(self.checks, check, where).is_empty()
+        rows = detection.seen(self.checks, check, where)
+        if within is None and fault is None:
+            return not rows.is_empty()
+        late = detection.late(rows, detection.first_epochs(self.faults, fault))
+        return bool(late) and (within is None or late[0] <= within)
 
     @cached_property
     def expectations(self) -> pl.DataFrame:

@@ -19,7 +19,7 @@ from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
 from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
 from gnss_hil.tools.decoder.navigation import attitudes, fixes
-from gnss_hil.tools.decoder.silences import Silences
+from gnss_hil.tools.decoder.nodes import Nodes
 from gnss_hil.tools.decoder.time_marks import mark_times_ns
 
 _CARRIER_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, 0.0)
@@ -30,7 +30,7 @@ class Digest:
 
     on_channels  is handed the channel table piece by piece (it is large)
     tags         one row per TAG at a known time: t_ns, receiver (1-based), tag_offset_ns, clock_domain
-    silences     nodes that fall silent
+    nodes        which fell silent, which started again
     """
 
     def __init__(self, codec: Codec, on_channels: Callable[[Columns], None] | None = None):
@@ -41,7 +41,7 @@ class Digest:
         self.commands = CommandLog()
         self.almanac = AlmanacLog()
         self.tags = GrowingTable()
-        self.silences = Silences(codec)
+        self.nodes = Nodes(codec)
 
     def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,), and their bits (n,) on the wire if they are known already."""
@@ -65,12 +65,13 @@ class Digest:
         reported = navigation.pop("reported") & known
         self._fixes.add({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
         measured = distinct_satellites(channels.epoch, channels.sat, block.epochs)
-        marks = {"t_ns": t_ns, "bits": bits, "faults": faults, "satellites_measured": measured}
+        marks = {"t_ns": t_ns, "epoch": block.grid("TIME_MARK", "epoch", -1).astype(np.int64)}
+        marks |= {"bits": bits, "faults": faults, "satellites_measured": measured}
         self._marks.add({**marks, **attitudes(block)})
         self.commands.take(t_ns, block)
         self.almanac.take(t_ns, block)
         self.tags.add(_tags(t_ns, block))
-        self.silences.take(t_ns, block)
+        self.nodes.take(block)
         if self._on_channels is not None:
             row = slice(None) if known.all() else known[channels.epoch]
             table = {"t_ns": t_ns[channels.epoch], "receiver": channels.receiver + 1}
@@ -87,19 +88,24 @@ class Digest:
 
     @property
     def timeline(self) -> dict[str, NDArray]:
-        """One row per time mark with an instant: t_ns, bits, faults (frames rejected), satellites_measured
-        (different ones that receivers delivered whole), and the attitude and rates on the bus, q0 .. q3 and
-        wx_rps .. wz_rps, nan where their frames are missing."""
+        """One row per time mark with an instant: t_ns, epoch (as it says), bits, faults (frames rejected),
+        satellites_measured (different ones that receivers delivered whole), and the attitude and rates on the
+        bus, q0 .. q3 and wx_rps .. wz_rps, nan where their frames are missing."""
         marks = self._marks.rows
         return {name: values[marks["t_ns"] >= 0] for name, values in marks.items()}
 
     @property
+    def marks(self) -> dict[str, NDArray]:
+        """Of every time mark, those without an instant too: t_ns (-1 there), epoch (as it says)."""
+        rows = self._marks.rows
+        return {name: rows.get(name, np.zeros(0, np.int64)) for name in ("t_ns", "epoch")}
+
+    @property
     def refused(self) -> dict[str, NDArray]:
-        """After `finish`, what each check of the protection saw: t_ns (-1 where the epoch's instant is not
-        known), reason (its place in `refusals.REASONS`), can_id, frames."""
+        """After `finish`, what each check of the protection saw: row (of `marks`, -1 before the first),
+        reason (its place in `refusals.REASONS`), can_id, frames."""
         rows = self._decoder.refusals.rows
-        marks_ns = np.r_[self._marks.rows.get("t_ns", np.zeros(0, np.int64)), -1]
-        return {"t_ns": marks_ns[rows.pop("epoch")], **rows}
+        return {"row": rows.pop("epoch"), **rows}
 
     @property
     def codec(self) -> Codec:

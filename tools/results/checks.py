@@ -1,4 +1,4 @@
-"""What each check saw, epoch by epoch: frames refused and missed, silent nodes, why there is no fix.
+"""What each check saw, epoch by epoch: frames, nodes, time marks, commands, and why there is no fix.
 
 By the bus alone, and by the same rule for anybody's software: the protection is checked again here, and the
 reasons of epochs without a fix are those that the flight software publishes.
@@ -21,43 +21,46 @@ from gnss_hil.dbc.contract.messages import messages
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.decoder.refusals import REASONS as FRAME_REASONS
 from gnss_hil.tools.results import outages
-from gnss_hil.tools.results.parquet import Columns, Labelled
+from gnss_hil.tools.results.parquet import Columns, Labelled, Partial
 
-SILENCE = "SILENCE"
-"""A node that was heard before has no frame in an epoch that could be used."""
+SILENCE, RESTART, MARK, NO_ANSWER = "SILENCE", "RESTART", "MARK", "NO_ANSWER"
+"""A node that was heard before has no frame that could be used; a heartbeat has another boot count; a time
+mark is missing, goes back or jumps; a command is sent again because nothing answered it."""
 
 LOST = Verdict.LOST.name
 REJECTIONS = tuple(name for name in FRAME_REASONS if name not in (Verdict.OK.name, LOST))
 """Checks by which frames are refused; LOST is the frame after a gap, which is used."""
 
-CHECKS = (LOST, *REJECTIONS, SILENCE, *outages.REASONS)
+CHECKS = (LOST, *REJECTIONS, SILENCE, RESTART, MARK, NO_ANSWER, *outages.REASONS)
 """All that a check may be called; reasons that the contract does not name are UNKNOWN_ and the number."""
 
-FLIGHT = "FLIGHT"
+FLIGHT, TIME = "FLIGHT", "TIME"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rows:
-    """Of one source, (k,): instants (-1 unknown), checks, where, how often."""
+    """Of one source, (k,): rows of the run's time marks (-1 before the first), checks, where, how often."""
 
-    t_ns: I64
+    row: I64
     check: NDArray[np.str_]
     where: NDArray[np.str_]
     count: I64
 
 
 def columns(craft: str, digest: Digest) -> Columns:
-    """The rows of checks.parquet of one craft, by time, those of no known instant first: craft, t_gps_s,
-    check, where (message, identifier, or node), count."""
+    """The rows of checks.parquet of one craft in the order of epochs, those before the first mark first:
+    craft, t_gps_s, epoch (as its mark says), check, where (message, identifier, or node), count."""
     found = list(_sources(digest))
-    t_ns, check, where, count = (
+    row, check, where, count = (
         np.concatenate([getattr(rows, name) for rows in found]) for name in _Rows.__slots__
     )
-    order = np.argsort(t_ns, kind="stable")
-    t_ns = t_ns[order]
+    order = np.argsort(row, kind="stable")
+    row, marks = row[order], digest.marks
+    t_ns, epoch = (np.r_[marks[name], -1][row] for name in ("t_ns", "epoch"))
     return {
-        "craft": Labelled(np.zeros(len(t_ns), np.uint8), (craft,)),
+        "craft": Labelled(np.zeros(len(row), np.uint8), (craft,)),
         "t_gps_s": np.where(t_ns < 0, np.nan, t_ns / NS_PER_S),
+        "epoch": Partial(epoch, epoch >= 0),
         "check": check[order],
         "where": where[order],
         "count": count[order],
@@ -67,26 +70,53 @@ def columns(craft: str, digest: Digest) -> Columns:
 def _sources(digest: Digest) -> Iterator[_Rows]:
     frames = digest.refused
     reason = np.array(FRAME_REASONS)[frames["reason"]]
-    yield _Rows(frames["t_ns"], reason, _names(digest.codec, frames["can_id"]), frames["frames"])
-    silent = digest.silences.rows
-    once = np.ones(len(silent["t_ns"]), np.int64)
-    yield _Rows(
-        silent["t_ns"], np.full(len(once), SILENCE), np.array(digest.silences.nodes)[silent["node"]], once
-    )
+    yield _Rows(frames["row"], reason, _names(digest.codec, frames["can_id"]), frames["frames"])
+    names = np.array(digest.nodes.names)
+    for check, nodes in ((SILENCE, digest.nodes.silent), (RESTART, digest.nodes.restarted)):
+        yield _once(nodes["row"], check, names[nodes["node"]])
+    yield _once(_jumps(**digest.marks), MARK, TIME)
+    yield _unanswered(digest)
     yield _without_fix(digest)
+
+
+def _once(row: NDArray[np.integer], check: str | NDArray, where: str | NDArray) -> _Rows:
+    """Rows (k,) that count as one each."""
+    text = (np.broadcast_to(np.asarray(one, str), len(row)) for one in (check, where))
+    return _Rows(row.astype(np.int64), *text, np.ones(len(row), np.int64))
+
+
+def _jumps(t_ns: I64, epoch: I64) -> I64:
+    """Rows of marks (n,) that do not follow the one before by an epoch, and by the usual time of one."""
+    known = np.flatnonzero((t_ns >= 0) & (epoch >= 0))
+    if len(known) < 2:
+        return np.zeros(0, np.int64)
+    steps, spans_ns = np.diff(epoch[known]), np.diff(t_ns[known])
+    usual_ns = np.median(spans_ns[steps == 1]) if (steps == 1).any() else spans_ns[0]
+    return known[1:][(steps != 1) | (spans_ns != usual_ns)]
+
+
+def _unanswered(digest: Digest) -> _Rows:
+    """Commands that the flight software sends again."""
+    events, t_ns = digest.commands.events, digest.marks["t_ns"]
+    if not len(t_ns):
+        return _once(np.zeros(0, np.int64), NO_ANSWER, FLIGHT)
+    repeats = np.asarray(events["event"], str) == "repeat"
+    order = np.argsort(t_ns, kind="stable")
+    at = np.searchsorted(t_ns, np.asarray(events["t_ns"])[repeats], sorter=order)
+    where = [f"RX{receiver}" for receiver in np.asarray(events["receiver"])[repeats].tolist()]
+    return _once(order[np.minimum(at, len(order) - 1)], NO_ANSWER, np.array(where, str))
 
 
 def _without_fix(digest: Digest) -> _Rows:
     """Epochs without a fix, and why."""
     fixes, timeline = digest.fixes, digest.timeline
-    t_ns = timeline.get("t_ns", np.zeros(0, np.int64))
-    t_ns = t_ns[outages.without_fix(timeline, fixes)]
-    why = np.full(len(t_ns), outages.SILENT, object)
-    if fixes:
-        known = {int(t): number for t, number in zip(fixes["t_ns"], fixes["no_fix"], strict=True)}
-        reported = np.array([int(t) in known for t in t_ns], bool)
-        why[reported] = outages.reason_names(np.array([known[int(t)] for t in t_ns[reported]]))
-    return _Rows(t_ns, why.astype(str), np.full(len(t_ns), FLIGHT), np.ones(len(t_ns), np.int64))
+    row = np.flatnonzero(digest.marks["t_ns"] >= 0)[outages.without_fix(timeline, fixes)]
+    t_ns = digest.marks["t_ns"][row].tolist()
+    said = dict(zip(fixes["t_ns"].tolist(), fixes["no_fix"], strict=True)) if fixes else {}
+    why = np.full(len(row), outages.SILENT, object)
+    reported = np.array([t in said for t in t_ns], bool)
+    why[reported] = outages.reason_names(np.array([said[t] for t in t_ns if t in said]))
+    return _once(row, why.astype(str), FLIGHT)
 
 
 def _names(codec: Codec, can_id: NDArray[np.uint32]) -> NDArray[np.str_]:

@@ -87,12 +87,13 @@ FIXES: Table = {
 """One row per navigation block: the columns that are promised first, the rest of its frames behind."""
 
 EPOCHS: Table = {
+    "epoch": "epoch",
     "bits": "bits",
     "frames_rejected": "faults",
     "satellites_measured": "satellites_measured",
     **{f"q{i}_body_from_ecef": f"q{i}" for i in range(4)},
 }
-"""One row per time mark: bits on the bus, frames rejected, satellites measured, attitude as sent."""
+"""One row per time mark: its epoch, bits, frames rejected, satellites measured, attitude as sent."""
 
 _MEASURED = ("pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz", "used")
 _BROADCAST = ("clock_m", "clock_drift_mps", "iod", "ura", "health", "frequency")

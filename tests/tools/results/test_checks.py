@@ -21,7 +21,7 @@ from tests.support.runs import summary_of
 pytestmark = pytest.mark.verifies(
     "tools/results/checks.py",
     "tools/decoder/refusals.py",
-    "tools/decoder/silences.py",
+    "tools/decoder/nodes.py",
     what="What each check saw, by epoch",
     by="faults written into a log by hand, named by cantools",
     status="validated",
@@ -43,7 +43,9 @@ def flown(tmp_path_factory) -> Path:
 def table(folder: Path) -> list[tuple]:
     rows = pl.read_parquet(folder / "checks.parquet").rows()
     assert {row[0] for row in rows} <= {"soyuz"}
-    return [(None if t is None else t - BEGIN_GPS_S, *rest) for _, t, *rest in rows]
+    found = [(None if t is None else t - BEGIN_GPS_S, *rest) for _, t, _, *rest in rows]
+    assert [row[0] for row in found] == [row[2] for row in rows]  # marks come every second
+    return found
 
 
 COLD = [(float(t), "TOO_FEW_SATELLITES", "FLIGHT", 1) for t in range(FIRST_FIX)]
@@ -122,7 +124,8 @@ def test_a_run_without_an_epoch_has_the_columns(tmp_path):
     digest.finish()
     parquet.write(tmp_path / "none.parquet", [checks.columns("soyuz", digest)])
     assert pl.read_parquet(tmp_path / "none.parquet").schema == {
-        "craft": pl.String, "t_gps_s": pl.Float64, "check": pl.String, "where": pl.String, "count": pl.Int64,
+        "craft": pl.String, "t_gps_s": pl.Float64, "epoch": pl.Int64, "check": pl.String, "where": pl.String,
+        "count": pl.Int64,
     }  # fmt: skip
 
 
