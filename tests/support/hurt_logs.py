@@ -7,8 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import cantools
+import numpy as np
 
-from gnss_hil.dbc.contract import codec
+from gnss_hil.dbc.contract import codec, e2e
 
 
 class Log:
@@ -57,6 +58,17 @@ class Log:
                     streams = streams - {stream}
                     found[float(epoch), "LOST", stream[0]] += 1
         return found
+
+    def rewrite(self, epoch: int, name: str, **changed: int) -> None:
+        """Give a message of an epoch other raw values, under a CRC that fits them."""
+        at = self.row(epoch, name)
+        stamp, bus, frame = self.epochs[epoch][at].split()
+        identifier, _, payload = frame.partition("#")
+        message = self.messages[int(identifier, 16)]
+        values = message.decode(bytes.fromhex(payload), scaling=False, decode_choices=False) | changed
+        data = np.frombuffer(message.encode(values, scaling=False), np.uint8).reshape(1, 8).copy()
+        data[0, 0] = e2e.crc(np.array([message.frame_id]), data)[0]
+        self.epochs[epoch][at] = f"{stamp} {bus} {identifier}#{data.tobytes().hex().upper()}"
 
     def like(self, epoch: int, identifier: str) -> str:
         """A frame with an identifier at an epoch's beginning."""

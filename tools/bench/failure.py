@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import polars as pl
@@ -28,7 +28,8 @@ def _run(folder: Path) -> Iterator[str]:
         yield f"again       {run.command}"
         yield f"report      {_report(run)}"
         yield f"ended       {broken_off(run.summary) or 'complete'}"
-        yield from _checks(run)
+        yield from _headed("faults", _faults(run))
+        yield from _headed("checks", _checks(run))
     except BenchError as error:
         yield f"record      {error}"
 
@@ -42,6 +43,22 @@ def _report(run: Run) -> str:
         return f"{error.filename}: {error.strerror}"
 
 
+def _headed(word: str, lines: Iterable[str]) -> Iterator[str]:
+    for number, line in enumerate(lines):
+        yield f"{'' if number else word:<12}{line}"
+
+
+def _faults(run: Run) -> Iterator[str]:
+    """Stretches in which faults touched frames."""
+    for row in run.faults.filter(pl.col("frames_touched") > 0).head(MOST).iter_rows(named=True):
+        many = "1 frame" if row["frames_touched"] == 1 else f"{row['frames_touched']} frames"
+        behind = "" if row["active"] else ", behind its window"
+        yield (
+            f"{row['fault']} at {row['place']}: epochs {row['first_epoch']} to {row['last_epoch']}, "
+            f"{many} touched{behind}"
+        )
+
+
 def _checks(run: Run) -> Iterator[str]:
     begin_s = run.epochs["t_gps_s"].min()
     seen = (
@@ -51,10 +68,9 @@ def _checks(run: Run) -> Iterator[str]:
         .sort("first_s", "craft", "check", "where")
     )
     several = len(run.summary["craft"]) > 1
-    for number, row in enumerate(seen.head(MOST).iter_rows(named=True)):
+    for row in seen.head(MOST).iter_rows(named=True):
         where = f"{row['craft']} {row['where']}" if several else row["where"]
         many = "1 epoch" if row["epochs"] == 1 else f"{row['epochs']} epochs"
-        said = f"{row['check'].lower()} at {where}: {many}, first at {clock(row['first_s'])}"
-        yield f"{'' if number else 'checks':<12}{said}"
+        yield f"{row['check'].lower()} at {where}: {many}, first at {clock(row['first_s'])}"
     if len(seen) > MOST:
-        yield f"{'':<12}and {len(seen) - MOST} more: checks.parquet"
+        yield f"and {len(seen) - MOST} more: checks.parquet"

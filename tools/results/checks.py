@@ -6,8 +6,9 @@ reasons of epochs without a fix are those that the flight software publishes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +80,7 @@ def _sources(digest: Digest) -> Iterator[_Rows]:
     yield _without_fix(digest)
 
 
-def _once(row: NDArray[np.integer], check: str | NDArray, where: str | NDArray) -> _Rows:
+def _once(row: NDArray[np.integer], check: str | NDArray, where: str | Sequence[str] | NDArray) -> _Rows:
     """Rows (k,) that count as one each."""
     text = (np.broadcast_to(np.asarray(one, str), len(row)) for one in (check, where))
     return _Rows(row.astype(np.int64), *text, np.ones(len(row), np.int64))
@@ -96,15 +97,16 @@ def _jumps(t_ns: I64, epoch: I64) -> I64:
 
 
 def _unanswered(digest: Digest) -> _Rows:
-    """Commands that the flight software sends again."""
-    events, t_ns = digest.commands.events, digest.marks["t_ns"]
-    if not len(t_ns):
-        return _once(np.zeros(0, np.int64), NO_ANSWER, FLIGHT)
-    repeats = np.asarray(events["event"], str) == "repeat"
-    order = np.argsort(t_ns, kind="stable")
-    at = np.searchsorted(t_ns, np.asarray(events["t_ns"])[repeats], sorter=order)
-    where = [f"RX{receiver}" for receiver in np.asarray(events["receiver"])[repeats].tolist()]
-    return _once(order[np.minimum(at, len(order) - 1)], NO_ANSWER, np.array(where, str))
+    """Commands that the flight software sends again, by epoch and receiver."""
+    events = digest.commands.events
+    row_of = {t: row for row, t in enumerate(digest.marks["t_ns"].tolist())}
+    repeats = Counter(
+        (row_of[t], f"RX{receiver}")
+        for t, receiver, event in zip(events["t_ns"], events["receiver"], events["event"], strict=True)
+        if event == "repeat"
+    )
+    found = _once(np.array([row for row, _ in repeats], np.int64), NO_ANSWER, [where for _, where in repeats])
+    return replace(found, count=np.array(list(repeats.values()), np.int64))
 
 
 def _without_fix(digest: Digest) -> _Rows:

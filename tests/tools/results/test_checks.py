@@ -40,11 +40,12 @@ def flown(tmp_path_factory) -> Path:
     return folder
 
 
-def table(folder: Path) -> list[tuple]:
+def table(folder: Path, marks: bool = True) -> list[tuple]:
+    """Rows: seconds since the first epoch, check, where, count; `marks`: their times are those of epochs."""
     rows = pl.read_parquet(folder / "checks.parquet").rows()
     assert {row[0] for row in rows} <= {"soyuz"}
     found = [(None if t is None else t - BEGIN_GPS_S, *rest) for _, t, _, *rest in rows]
-    assert [row[0] for row in found] == [row[2] for row in rows]  # marks come every second
+    assert not marks or [row[0] for row in found] == [row[2] for row in rows]
     return found
 
 
@@ -56,9 +57,7 @@ def test_a_sound_run_has_nothing_but_its_cold_start(flown):
 
 
 def test_every_fault_is_seen_by_its_check_where_it_is_and_nothing_else_is(flown, tmp_path, capsys):
-    for name in ("bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json"):
-        (tmp_path / name).write_bytes((flown / name).read_bytes())
-    log = Log(tmp_path)
+    log = copied(flown, tmp_path)
     expected: Counter[tuple] = Counter()
 
     at = log.row(40, "RX3_RANGE")  # a bit: refused, and missed in the next epoch
@@ -100,6 +99,34 @@ def test_every_fault_is_seen_by_its_check_where_it_is_and_nothing_else_is(flown,
         if check in checks.REJECTIONS:
             refused[check] += count
     assert refused == summary_of(tmp_path)["frames"]["rejected"]
+
+
+def copied(flown: Path, tmp_path: Path) -> Log:
+    for name in ("bus.log", "truth", "scenario.toml", "vehicle.toml", "run.json"):
+        (tmp_path / name).write_bytes((flown / name).read_bytes())
+    return Log(tmp_path)
+
+
+def seen(log: Log, check: str, capsys) -> list[tuple]:
+    assert main(["report", str(log.written([]))]) == 0
+    capsys.readouterr()
+    return [row for row in table(log.path.parent, marks=False) if row[1] == check]
+
+
+def test_a_boot_count_that_changes_is_a_restart(flown, tmp_path, capsys):
+    log = copied(flown, tmp_path)
+    for epoch in range(44, DURATION):
+        log.rewrite(epoch, "RX3_HEARTBEAT", boot_count=7 if epoch < 50 else 8)
+    assert seen(log, "RESTART", capsys) == [(44.0, "RESTART", "RX3", 1), (50.0, "RESTART", "RX3", 1)]
+
+
+def test_a_mark_that_is_missing_or_jumps_is_told_where_the_next_one_is(flown, tmp_path, capsys):
+    log = copied(flown, tmp_path)
+    seconds = 3 * 86_400 + 900
+    log.take_out(40, lambda line: log.name(line) == "TIME_MARK")
+    for epoch in range(50, DURATION):  # five seconds on, and so they stay
+        log.rewrite(epoch, "TIME_GPS", second=seconds + epoch + 5)
+    assert [row[0] for row in seen(log, "MARK", capsys)] == [41.0, 55.0]
 
 
 @pytest.mark.parametrize("piece", [1, 7, 1000])
