@@ -46,6 +46,10 @@ def test_a_wheel_has_one_package(wheel):
         "dbc", "emulator", "flightsw", "tools",
     }  # fmt: skip
     assert {"gnss_hil/__init__.py", "gnss_hil/py.typed", "gnss_hil/contract.md"} <= set(names)
+    assert "gnss_hil/__init__.pyi" in names
+    with zipfile.ZipFile(wheel) as archive:
+        offered = archive.read("gnss_hil-0.1.0.dist-info/entry_points.txt").decode()
+    assert "[pytest11]\ngnss-hil = gnss_hil.tools.pytest_plugin\n" in offered
     assert {"gnss_hil/dbc/contract/gnss.dbc", "gnss_hil/tools/report/plotly.min.js.gz"} <= set(names)
     assert not [name for name in names if "packaging" in name or Path(name).name.startswith("test_")]
 

@@ -11,10 +11,12 @@ import pytest
 
 from gnss_hil.dbc.contract import codec
 from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.decoder.refusals import REASONS, Refusals
 from gnss_hil.tools.results import checks, parquet
+from gnss_hil.tools.results.run_digest import feed_log
 from tests.support.hurt_logs import Log
 from tests.support.runs import summary_of
 
@@ -118,6 +120,36 @@ def test_a_boot_count_that_changes_is_a_restart(flown, tmp_path, capsys):
     for epoch in range(44, DURATION):
         log.rewrite(epoch, "RX3_HEARTBEAT", boot_count=7 if epoch < 50 else 8)
     assert seen(log, "RESTART", capsys) == [(44.0, "RESTART", "RX3", 1), (50.0, "RESTART", "RX3", 1)]
+
+
+def test_a_node_is_silent_only_after_it_was_heard(flown, tmp_path, capsys):
+    log = copied(flown, tmp_path)
+    for epoch in (*range(20), 30):
+        log.take_out(epoch, lambda line: "RX4" in log.message(line).senders)
+    assert seen(log, "SILENCE", capsys) == [(30.0, "SILENCE", "RX4", 1)]
+
+
+@pytest.mark.parametrize("piece", [100, 1000])
+def test_the_table_does_not_depend_on_the_pieces_of_the_log(flown, tmp_path, piece):
+    log = copied(flown, tmp_path)
+    for epoch in range(44, DURATION):
+        log.rewrite(epoch, "RX3_HEARTBEAT", boot_count=7)
+    log.take_out(50, lambda line: "RX2" in log.message(line).senders)
+    log.written([])
+    tables = []
+    for size in (10**6, piece):
+        digest = Digest(codec.codec(4))
+        feed_log(log.path, ["can0"], lambda _, frames, size=size, digest=digest: fed(digest, frames, size))
+        digest.finish()
+        parquet.write(tmp_path / f"{size}.parquet", [checks.columns("soyuz", digest)])
+        tables.append(pl.read_parquet(tmp_path / f"{size}.parquet"))
+    assert tables[0].equals(tables[1])
+    assert {"RESTART", "SILENCE", "LOST"} <= set(tables[0]["check"])
+
+
+def fed(digest: Digest, frames: FrameBatch, size: int) -> None:
+    for begin in range(0, len(frames), size):
+        digest.feed(frames[begin : begin + size])
 
 
 def test_a_mark_that_is_missing_or_jumps_is_told_where_the_next_one_is(flown, tmp_path, capsys):
