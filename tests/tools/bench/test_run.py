@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import shlex
 import signal
@@ -80,6 +81,15 @@ def test_processes_give_the_same_bytes_also_from_another_thread(flown, tmp_path)
     thread.start()
     thread.join()
     assert sha(found[0].folder) == sha(flown.folder)
+
+
+def test_runs_leave_nothing_in_memory(tmp_path):
+    """Of what the collector knows: a world is a few hundred objects in cycles, and megabytes of arrays."""
+    counts = []
+    for number in range(4):
+        gnss_hil.run("soyuz", duration=3, bus="inline", out=tmp_path / str(number), report=False)
+        counts.append(len(gc.get_objects()))
+    assert counts[3] - counts[2] < 100
 
 
 MISTAKES = [
