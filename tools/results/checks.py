@@ -82,8 +82,8 @@ def _sources(digest: Digest) -> Iterator[_Rows]:
 
 def _once(row: NDArray[np.integer], check: str | NDArray, where: str | Sequence[str] | NDArray) -> _Rows:
     """Rows (k,) that count as one each."""
-    text = (np.broadcast_to(np.asarray(one, str), len(row)) for one in (check, where))
-    return _Rows(row.astype(np.int64), *text, np.ones(len(row), np.int64))
+    check, where = (np.broadcast_to(np.asarray(one, str), len(row)) for one in (check, where))
+    return _Rows(row.astype(np.int64), check, where, np.ones(len(row), np.int64))
 
 
 def _jumps(t_ns: I64, epoch: I64) -> I64:
