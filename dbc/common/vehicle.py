@@ -12,12 +12,13 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, model_validator
-from pydantic_core import CoreSchema
+from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
+from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.signals import SIGNALS, beyond_first
+from gnss_hil.dbc.common.strict import Strict as Strict
 
 Component = Annotated[float, Field(ge=-1e6, le=1e6)]
 Direction = tuple[Component, Component, Component]
@@ -41,32 +42,6 @@ def unit_vector(name: str, direction: Direction) -> NDArray[np.float64]:
 
 _OTHERS = tuple(signal.name for signal in SIGNALS.values() if beyond_first()[signal.value])
 """Signals beside each system's first."""
-
-
-def _strict_numbers(schema: Any) -> None:
-    """Makes what a schema says of numbers and switches strict, in place, however deep it says it."""
-    if isinstance(schema, dict):
-        if schema.get("type") in ("float", "int", "bool"):
-            schema["strict"] = True
-        for part in schema.values():
-            _strict_numbers(part)
-    elif isinstance(schema, list | tuple):
-        for part in schema:
-            _strict_numbers(part)
-
-
-class Strict(BaseModel):
-    """Unknown keys are mistakes; numbers are finite; nothing is coerced from text."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Numbers and switches have to be that in the file: "600" is text, 600 serves as 600.0, true is no
-        number. Lists still serve as tuples, as TOML has no others."""
-        made = handler(source)
-        _strict_numbers(made)
-        return made
 
 
 class Antenna(Strict):
@@ -153,17 +128,20 @@ class ReceiverFigures(Strict):
 
 
 _USUAL_RECEIVERS = ReceiverFigures()
+_USUAL_PROTECTION = Protection()
 
 
 class VehicleFile(Strict):
     """A craft's antennas.
 
-    name       of the vehicle
-    receivers  what they are known to err by
+    name        of the vehicle
+    receivers   what they are known to err by
+    protection  when flight software uses what comes from the bus
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
     receivers: ReceiverFigures = ReceiverFigures()
+    protection: Protection = Protection()
     antenna: Annotated[list[Antenna], Field(min_length=1, max_length=MAX_RECEIVERS)]
 
     @model_validator(mode="after")
@@ -189,6 +167,7 @@ class Vehicle:
     mask_rad          (m,) largest angle off boresight [rad]
     other_signals     (m,) names of signals that each receiver tracks beside the systems' first
     receivers         what all receivers are known to err by
+    protection        when flight software uses what comes from the bus
     """
 
     name: str
@@ -200,6 +179,7 @@ class Vehicle:
     mask_rad: NDArray[np.float64]
     other_signals: tuple[tuple[str, ...], ...]
     receivers: ReceiverFigures = _USUAL_RECEIVERS
+    protection: Protection = _USUAL_PROTECTION
 
     @property
     def antennas(self) -> int:
@@ -222,6 +202,7 @@ def from_model(model: VehicleFile) -> Vehicle:
         np.deg2rad([a.mask_deg for a in rows]),
         tuple(tuple(a.other_signals) for a in rows),
         model.receivers,
+        model.protection,
     )
 
 

@@ -225,9 +225,6 @@ class Identifiers:
     shift: NDArray[np.uint64]
     key_mask: NDArray[np.uint64]
 
-    def __getitem__(self, rows: NDArray) -> Identifiers:
-        return Identifiers(*(getattr(self, name)[rows] for name in self.__slots__))
-
     def streams(self, words: NDArray[np.uint64]) -> NDArray[np.int64]:
         """(n,) protected stream of each frame, as `Codec.key_of`."""
         key = words >> self.shift
@@ -309,6 +306,20 @@ def _form_verdict(codec: Codec, frames: FrameBatch) -> NDArray[np.uint8]:
     return verdict
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """Received frames (n,) by what each says alone, before counters are looked at.
+
+    verdict   (n,) uint8: OK where form and CRC are right
+    rows      (k,) frames of the contract with a right form; None: all
+    streams   (k,) protected stream of each of these
+    """
+
+    verdict: NDArray[np.uint8]
+    rows: NDArray[np.intp] | None
+    streams: NDArray[np.int64]
+
+
 def screen(
     codec: Codec, frames: FrameBatch, counters: NDArray[np.int8], ids: Identifiers | None = None
 ) -> Screened:
@@ -316,41 +327,60 @@ def screen(
 
     ids   `identifiers` of the frames, where the caller has it
     """
+    return sequenced(frames, checked(codec, frames, ids), counters)
+
+
+def checked(codec: Codec, frames: FrameBatch, ids: Identifiers | None = None) -> Checked:
+    """The first half of `screen`: form and CRC. Whoever refuses more frames before their counters count sets
+    their verdicts."""
     if not len(frames):
-        return Screened(frames, np.zeros(0, np.uint8), counters, 0)
+        return Checked(np.zeros(0, np.uint8), None, np.zeros(0, np.int64))
     ids = identifiers(codec, frames.can_id) if ids is None else ids
-    streams = None
     if ids is not None and (frames.length == WIDTH).all():
-        streams = ids.streams(frames.words)
-        verdict, counters, lost = _sequence_verdict(ids, streams, frames.data, counters)
+        return Checked(_integrity(ids, frames.data), None, ids.streams(frames.words))
+    verdict = _form_verdict(codec, frames)
+    rows = np.flatnonzero(verdict == _PASS)
+    ids = identifiers(codec, frames.can_id[rows]) if len(rows) else None
+    if ids is None:
+        return Checked(verdict, rows, np.zeros(0, np.int64))
+    some = frames[rows]
+    verdict[rows] = _integrity(ids, some.data)
+    return Checked(verdict, rows, ids.streams(some.words))
+
+
+def sequenced(frames: FrameBatch, checked: Checked, counters: NDArray[np.int8]) -> Screened:
+    """The second half of `screen`: counters, of the frames whose verdict is OK. Others do not move them."""
+    if not len(frames):
+        return Screened(frames, checked.verdict, counters, 0)
+    if checked.rows is None and not checked.verdict.any():
+        verdict, counters, lost = _sequence_verdict(checked.streams, frames.data, counters)
     else:
-        verdict, lost = _form_verdict(codec, frames), 0
-        rows = np.flatnonzero(verdict == _PASS)
-        ids = identifiers(codec, frames.can_id[rows]) if len(rows) else None
-        if ids is not None:
-            some = frames[rows]
-            stream = ids.streams(some.words)
-            verdict[rows], counters, lost = _sequence_verdict(ids, stream, some.data, counters)
+        verdict, lost = checked.verdict.copy(), 0
+        formed = np.arange(len(frames)) if checked.rows is None else checked.rows
+        counted = verdict[formed] == _PASS
+        if counted.any():
+            rows = formed[counted]
+            verdict[rows], counters, lost = _sequence_verdict(
+                checked.streams[counted], frames.data[rows], counters
+            )
     accepted = verdict <= _LOST
     if accepted.all():
-        return Screened(frames, verdict, counters, lost, streams)
+        return Screened(frames, verdict, counters, lost, checked.streams)
     return Screened(frames[accepted], verdict, counters, lost)
 
 
-def _sequence_verdict(
-    ids: Identifiers, stream: NDArray[np.int64], data: NDArray[np.uint8], counters: NDArray[np.int8]
-) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
-    """Verdict of well-formed frames by CRC and counter, next counters, and frames missing between."""
+def _integrity(ids: Identifiers, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(n,) OK or CORRUPTED: well-formed frames by CRC, and by counters that there are not."""
     counter = data[:, 1] & 0x0F
     intact = (data[:, 0] == _payload_crc(data) ^ ids.crc) & (counter < COUNTERS)
-    if not intact.all():
-        verdict = np.full(len(data), int(Verdict.CORRUPTED), np.uint8)
-        if intact.any():
-            verdict[intact], counters, lost = _sequence_verdict(
-                ids[intact], stream[intact], data[intact], counters
-            )
-            return verdict, counters, lost
-        return verdict, counters, 0
+    return np.where(intact, np.uint8(_PASS), np.uint8(Verdict.CORRUPTED))
+
+
+def _sequence_verdict(
+    stream: NDArray[np.int64], data: NDArray[np.uint8], counters: NDArray[np.int8]
+) -> tuple[NDArray[np.uint8], NDArray[np.int8], int]:
+    """Verdict of intact frames by counter, next counters, and frames missing between."""
+    counter = data[:, 1] & 0x0F
     last = counters.take(stream).astype(np.intp)
     runs = _runs(stream)
     if runs is not None:

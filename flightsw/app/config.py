@@ -15,6 +15,7 @@ from gnss_hil.dbc.common.faults import faults
 from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.common.vehicle import Strict, Vehicle
 from gnss_hil.dbc.contract.codec import Codec, codec
+from gnss_hil.dbc.contract.e2e_state import Limits, limits
 from gnss_hil.flightsw.app.modes import ModeOptions
 from gnss_hil.flightsw.app.own_options import own_options
 from gnss_hil.flightsw.assignment.options import AssignmentOptions
@@ -39,6 +40,7 @@ class Options(
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightConfig:
     """navigator   built from the options; its row of `estimation.registry` is navigator_name
+    limits      of the state machines of protected streams
     second      (m, 8) by receiver and system: signal that satellites are tracked by beside the first, 0 none
     """
 
@@ -49,6 +51,7 @@ class FlightConfig:
     navigator: Navigator[Any]
     options: Options
     budget: Budget
+    limits: Limits
     boot_count: int
     second: I64
 
@@ -98,6 +101,7 @@ def configure(
         built,
         values,
         budget_of(vehicle.receivers, values),
+        limits(vehicle.protection),
         boot_count % 256,
         second if values.ionosphere_free else np.zeros_like(second),
     )

@@ -14,6 +14,7 @@ from gnss_hil.flightsw.app.modes import Mode
 from gnss_hil.flightsw.attitude.attitude import Attitude
 from gnss_hil.flightsw.io import encode
 from gnss_hil.flightsw.io.frame_statistics import no_rejections
+from gnss_hil.flightsw.io.reception import Reception, nothing_received
 from gnss_hil.flightsw.measurement.ionosphere_filter import Delays, nothing_known
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.receivers import channel_manager
@@ -26,7 +27,8 @@ from gnss_hil.flightsw.records.solution import NoFix, Solution
 class FlightState:
     """mode           of the last epoch
     mark           the last time mark, None before the first
-    received, sent   counters of the protection
+    received       counters of the protection, and states of its streams
+    sent           counters of the protection
     rejected       (REASONS, identifiers) frames not used; `gnss_hil.flightsw.io.frame_statistics` explains
     lost           frames missing by the counters
     attitude       None if there is none
@@ -41,7 +43,7 @@ class FlightState:
 
     mode: Mode
     mark: Mark | None
-    received: I8
+    received: Reception
     sent: I8
     rejected: I64
     lost: int
@@ -65,7 +67,7 @@ def initial_state(config: FlightConfig) -> FlightState:
     return FlightState(
         mode=Mode.STANDBY,
         mark=None,
-        received=e2e.fresh_counters(config.codec),
+        received=nothing_received(config.codec),
         sent=_first_heartbeat(config)[1],
         rejected=no_rejections(),
         lost=0,

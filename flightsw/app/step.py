@@ -40,6 +40,7 @@ from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.io import decode, encode
+from gnss_hil.flightsw.io.reception import Reception
 from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.measurement.ionosphere_filter import Delays
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
@@ -127,8 +128,8 @@ def flight_step(
 
 def _received(
     config: FlightConfig, state: FlightState, inbox: FrameBatch
-) -> tuple[FlightState, I8, I64, Epoch]:
-    """The state to go on from, a fresh one if a session has begun; counters and counts after this block of
+) -> tuple[FlightState, Reception, I64, Epoch]:
+    """The state to go on from, a fresh one if a session has begun; protection and counts after this block of
     frames; the epoch in it."""
     rejected = state.rejected
     if state.mark is not None:
@@ -137,7 +138,7 @@ def _received(
         if restarted:
             # What was counted stays counted; all else belongs to the session.
             state = replace(initial_state(config), lost=state.lost, single_fixes=state.single_fixes)
-    decoded, received, rejected = decode.decode(config.codec, inbox, state.received, rejected)
+    decoded, received, rejected = decode.decode(config.codec, config.limits, inbox, state.received, rejected)
     return state, received, rejected, decoded
 
 

@@ -3,8 +3,8 @@
 Nothing here raises on what a bus may carry. What cannot be used is counted by reason and identifier, with
 its consequence. The rules:
 
-- A frame passes `gnss_hil.dbc.contract.e2e.screen` (form, CRC, counter) and carries the epoch of the time
-  mark, or is rejected.
+- A frame is used as `gnss_hil.flightsw.io.reception` says: by form, CRC, epoch, contract, counter and the
+  state of its stream, or is rejected.
 - Of two frames for one slot of a record in one epoch the first stands.
 - A channel counts when all its ten frames are there; a lost frame takes out its own channel, nothing else.
   So a status that announces more frames than came changes nothing: the missing ones have done their harm.
@@ -17,22 +17,21 @@ its consequence. The rules:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.common.arrays import F64, I8, I32, I64, U8, U32, U64, Bool, Index
+from gnss_hil.dbc.common.arrays import F64, I32, I64, U32, Index
+from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.common.satellites import NUMBERS
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.e2e_state import Limits, limits
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.io import node_monitor
-from gnss_hil.flightsw.io.block_layout import BlockLayout, block_layout
+from gnss_hil.flightsw.io.block_layout import block_layout
 from gnss_hil.flightsw.io.frame_groups import Records, almanac_records, block_plan, group_table
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
+from gnss_hil.flightsw.io.reception import Reception, nothing_received, receive
 from gnss_hil.flightsw.records.epoch import (
     NO_ACKS,
     NO_ALMANAC,
@@ -46,6 +45,9 @@ from gnss_hil.flightsw.records.epoch import (
     empty_epoch,
 )
 
+_AT_ONCE = limits(Protection())
+"""Frames of a stream are used from the first."""
+
 LAST_WEEK = np.iinfo(np.int64).max // gpstime.NS_PER_WEEK - 1
 """The last whole week, 15249 (AD 2272), that 64 bits of nanoseconds can hold."""
 
@@ -55,63 +57,32 @@ UNIT_NORM = 1e-4
 """Quantisation leaves the norm of a quaternion within 3e-7 of one; farther off it is no attitude."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Block:
-    """Screened frames, (n,) each.
-
-    can_id   identifiers
-    stream   protected streams
-    words    payloads as little-endian words
-    nibble   epoch modulo 16
-    """
-
-    can_id: U32
-    stream: I64
-    words: U64
-    nibble: U8
-
-    def __getitem__(self, rows: Index) -> _Block:
-        return _Block(self.can_id[rows], self.stream[rows], self.words[rows], self.nibble[rows])
-
-
-def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tuple[Epoch, I8, I64]:
+def decode(
+    codec: Codec, limits: Limits, frames: FrameBatch, before: Reception, rejected: I64
+) -> tuple[Epoch, Reception, I64]:
     """The epoch in a block of frames.
 
-    counters   receiver state of the protection
+    limits     of the streams' state machines
+    before     what is kept of the protection
     rejected   (REASONS, IDENTIFIERS) counts so far
-    returns    the epoch, the next counters, the next counts; arguments are not modified
+    returns    the epoch, what is kept next, the next counts; arguments are not modified
     """
-    layout = block_layout(codec, frames.can_id)
-    screened = e2e.screen(codec, frames, counters, layout.protection)
     counts = Rejections(rejected)
-    if screened.lost or len(screened.frames) < len(frames):
-        counts.add(screened.verdict, frames.can_id & SFF_MASK, screened.verdict > Verdict.OK)
-        layout = block_layout(codec, screened.frames.can_id)
-    node_monitor.count_silent(codec, layout, counters, counts)
-    ours = node_monitor.of_our_contract(codec, screened.frames, layout, counts)
-    streams = screened.streams
-    if len(ours) < len(frames):
-        layout, streams = block_layout(codec, ours.can_id), None
-    block, mark_nibble = _block(codec, ours, layout, streams)
-    of_mark = block.nibble == mark_nibble
-    rows = None if of_mark.all() else np.flatnonzero(of_mark)
-    epoch_block = block if rows is None else block[rows]
-    plan = block_plan(codec, epoch_block.stream)
-    values = plan.values(epoch_block.words)
-    mark = _mark(values["mark"], mark_nibble)
+    received = receive(codec, limits, frames, before, counts)
+    can_id, words = received.frames.can_id, received.frames.words
+    plan = block_plan(codec, received.streams)
+    values = plan.values(words)
+    mark = _mark(values["mark"], received.epoch)
     if mark is None:
-        opens = plan.records["mark"].rows
-        _count_timeless(codec, counts, block, opens if rows is None else rows[opens])
-        return empty_epoch(screened.lost), screened.counters, counts.counts
-    if rows is not None:
-        counts.add(Verdict.MIXED_EPOCH, block.can_id, ~of_mark & _grouped(codec, block))
-    almanac, almanac_values, almanac_unused = almanac_records(codec, plan, epoch_block.words, values)
+        _count_timeless(codec, counts, can_id, received.streams, plan.records["mark"].rows)
+        return empty_epoch(received.lost), received.reception, counts.counts
+    almanac, almanac_values, almanac_unused = almanac_records(codec, plan, words, values)
     for unused in (plan.unused, almanac_unused):
-        counts.add_rows(Reason.SURPLUS, epoch_block.can_id, unused.surplus)
-        counts.add_rows(Reason.INCOMPLETE, epoch_block.can_id, unused.incomplete)
+        counts.add_rows(Reason.SURPLUS, can_id, unused.surplus)
+        counts.add_rows(Reason.INCOMPLETE, can_id, unused.incomplete)
     ionosphere, others = _ionosphere(values["ionosphere"])
     contradicted = plan.records["ionosphere"].rows[:, others].ravel().astype(np.int64)
-    counts.add_rows(Reason.CONTRADICTED, epoch_block.can_id, contradicted)
+    counts.add_rows(Reason.CONTRADICTED, can_id, contradicted)
     boots, domains = _receivers(plan.records["receiver"], values["receiver"])
     epoch = Epoch(
         mark=mark,
@@ -122,9 +93,9 @@ def decode(codec: Codec, frames: FrameBatch, counters: I8, rejected: I64) -> tup
         ionosphere=ionosphere,
         boots=boots,
         domains=domains,
-        lost=screened.lost,
+        lost=received.lost,
     )
-    return epoch, screened.counters, counts.counts
+    return epoch, received.reception, counts.counts
 
 
 def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> tuple[FrameBatch, I64, bool]:
@@ -138,7 +109,7 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
     if found is None:
         return frames, rejected, False
     if found.alone:
-        fresh, *_ = decode(codec, frames, e2e.fresh_counters(codec), rejected)
+        fresh, *_ = decode(codec, _AT_ONCE, frames, nothing_received(codec), rejected)
         if fresh.mark is not None:
             return frames, rejected, True
     counts = Rejections(rejected)
@@ -146,28 +117,13 @@ def admitted(codec: Codec, frames: FrameBatch, session: int, rejected: I64) -> t
     return frames[~found.marks], counts.counts, False
 
 
-def _block(codec: Codec, frames: FrameBatch, layout: BlockLayout, streams: I64 | None) -> tuple[_Block, int]:
-    """Frames as a block, and the epoch modulo 16 of its last TIME_MARK; -1, which none has, without one.
-
-    streams   protected ones of the frames (n,), None where they have yet to be found
-    """
-    streams = codec.key_of(frames.can_id, frames.data) if streams is None else streams
-    nibble = frames.data[:, 1] >> np.uint8(4)
-    mark_nibble = int(nibble[layout.marks[-1]]) if layout.marks else -1
-    return _Block(frames.can_id, streams, frames.words, nibble), mark_nibble
-
-
-def _grouped(codec: Codec, block: _Block) -> Bool:
-    """(n,) frames that belong to a group; the others carry nothing for a flight software."""
-    return group_table(codec).slot_of[block.stream] >= 0
-
-
-def _count_timeless(codec: Codec, counts: Rejections, block: _Block, opens: I32 | Index) -> None:
-    """Count all frames of a block without a time: those of the mark itself, in rows `opens`, as bad."""
-    bad = np.zeros(len(block.can_id), bool)
+def _count_timeless(codec: Codec, counts: Rejections, can_id: U32, streams: I64, opens: I32) -> None:
+    """Count all frames of a block without a time: those of the mark itself, in rows `opens`, as bad. Those of
+    no group carry nothing for a flight software."""
+    bad = np.zeros(len(can_id), bool)
     bad[opens] = True
-    counts.add(Reason.BAD_TIME_MARK, block.can_id, bad)
-    counts.add(Reason.NO_TIME_MARK, block.can_id, ~bad & _grouped(codec, block))
+    counts.add(Reason.BAD_TIME_MARK, can_id, bad)
+    counts.add(Reason.NO_TIME_MARK, can_id, ~bad & (group_table(codec).slot_of[streams] >= 0))
 
 
 # Signals of the groups in the order of `gnss_hil.flightsw.io.frame_groups`.

@@ -24,6 +24,7 @@ class Reason(IntEnum):
     OTHER_CONTRACT = 21
     TIMED_OUT = 22
     CONTRADICTED = 23
+    STREAM_NOT_VALID = 24
 
 
 REASONS = max(Reason) + 1
@@ -36,6 +37,7 @@ CONSEQUENCE: dict[int, str] = {
     Reason.BAD_TIME_MARK: "frame ignored, its time mark names no time or another epoch",
     Reason.OTHER_SESSION: "frame ignored, no complete time mark of that session opens the block",
     Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
+    Reason.STREAM_NOT_VALID: "frame ignored, too little of its stream was sound of late",
     Reason.CONTRADICTED: "frame ignored, more receivers, or else a lower one, say something else",
     Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not send is not used",
 }

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I8, Bool
+from gnss_hil.dbc.common.arrays import I8, U8, Bool
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
+from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch
 from gnss_hil.flightsw.io.block_layout import BlockLayout, roster
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 
@@ -23,16 +24,19 @@ def _signal(codec: Codec, kind: str, name: str, frames: FrameBatch, rows: tuple[
     return [word >> shift & mask for word in frames.words.take(rows).tolist()]
 
 
-def of_our_contract(codec: Codec, frames: FrameBatch, layout: BlockLayout, counts: Rejections) -> FrameBatch:
-    """Without the frames of nodes whose heartbeat in this block names another contract."""
+def of_another_contract(codec: Codec, frames: FrameBatch, verdict: U8, layout: BlockLayout) -> Bool | None:
+    """(n,) sound frames of nodes whose sound heartbeat in this block names another contract; None if there is
+    none: the ordinary case.
+
+    verdict   (n,) of the frames so far
+    """
     hashes = _signal(codec, "HEARTBEAT", "contract_hash", frames, layout.beats)
     other = [row for row, value in zip(layout.beats, hashes, strict=True) if value != codec.hash]
+    other = [row for row in other if verdict[row] == Verdict.OK]
     if not other:
-        return frames
-    sender = roster(codec).sender[frames.can_id]
-    foreign = np.isin(sender, sender[other])
-    counts.add(Reason.OTHER_CONTRACT, frames.can_id, foreign)
-    return frames[~foreign]
+        return None
+    sender = roster(codec).sender[frames.can_id & SFF_MASK]
+    return (verdict == Verdict.OK) & np.isin(sender, sender[other])
 
 
 def count_silent(codec: Codec, layout: BlockLayout, counters: I8, counts: Rejections) -> None:

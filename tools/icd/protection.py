@@ -167,9 +167,10 @@ def advances(codec: Codec) -> Markup:
 
 _ORDER_OF_CHECKS = (
     Verdict.ERROR_FRAME, Verdict.EXTENDED, Verdict.REMOTE, Verdict.WRONG_LENGTH, Verdict.UNKNOWN_ID,
-    Verdict.CORRUPTED, Verdict.REPEATED, Verdict.WRONG_SEQUENCE, Verdict.LOST,
-    Reason.OTHER_CONTRACT, Reason.OTHER_SESSION, Reason.BAD_TIME_MARK, Reason.NO_TIME_MARK,
-    Verdict.MIXED_EPOCH, Reason.SURPLUS, Reason.INCOMPLETE, Reason.CONTRADICTED, Reason.TIMED_OUT,
+    Reason.OTHER_SESSION, Verdict.CORRUPTED, Verdict.MIXED_EPOCH, Reason.OTHER_CONTRACT,
+    Verdict.REPEATED, Verdict.WRONG_SEQUENCE, Verdict.LOST, Reason.STREAM_NOT_VALID,
+    Reason.BAD_TIME_MARK, Reason.NO_TIME_MARK,
+    Reason.SURPLUS, Reason.INCOMPLETE, Reason.CONTRADICTED, Reason.TIMED_OUT,
 )  # fmt: skip
 
 

@@ -7,11 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.e2e_state import limits
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
 from gnss_hil.flightsw.io.decode import admitted, decode
 from gnss_hil.flightsw.io.frame_statistics import Reason, no_rejections, rejection_table
+from gnss_hil.flightsw.io.reception import nothing_received
 from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
 from tests.support.flown import CODEC, FakeBus, frames
@@ -38,6 +41,8 @@ pytestmark = [
     ),
 ]
 
+LIMITS = limits(Protection())
+
 
 @pytest.fixture(scope="module")
 def blocks():
@@ -46,12 +51,12 @@ def blocks():
     return bus.block(0), bus.block(1)
 
 
-def taken(*batches, counters=None):
+def taken(*batches, received=None):
     """Epoch of the last batch, and counts by reason, after the batches one by one."""
-    counters = e2e.fresh_counters(CODEC) if counters is None else counters
+    received = nothing_received(CODEC) if received is None else received
     rejected = no_rejections()
     for block in batches:
-        epoch, counters, rejected = decode(CODEC, block, counters, rejected)
+        epoch, received, rejected = decode(CODEC, LIMITS, block, received, rejected)
     return epoch, {reason: n for reason in range(len(rejected)) if (n := int(rejected[reason].sum()))}
 
 
@@ -350,9 +355,9 @@ def test_time_node_of_another_contract_gives_no_time(blocks):
 def test_silent_node_is_counted_once_an_epoch(blocks):
     dumb = [without(b, np.flatnonzero(CODEC.number_of[b.can_id] == 3)) for b in blocks]
     assert Reason.TIMED_OUT not in taken(*dumb)[1], "never heard, hence not missed"
-    counters, rejected = e2e.fresh_counters(CODEC), no_rejections()
+    received, rejected = nothing_received(CODEC), no_rejections()
     for frames_in, missed in ((blocks[0], 0), (dumb[1], 1), (EMPTY, 5)):
-        _, counters, rejected = decode(CODEC, frames_in, counters, rejected)
+        _, received, rejected = decode(CODEC, LIMITS, frames_in, received, rejected)
         assert rejected[Reason.TIMED_OUT].sum() == missed
     table = rejection_table(CODEC, rejected)
     assert [(row[1], row[2]) for row in table if row[0] == "TIMED_OUT"] == [
@@ -379,7 +384,7 @@ def test_node_that_closes_its_epoch_is_not_silent_for_want_of_a_heartbeat(number
 
 def test_rejections_are_explained(blocks):
     row = where(blocks[0], "SV_X", 1, channel=0)[0]
-    _, _, rejected = decode(CODEC, changed(blocks[0], row), e2e.fresh_counters(CODEC), no_rejections())
+    _, _, rejected = decode(CODEC, LIMITS, changed(blocks[0], row), nothing_received(CODEC), no_rejections())
     table = rejection_table(CODEC, rejected)
     assert ("CORRUPTED", "0x103 RX1", 1, "frame ignored, its channel is out of this epoch") in table
     assert sum(n for *_, n, _ in table) == 10
@@ -411,7 +416,7 @@ def reported(block, alpha0_of):
 )
 def test_an_ionosphere_is_that_of_most_receivers_and_others_are_told(blocks, alpha0_of, stands, left_out):
     epoch, _, counts = decode(
-        CODEC, reported(blocks[0], alpha0_of), e2e.fresh_counters(CODEC), no_rejections()
+        CODEC, LIMITS, reported(blocks[0], alpha0_of), nothing_received(CODEC), no_rejections()
     )
     found = None if epoch.ionosphere is None else epoch.ionosphere.alpha[0] * 2.0**30
     assert found == stands
