@@ -311,13 +311,22 @@ class Checked:
     """Received frames (n,) by what each says alone, before counters are looked at.
 
     verdict   (n,) uint8: OK where form and CRC are right
+    sound     it is OK everywhere
     rows      (k,) frames of the contract with a right form; None: all
     streams   (k,) protected stream of each of these
     """
 
     verdict: NDArray[np.uint8]
+    sound: bool
     rows: NDArray[np.intp] | None
     streams: NDArray[np.int64]
+
+    def refusing(self, which: NDArray[np.bool_], verdict: int) -> Checked:
+        """With this verdict on some of the frames that are sound so far."""
+        refused = which & (self.verdict == _PASS)
+        if not refused.any():
+            return self
+        return Checked(np.where(refused, np.uint8(verdict), self.verdict), False, self.rows, self.streams)
 
 
 def screen(
@@ -331,28 +340,28 @@ def screen(
 
 
 def checked(codec: Codec, frames: FrameBatch, ids: Identifiers | None = None) -> Checked:
-    """The first half of `screen`: form and CRC. Whoever refuses more frames before their counters count sets
-    their verdicts."""
+    """The first half of `screen`: form and CRC."""
     if not len(frames):
-        return Checked(np.zeros(0, np.uint8), None, np.zeros(0, np.int64))
+        return Checked(np.zeros(0, np.uint8), True, None, np.zeros(0, np.int64))
     ids = identifiers(codec, frames.can_id) if ids is None else ids
     if ids is not None and (frames.length == WIDTH).all():
-        return Checked(_integrity(ids, frames.data), None, ids.streams(frames.words))
+        verdict, sound = _integrity(ids, frames.data)
+        return Checked(verdict, sound, None, ids.streams(frames.words))
     verdict = _form_verdict(codec, frames)
     rows = np.flatnonzero(verdict == _PASS)
     ids = identifiers(codec, frames.can_id[rows]) if len(rows) else None
     if ids is None:
-        return Checked(verdict, rows, np.zeros(0, np.int64))
+        return Checked(verdict, False, rows, np.zeros(0, np.int64))
     some = frames[rows]
-    verdict[rows] = _integrity(ids, some.data)
-    return Checked(verdict, rows, ids.streams(some.words))
+    verdict[rows] = _integrity(ids, some.data)[0]
+    return Checked(verdict, False, rows, ids.streams(some.words))
 
 
 def sequenced(frames: FrameBatch, checked: Checked, counters: NDArray[np.int8]) -> Screened:
     """The second half of `screen`: counters, of the frames whose verdict is OK. Others do not move them."""
     if not len(frames):
         return Screened(frames, checked.verdict, counters, 0)
-    if checked.rows is None and not checked.verdict.any():
+    if checked.sound:
         verdict, counters, lost = _sequence_verdict(checked.streams, frames.data, counters)
     else:
         verdict, lost = checked.verdict.copy(), 0
@@ -369,11 +378,16 @@ def sequenced(frames: FrameBatch, checked: Checked, counters: NDArray[np.int8]) 
     return Screened(frames[accepted], verdict, counters, lost)
 
 
-def _integrity(ids: Identifiers, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(n,) OK or CORRUPTED: well-formed frames by CRC, and by counters that there are not."""
+def _integrity(ids: Identifiers, data: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], bool]:
+    """(n,) OK or CORRUPTED: well-formed frames by CRC and by counters that there are not; whether all are
+    OK."""
     counter = data[:, 1] & 0x0F
     intact = (data[:, 0] == _payload_crc(data) ^ ids.crc) & (counter < COUNTERS)
-    return np.where(intact, np.uint8(_PASS), np.uint8(Verdict.CORRUPTED))
+    verdict = np.zeros(len(data), np.uint8)
+    sound = bool(intact.all())
+    if not sound:
+        verdict[~intact] = int(Verdict.CORRUPTED)
+    return verdict, sound
 
 
 def _sequence_verdict(

@@ -18,8 +18,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import U8, U64, Bool
+from gnss_hil.dbc.common.arrays import U8, U64, Bool, Index
 from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.contract.e2e import Verdict
 
@@ -95,10 +96,6 @@ class StreamStates:
     ok: U64
     error: U64
 
-    def equal(self, other: StreamStates) -> bool:
-        pairs = ((getattr(self, name), getattr(other, name)) for name in self.__slots__)
-        return all(np.array_equal(ours, theirs) for ours, theirs in pairs)
-
 
 def no_data(streams: int) -> StreamStates:
     """Nothing received yet."""
@@ -126,18 +123,35 @@ def _next_states() -> U8:
 
 
 _NEXT = _next_states()
-_SHIFT = np.array([status != Status.NOT_AVAILABLE for status in range(_STATUSES)], np.uint64)
 _OK = np.array([status == Status.OK for status in range(_STATUSES)], np.uint64)
 _ERROR = np.array([status == Status.ERROR for status in range(_STATUSES)], np.uint64)
+_ONE = np.uint64(1)
+_NOT_AVAILABLE = np.uint8(Status.NOT_AVAILABLE)
+_BY_STATE, _BY_STATUS, _BY_ENOUGH = (np.uint8(4 * _STATUSES), np.uint8(4), np.uint8(2))
 
 
 def advance(limits: Limits, states: StreamStates, status: U8) -> StreamStates:
-    """States after one check of every stream, of status (n,); NOT_AVAILABLE leaves a stream as it is."""
-    state = states.state
-    shift, window = _SHIFT.take(status), limits.window.take(state)
-    ok = (states.ok << shift | _OK.take(status)) & window
-    error = (states.error << shift | _ERROR.take(status)) & window
+    """States after one check of streams, of status (n,); NOT_AVAILABLE leaves a stream as it is. The states
+    themselves if nothing changes."""
+    rows = (status != _NOT_AVAILABLE).nonzero()[0]
+    state, status = states.state.take(rows), status.take(rows)
+    before_ok, before_error = states.ok.take(rows), states.error.take(rows)
+    window = limits.window.take(state)
+    ok = (before_ok << _ONE | _OK.take(status)) & window
+    error = (before_error << _ONE | _ERROR.take(status)) & window
     enough = np.bitwise_count(ok) >= limits.min_ok.take(state)
     few = np.bitwise_count(error) <= limits.max_error.take(state)
-    row = state * np.uint8(_STATUSES * 4) + status * np.uint8(4) + enough * np.uint8(2) + few
-    return StreamStates(_NEXT.take(row), ok, error)
+    row = state * _BY_STATE + status * _BY_STATUS + enough * _BY_ENOUGH + few
+    after = _NEXT.take(row)
+    if (after == state).all() and (ok == before_ok).all() and (error == before_error).all():
+        return states
+    return StreamStates(
+        _put(states.state, rows, after), _put(states.ok, rows, ok), _put(states.error, rows, error)
+    )
+
+
+def _put(into: NDArray, rows: Index, values: NDArray) -> NDArray:
+    """A copy with these values in some rows."""
+    copy = into.copy()
+    copy[rows] = values
+    return copy

@@ -25,8 +25,8 @@ def _signal(codec: Codec, kind: str, name: str, frames: FrameBatch, rows: tuple[
 
 
 def of_another_contract(codec: Codec, frames: FrameBatch, verdict: U8, layout: BlockLayout) -> Bool | None:
-    """(n,) sound frames of nodes whose sound heartbeat in this block names another contract; None if there is
-    none: the ordinary case.
+    """(n,) frames of nodes whose sound heartbeat in this block names another contract; None if there is none,
+    the ordinary case.
 
     verdict   (n,) of the frames so far
     """
@@ -36,7 +36,7 @@ def of_another_contract(codec: Codec, frames: FrameBatch, verdict: U8, layout: B
     if not other:
         return None
     sender = roster(codec).sender[frames.can_id & SFF_MASK]
-    return (verdict == Verdict.OK) & np.isin(sender, sender[other])
+    return np.isin(sender, sender[other])
 
 
 def count_silent(codec: Codec, layout: BlockLayout, counters: I8, counts: Rejections) -> None:

@@ -9,14 +9,14 @@
 
 Each block is one check of the state machines. A stream's status is that of the frame that is used; where none
 is, the worst of those refused. Silence is a status (NO_NEW_DATA) of streams that are there in every epoch: of
-kinds of cycle "epoch" without a key. Answers to commands and slices of the almanac come when there is something
-to say, a channel's frames while it tracks: their silence is no status. A frame that a channel has lost takes it
-out of the epoch anyway.
+kinds of cycle "epoch" without a key. Answers to commands and slices of the almanac come when there is
+something to say, a channel's frames while it tracks: their silence is no status. A frame that a channel has
+lost takes it out of the epoch anyway.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -32,6 +32,9 @@ from gnss_hil.flightsw.io import node_monitor
 from gnss_hil.flightsw.io.block_layout import BlockLayout, block_layout, roster
 from gnss_hil.flightsw.io.frame_statistics import REASONS, Reason, Rejections
 
+MOST_SETTLED = 32
+"""Blocks that are remembered: satellites of the almanac come in slices of various sizes."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reception:
@@ -39,13 +42,13 @@ class Reception:
 
     counters   (streams,) last counters received
     states     of the streams' state machines
-    settled    protected streams, as bytes, of a block that leaves all states as they are if all its frames
-               are in order
+    settled    blocks, by their protected streams as bytes, that leave all states as they are and are used
+               whole if all their frames are in order
     """
 
     counters: I8
     states: StreamStates
-    settled: bytes = b""
+    settled: frozenset[bytes] = frozenset()
 
 
 def nothing_received(codec: Codec) -> Reception:
@@ -86,8 +89,8 @@ def receive(
         layout = block_layout(codec, frames.can_id[heard])
     node_monitor.count_silent(codec, layout, before.counters, counts)
 
-    these = checked.streams.tobytes() if in_order else b""
-    if in_order and these == before.settled:
+    these = checked.streams.tobytes()
+    if in_order and these in before.settled:
         after = Reception(screened.counters, before.states, before.settled)
         return Received(frames, checked.streams, epoch, screened.lost, after)
     accepted = screened.frames
@@ -100,24 +103,28 @@ def receive(
     usable = limits.usable.take(states.state.take(streams))
     if not usable.all():
         counts.add(Reason.STREAM_NOT_VALID, accepted.can_id, ~usable)
-        accepted, streams, these = accepted[usable], streams[usable], b""
-    settled = these if these and states.equal(before.states) else b""
+        accepted, streams, in_order = accepted[usable], streams[usable], False
+    settled: frozenset[bytes] = frozenset()
+    if states is before.states:
+        settled = before.settled if len(before.settled) < MOST_SETTLED else settled
+        settled |= {these} if in_order else set()
     return Received(accepted, streams, epoch, screened.lost, Reception(screened.counters, states, settled))
 
 
 def _epoch_of_mark(frames: FrameBatch, checked: Checked, marks: tuple[int, ...], counters: I8) -> int:
     """Of the frames' time mark, modulo 16; -1 without an intact TIME_MARK."""
-    intact = [row for row in marks if checked.verdict[row] == Verdict.OK]
+    intact = list(marks) if checked.sound else [row for row in marks if checked.verdict[row] == Verdict.OK]
     if not intact:
         return -1
     if len(intact) > 1:
         # Of several, one that is late or comes again does not name the epoch. In a block of several every
         # frame of this stream has its own verdict, whatever its epoch.
         alone = checked.streams[_places(checked, intact)]
-        found = e2e.sequenced(frames[intact], Checked(np.zeros(len(intact), np.uint8), None, alone), counters)
+        sound = Checked(np.zeros(len(intact), np.uint8), True, None, alone)
+        found = e2e.sequenced(frames[intact], sound, counters)
         follow = np.flatnonzero(found.verdict <= Verdict.LOST)
         intact = [intact[k] for k in follow] or intact
-    return int(frames.data[intact[-1], 1] >> 4)
+    return frames.data.item(intact[-1], 1) >> 4
 
 
 def _places(checked: Checked, rows: list[int]) -> Index:
@@ -131,14 +138,9 @@ def _of_our_epoch_and_contract(
     """With the verdicts of intact frames that another epoch or another contract has sent."""
     strange = frames.data[:, 1] >> np.uint8(4) != epoch
     if epoch >= 0 and strange.any():
-        mixed = strange & (checked.verdict == Verdict.OK)
-        checked = replace(checked, verdict=np.where(mixed, np.uint8(Verdict.MIXED_EPOCH), checked.verdict))
+        checked = checked.refusing(strange, Verdict.MIXED_EPOCH)
     foreign = node_monitor.of_another_contract(codec, frames, checked.verdict, layout)
-    if foreign is not None:
-        checked = replace(
-            checked, verdict=np.where(foreign, np.uint8(Reason.OTHER_CONTRACT), checked.verdict)
-        )
-    return checked
+    return checked if foreign is None else checked.refusing(foreign, Reason.OTHER_CONTRACT)
 
 
 @cache
@@ -166,17 +168,18 @@ def _frame_statuses() -> U8:
 
 
 _STATUS_OF = _frame_statuses()
-_WORST_LAST = (Status.REPEATED, Status.WRONG_SEQUENCE, Status.ERROR, Status.OK)
+_NOT_AVAILABLE, _NO_NEW_DATA = np.uint8(Status.NOT_AVAILABLE), np.uint8(Status.NO_NEW_DATA)
+_WORST_LAST = tuple(map(int, (Status.REPEATED, Status.WRONG_SEQUENCE, Status.ERROR, Status.OK)))
 """One that is used stands for its stream; of those refused the worst."""
 
 
 def _statuses(codec: Codec, streams: I64, verdict: U8) -> U8:
     """(all streams,) status of this epoch, from frames (n,) and their verdicts."""
-    status = np.full(codec.streams, Status.NOT_AVAILABLE, np.uint8)
-    status[_always_there(codec)] = Status.NO_NEW_DATA
+    status = np.full(codec.streams, _NOT_AVAILABLE)
+    status[_always_there(codec)] = _NO_NEW_DATA
     of_frames = _STATUS_OF.take(verdict)
     if not of_frames.any():
-        status[streams] = Status.OK
+        status[streams] = 0  # OK
         return status
     for each in _WORST_LAST:
         status[streams[of_frames == each]] = each
