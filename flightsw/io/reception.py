@@ -81,8 +81,7 @@ def receive(
     epoch = _epoch_of_mark(frames, checked, layout.marks, before.counters)
     checked = _of_our_epoch_and_contract(codec, frames, checked, layout, epoch)
     screened = e2e.sequenced(frames, checked, before.counters)
-    verdict, streams = screened.verdict, screened.streams
-    in_order = streams is not None
+    verdict, in_order = screened.verdict, screened.streams is not None
     if screened.lost or not in_order:
         counts.add(verdict, frames.can_id & SFF_MASK, verdict > Verdict.OK)
         heard = (verdict <= Verdict.LOST) | (verdict == Reason.OTHER_CONTRACT)
@@ -93,12 +92,8 @@ def receive(
     if in_order and these in before.settled:
         after = Reception(screened.counters, before.states, before.settled)
         return Received(frames, checked.streams, epoch, screened.lost, after)
-    accepted = screened.frames
-    if streams is None:
-        formed = verdict if checked.rows is None else verdict[checked.rows]
-        streams = checked.streams[formed <= Verdict.LOST]
-    else:
-        formed = verdict
+    formed = verdict if checked.rows is None else verdict[checked.rows]
+    accepted, streams = screened.frames, checked.streams[formed <= Verdict.LOST]
     states = e2e_state.advance(limits, before.states, _statuses(codec, checked.streams, formed))
     usable = limits.usable.take(states.state.take(streams))
     if not usable.all():

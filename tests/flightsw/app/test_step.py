@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import EMPTY, concat
 from gnss_hil.dbc.contract.messages import raw_of
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.state import heartbeat, initial_state
 from gnss_hil.flightsw.app.step import flight_step
+from gnss_hil.flightsw.io.frame_statistics import Reason
 from gnss_hil.flightsw.records.solution import NoFix
 from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
@@ -318,6 +320,17 @@ def test_new_session_starts_fresh(flight):
     again, answers, _ = fly(bus, config, 1, states[-1])
     _, expected, _ = fly(FakeBus(soyuz(), SKY, session=8), config, 1)
     assert answers == expected and again[0].mark.session == 8
+
+
+def test_limits_of_the_vehicle_file_are_flown():
+    """By AUTOSAR's letter a stream is used when it is valid: here after three sound epochs. So is the mark."""
+    wary = replace(SOYUZ, protection=Protection(min_ok_state_init=2, min_ok_state_invalid=2,
+                   max_error_state_init=8, max_error_state_invalid=8, use_state_init=False))  # fmt: skip
+    states, _, blocks = fly(FakeBus(soyuz(), SKY), configure(wary, "patent", {}), 4)
+    assert [state.solution.fix is not None for state in states] == [False, False, True, True]
+    assert states[-1].rejected[Reason.STREAM_NOT_VALID].sum() >= len(blocks[0])
+    again, *_ = fly(FakeBus(soyuz(), SKY, session=8), configure(wary, "patent", {}), 4, states[-1])
+    assert [state.solution.fix is not None for state in again] == [False, False, True, True]
 
 
 def test_new_session_keeps_what_was_counted(flight):
