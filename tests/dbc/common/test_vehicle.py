@@ -16,6 +16,7 @@ pytestmark = pytest.mark.verifies(
     "dbc/common/vehicle.py",
     "dbc/common/shipped_files.py",
     "dbc/common/registry.py",
+    "dbc/common/strict.py",
     what="Vehicle file, registries",
     by="antenna places are typical, not published; boresights, mask and channels are the patent's",
     status="modelled",

@@ -323,7 +323,7 @@ def test_new_session_starts_fresh(flight):
 
 
 def test_limits_of_the_vehicle_file_are_flown():
-    """By AUTOSAR's letter a stream is used when it is valid: here after three sound epochs. So is the mark."""
+    """By AUTOSAR's letter a stream is used when it is valid, here after three sound epochs: the mark too."""
     wary = replace(SOYUZ, protection=Protection(min_ok_state_init=2, min_ok_state_invalid=2,
                    max_error_state_init=8, max_error_state_invalid=8, use_state_init=False))  # fmt: skip
     states, _, blocks = fly(FakeBus(soyuz(), SKY), configure(wary, "patent", {}), 4)
