@@ -227,6 +227,21 @@ def test_a_command_held_back_does_not_undo_a_later_one():
     assert states[-1].units[0].refused[e2e.Verdict.MIXED_EPOCH] == 1
 
 
+def test_a_command_held_back_does_not_move_the_counter_of_its_stream():
+    """One that is too old, four commands back; the next one is in sequence as if it had not come."""
+    the_world = emulated.world(soyuz())
+    name = free_satellites(the_world, 0, 1)[0]
+    counters, sent = e2e.fresh_counters(emulated.CODEC), []
+    for epoch, order in enumerate([command(1, 2, RELEASE)] * 5 + [command(1, 2, TRACK, name)]):
+        frame, counters = e2e.protect(emulated.CODEC, order, counters, epoch)
+        sent.append(frame)
+    heard = {epoch + 1: frame for epoch, frame in enumerate(sent)}
+    states, blocks, _ = emulated.run(the_world, 8, {**heard, 6: frames.concat([sent[0], sent[5]])})
+    refused = states[-1].units[0].refused
+    assert refused.sum() == refused[e2e.Verdict.MIXED_EPOCH] == 1
+    assert emulated.tracked(blocks[-1], 1)[2] == name
+
+
 def test_a_satellite_that_cannot_be_seen_is_waited_for_and_a_return_is_a_slip():
     """Commanded out of one antenna's field and seen again: the channel searches all the while."""
     the_world = emulated.world(soyuz(hot_s=2))

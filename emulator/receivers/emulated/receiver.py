@@ -250,8 +250,8 @@ class EmulatedCraft:
 
         returns  channels, counters of the streams received, command frames rejected so far, answers to send
         A command that fails the checks of the bus is counted, not answered: what it asked for is not known.
-        So is one that does not answer an epoch just past (MIXED_EPOCH): its sender has long decided
-        otherwise.
+        So is one that does not answer an epoch just past (MIXED_EPOCH), whose counter is not looked at: its
+        sender has long decided otherwise.
         """
         receivers = self.receivers
         codec = receivers.codec
@@ -259,12 +259,12 @@ class EmulatedCraft:
         mine = received[kind == codec.kinds["COMMAND"].number]
         if not len(mine):
             return unit.channels, unit.received, unit.refused, ()
-        checked = e2e.screen(codec, mine, unit.received)
+        sound = e2e.checked(codec, mine)
+        timely = sound.refusing(~commands.timely(mine, epoch), e2e.Verdict.MIXED_EPOCH)
+        checked = e2e.sequenced(mine, timely, unit.received)
         refused = unit.refused + np.bincount(checked.verdict, minlength=len(e2e.Verdict))
         refused[[e2e.Verdict.OK, e2e.Verdict.LOST]] = 0
-        timely = commands.timely(checked.frames, epoch)
-        refused[e2e.Verdict.MIXED_EPOCH] += np.count_nonzero(~timely)
-        orders = commands.read(codec, checked.frames[timely])
+        orders = commands.read(codec, checked.frames)
         # A unit that knows neither time nor place cannot judge what the Earth hides: it accepts, and
         # searches in vain.
         in_sight = prepared.block.in_sight[k] | (not unit.knowledge.warm)
