@@ -53,6 +53,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         help="run identifier, 16 bit (default: drawn anew)",
     )  # fmt: skip
     add("--truth", metavar="FILE", type=Path, help="write the truth here as it happens")
+    add("--events", metavar="FILE", type=Path, help="write what faults did here as it happens")
     add("--status", metavar="FILE|fd:N", help="write progress here as JSON lines")
     add("--require", metavar="NODES", default="FLIGHT", help="nodes to wait for, comma-separated, or 'none'")
     add(
@@ -106,7 +107,7 @@ def _play(arguments: argparse.Namespace, make: World, stop) -> int:
     from gnss_hil.dbc.contract.messages import node_names
     from gnss_hil.dbc.lockstep.master_loop import Bus, MasterLoop, MissingNodes, Unanswered, parse_pace
     from gnss_hil.dbc.process.status_log import StatusLog
-    from gnss_hil.emulator.journal import TruthLog
+    from gnss_hil.emulator.journal import FaultLog, TruthLog
     from gnss_hil.emulator.truth import TRUTH
 
     try:
@@ -123,6 +124,7 @@ def _play(arguments: argparse.Namespace, make: World, stop) -> int:
         truth = stack.enter_context(
             _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)
         )
+        fates = stack.enter_context(_opened(lambda: FaultLog(arguments.events, world.faults), arguments.events))
         status = stack.enter_context(_opened(lambda: StatusLog(arguments.status), arguments.status))
         buses = {}
         for craft in world.craft:
@@ -145,7 +147,7 @@ def _play(arguments: argparse.Namespace, make: World, stop) -> int:
 
         try:
             master.assemble(required, arguments.wait, tell)
-            epochs = _epochs(world, scenario.time.epochs, master, truth, status, stop, say)
+            epochs = _epochs(world, scenario.time.epochs, master, truth, fates, status, stop, say)
         except (MissingNodes, Unanswered) as error:
             raise command_line.Broken(error) from None
     completed = epochs == scenario.time.epochs
@@ -230,7 +232,7 @@ def _join(spec: str, codec, stop, say, wait_s: float | None):
     return link
 
 
-def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
+def _epochs(world, epochs: int, master, truth, fates, status, stop, say) -> int:
     """All epochs from first to last or to the interruption; how many were played."""
     from gnss_hil.dbc.contract.frames import EMPTY
     from gnss_hil.dbc.lockstep.master_loop import Unanswered
@@ -248,6 +250,7 @@ def _epochs(world, epochs: int, master, truth, status, stop, say) -> int:
             state, blocks, rows = emulate_step(world, state, inbox, played)
             now_s = time.monotonic()
             truth.add(rows, now_s)
+            fates.add(state.events, now_s)
             inbox = master.play(played, blocks, partial(_ahead, world, state, played + 1, epochs))
             played += 1
             if status.due(now_s):

@@ -9,6 +9,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.emulator.constellation.sky import Sky
+from gnss_hil.emulator.faults.engine import Event, FaultPlan, FaultState
 from gnss_hil.emulator.receivers.base import Craft, Unit
 
 
@@ -18,6 +19,7 @@ class World:
 
     row_of   (SATELLITES,) row of the sky by satellite index, -1 none
     remarks  on what is odd in the scenario's files, a line each
+    faults   of each craft's bus, in the scenario's order; none where there are none
     """
 
     seed: int
@@ -28,13 +30,19 @@ class World:
     row_of: I64
     craft: tuple[Craft, ...]
     remarks: tuple[str, ...] = ()
+    faults: tuple[FaultPlan, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmulatorState:
-    """All craft between epochs, in the scenario's order."""
+    """All craft between epochs, in the scenario's order.
+
+    faults   of each bus that has some;  events  of each: faults that acted in the last epoch
+    """
 
     units: tuple[Unit, ...]
+    faults: tuple[FaultState, ...] = ()
+    events: tuple[tuple[Event, ...], ...] = ()
 
 
 def commands_rejected(state: EmulatorState) -> dict[str, int]:

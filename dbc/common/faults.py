@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from gnss_hil.dbc.common import model_tree
 from gnss_hil.dbc.common.model_tree import Key
-from gnss_hil.dbc.common.near import nearest
+from gnss_hil.dbc.common.near import did_you_mean, nearest
 
 _NOT_A_TABLE = ("model_type", "model_attributes_type", "dict_type")
 _NOT_A_LIST = ("list_type", "tuple_type")
@@ -70,6 +70,13 @@ def _text(fault: Any, keys: Sequence[Key], model: type[BaseModel] | None) -> tup
     kind, found = fault["type"], fault["input"]
     if kind == "missing":
         return "missing", ""
+    if kind == "union_tag_invalid":
+        context = fault["ctx"]
+        known = [word.strip("'") for word in context["expected_tags"].split(", ")]
+        key = context["discriminator"].strip("'")
+        return f"no {key} '{context['tag']}'; {did_you_mean(context['tag'], known)}", ""
+    if kind == "union_tag_not_found":
+        return f"which {fault['ctx']['discriminator'].strip(chr(39))}? the key is missing", ""
     if kind == "extra_forbidden":
         return f"unknown key{_meant(keys, model)}", ""
     if kind in _NOT_A_TABLE:

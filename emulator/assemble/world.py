@@ -10,6 +10,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.assemble.emulated import build_emulated
 from gnss_hil.emulator.assemble.shared import (
@@ -28,6 +29,10 @@ from gnss_hil.emulator.constellation.sky import build_sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
 from gnss_hil.emulator.files import finals
+from gnss_hil.emulator.faults import engine
+from gnss_hil.emulator.faults.engine import FaultPlan
+from gnss_hil.emulator.faults.kinds.row import RUN
+from gnss_hil.emulator.faults.models import FaultError
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.receivers.base import Craft
 from gnss_hil.emulator.state import EmulatorState, World
@@ -85,12 +90,40 @@ def build_world(
         for one, v in zip(given.craft, vehicles, strict=True)
     )
     told = tuple(dict.fromkeys(remarks))
-    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft, told)
+    faults = fault_plans(given, craft, session)
+    return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft, told, faults)
+
+
+def fault_plans(given: scenario.Scenario, craft: Sequence[Craft], session: int) -> tuple[FaultPlan, ...]:
+    """The scenario's faults on each craft's bus, none if it has none; ScenarioError, a line each, for those
+    that cannot be."""
+    names = [one.name for one in craft]
+    wrong = [
+        f"fault.{number}.craft: no craft '{fault.craft}'; {did_you_mean(fault.craft, names)}"
+        for number, fault in enumerate(given.fault)
+        if fault.craft is not None and fault.craft not in names
+    ]
+    plans: list[FaultPlan] = []
+    for one in craft if given.fault else ():
+        try:
+            plans.append(
+                engine.armed(
+                    given.fault, one.name, one.vehicle, one.codec, given.time.interval_ns, given.seed, session,
+                    RUN,
+                )
+            )  # fmt: skip
+        except FaultError as error:
+            wrong += str(error).splitlines()
+    if wrong:
+        raise ScenarioError("\n".join(dict.fromkeys(wrong)))
+    return tuple(plans)
 
 
 def initial_state(world: World) -> EmulatorState:
     """Every unit as it is before the first epoch."""
-    return EmulatorState(tuple(craft.fresh() for craft in world.craft))
+    return EmulatorState(
+        tuple(craft.fresh() for craft in world.craft), tuple(engine.fresh(plan) for plan in world.faults)
+    )
 
 
 def _recorded(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:

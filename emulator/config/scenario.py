@@ -33,6 +33,7 @@ from gnss_hil.emulator.config.tables import (
 )
 from gnss_hil.emulator.error_models.base import Row as ErrorModelRow
 from gnss_hil.emulator.error_models.registry import of_scope
+from gnss_hil.emulator.faults.files import AnyFault
 from gnss_hil.emulator.receivers.emulated.search import RULES
 from gnss_hil.emulator.receivers.recorded.signals import SIGNALS
 from gnss_hil.emulator.sensors.base import Row as SensorRow
@@ -267,6 +268,7 @@ class Scenario(Strict):
     name         of the scenario; run folders are called after it
     description  what is to be seen, for `gnss-hil scenarios`
     seed         of all random draws; `--seed` counts more
+    fault        tables [[fault]], or lines as `--fault` has them (docs/faults.md)
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,31}$")]
@@ -276,6 +278,7 @@ class Scenario(Strict):
     sky: Sky = Sky()
     craft: Annotated[list[Craft], Field(min_length=1, max_length=4)]
     expect: dict[str, Expectation] = Field(default_factory=dict)
+    fault: tuple[AnyFault, ...] = ()
 
     @model_validator(mode="after")
     def _craft_differ(self):

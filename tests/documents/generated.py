@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from gnss_hil.dbc.contract import document as messages
-from gnss_hil.tools.schema import json_schema, page
+from gnss_hil.tools.schema import fault_page, json_schema, page
 from tests.results import page as results
 from tests.verification import page as verification
 
@@ -15,6 +15,7 @@ SCHEMAS = {
     "vehicle": "dbc/vehicles",
     "scenario": "emulator/data/scenarios",
     "structure": "emulator/data/structures",
+    "faults": "emulator/data/faults",
 }
 """Kind of file -> where those are that ship, and their schema."""
 
@@ -25,6 +26,7 @@ def generated() -> dict[str, str]:
     return {
         "docs/messages.md": messages.document(),
         "docs/scenario.md": page.page(),
+        "docs/faults.md": fault_page.page(),
         "docs/results.md": results.page(),
         "README.md": results.readme(),
         **verification.pages(),

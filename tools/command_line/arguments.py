@@ -148,6 +148,14 @@ def add_truth_changes(parser: argparse.ArgumentParser) -> None:
         metavar="RULE",
         help=f"receivers left alone search by: {', '.join(RULES)}",
     )
+    add(
+        "--fault", action="append", default=[], metavar="TEXT",
+        help="a fault on the bus, in one line, repeatable: \"rx2 off @2m+30s\" (gnss-hil faults)",
+    )  # fmt: skip
+    add(
+        "--faults", action="append", type=Path, default=[], metavar="FILE",
+        help="faults of a file, or of a shipped one by name, repeatable (gnss-hil faults list)",
+    )  # fmt: skip
     for way in ("on", "off"):
         add(
             f"--{way}", action="append", default=[], choices=[*FACTORS, "all"], metavar="FACTOR",
@@ -163,5 +171,5 @@ def overrides_of(a: argparse.Namespace) -> Overrides:
         obs=a.obs, reference=a.reference, ionosphere_free=a.ionosphere_free, vehicle=a.vehicle,
         policy=getattr(a, "policy", None), navigator=getattr(a, "navigator", None),
         options=tuple(getattr(a, "option", ())), autonomous=a.autonomous, sets=tuple(a.set),
-        on=tuple(a.on), off=tuple(a.off),
+        on=tuple(a.on), off=tuple(a.off), fault_files=tuple(a.faults), faults=tuple(a.fault),
     )  # fmt: skip

@@ -45,6 +45,7 @@ COMMANDS = {
                 "run",
                 "run soyuz-roll --bus inline",
                 "run soyuz --nav brdc3050.12n --nav brdc3050.12g --duration 86400 --bus inline --no-log",
+                "run soyuz --fault 'rx2 off @2m+30s' --fault 'G12 range +30 m @4m+1m'",
                 "run soyuz --policy prototype --autonomous elevation --out runs/prototype",
             ),
         ),
@@ -95,9 +96,13 @@ COMMANDS = {
             "completion", "a script by which bash, zsh or fish complete commands and options",
             ("completion bash > ~/.local/share/bash-completion/completions/gnss-hil",),
         ),
+        Command(
+            "faults", "kinds of faults on the bus, and fault files checked",
+            ("faults list", "faults show replay", "faults check mine.toml 'rx2 off @2m+30s'"),
+        ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
-            "schema", "JSON schemas of scenario, vehicle and structure files, for editors",
+            "schema", "JSON schemas of scenario, vehicle, structure and fault files, for editors",
             ("schema --out .", "schema scenario"),
         ),
         Command(
@@ -211,6 +216,7 @@ def status_and_text(error: BaseException) -> tuple[int, str] | None:
     for module, name, status in (
         ("gnss_hil.emulator.config.scenario", "ScenarioError", 2),
         ("gnss_hil.dbc.common.vehicle", "VehicleError", 2),
+        ("gnss_hil.emulator.faults.models", "FaultError", 2),
         ("gnss_hil.dbc.bus.base", "LinkError", 3),
         ("gnss_hil.emulator.orbits.dynamics", "OrbitError", 2),
         ("gnss_hil.emulator.error_models.checked", "ModelError", 1),

@@ -1,4 +1,4 @@
-"""`gnss-hil schema`: JSON schemas of scenario, vehicle and structure files, for editors and validators."""
+"""`gnss-hil schema`: JSON schemas of scenario, vehicle, structure and fault files, for editors and validators."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.common.whole_file import draft_of
 
-KINDS = ("scenario", "vehicle", "structure")
+KINDS = ("scenario", "vehicle", "structure", "faults")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

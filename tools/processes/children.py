@@ -17,7 +17,7 @@ from gnss_hil.dbc.process.command_line import Value
 from gnss_hil.tools.common.errors import Failed, Missing, Mistake
 from gnss_hil.tools.processes import parent_death
 from gnss_hil.tools.processes.tee import Tee
-from gnss_hil.tools.recording.run_folder import SCENARIO, TRUTH, RunFolder
+from gnss_hil.tools.recording.run_folder import FAULTS, SCENARIO, TRUTH, RunFolder
 from gnss_hil.tools.run_config.config import EXTERNAL, RunConfig
 from gnss_hil.tools.run_config.plan import Plan
 
@@ -142,6 +142,7 @@ def emulator_command(
         sys.executable, "-P", "-m", "gnss_hil.emulator",
         str(folder / SCENARIO), *buses, "--pace", config.pace,
         "--session", str(plan.session), "--truth", str(folder / TRUTH), "--status", f"fd:{status}", "--quiet",
+        *(("--events", str(folder / FAULTS)) if plan.world.faults else ()),
         *(() if config.flight == EXTERNAL else ("--wait", f"{BARRIER_S:g}")),
     ]  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -13,6 +13,7 @@ import numpy as np
 from gnss_hil.dbc.contract.frames import EMPTY, concat
 from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.emulator import assemble
+from gnss_hil.emulator.faults.engine import Event
 from gnss_hil.emulator.step import emulate_step
 from gnss_hil.flightsw.app.state import initial_state
 from gnss_hil.flightsw.app.step import flight_step
@@ -41,11 +42,19 @@ def _thawed() -> Iterator[None]:
             gc.unfreeze()
 
 
+class FaultSink(Protocol):
+    """Takes what faults did in each epoch."""
+
+    def add(self, events: Sequence[Sequence[Event]], now_s: float) -> None:
+        """Events of each craft, at a wall-clock time."""
+
+
 @_thawed()
 def play(
     plan: Plan,
     recorder: Recorder,
     truth: TruthSink,
+    fates: FaultSink,
     display: Display,
     stop: Callable[[], bool],
 ) -> Outcome:
@@ -71,6 +80,7 @@ def play(
             recorder.add(bus, epoch, frames)
             display.hear(bus, epoch, frames)
         truth.add(rows, heard)
+        fates.add(emulated.events, heard)
         epoch += 1
         display.refresh()
     wall_s = time.perf_counter() - begun

@@ -12,6 +12,7 @@ from typing import Any
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.process.shutdown import Stop
 from gnss_hil.emulator.config import scenario as scenarios
+from gnss_hil.emulator.faults import ledger
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.live.display import Display, open_display
@@ -22,6 +23,7 @@ from gnss_hil.tools.recording import account, provenance
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import (
     FACTS,
+    FAULTS,
     LOG,
     TRUTH,
     RunFolder,
@@ -232,12 +234,15 @@ def _play_inline(
     display: Display,
     stop: Interruptible,
 ) -> Outcome:
-    from gnss_hil.emulator.journal import TruthLog
+    from gnss_hil.emulator.journal import FaultLog, TruthLog
     from gnss_hil.emulator.truth import TRUTH as ROW
     from gnss_hil.tools.processes import inline
 
-    with TruthLog(folder / TRUTH, ROW, plan.names) as truth:
-        return inline.play(plan, recorder, truth, display, stop)
+    with (
+        TruthLog(folder / TRUTH, ROW, plan.names) as truth,
+        FaultLog(folder / FAULTS, plan.world.faults) as fates,
+    ):
+        return inline.play(plan, recorder, truth, fates, display, stop)
 
 
 def _play_processes(
@@ -305,6 +310,7 @@ def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Out
         mark_late_ms=assemble.milliseconds(outcome.mark_late_s),
         latency_histogram=[list(bar) for bar in outcome.latency_histogram],
         frames_sent=outcome.frames_sent,
+        faults=[ledger.about(one) for one in plan.world.faults],
         remarks=[*plan.remarks, *overload.notes(config.pace, scenario.time.epoch_interval_s, outcome)],
         bench_frames_refused=sum(sum(heard.refused.values()) for heard in outcome.heard),
         time_marks_refused=sum(heard.refused_marks for heard in outcome.heard),

@@ -19,6 +19,8 @@ from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.provenance import take_inputs
 
 LOG, TRUTH, SUMMARY, SCENARIO, FACTS = "bus.log", "truth", "summary.json", "scenario.toml", "run.json"
+FAULTS = "faults"
+"""What faults did, as it happened; where there are faults."""
 SCHEMA_LINE = re.compile(r"^#:schema .*\n", re.M)
 
 
@@ -67,6 +69,9 @@ class RunFolder:
             own = SCHEMA_LINE.sub("", text) if plain is None else toml.dumps(plain)
             (self / vehicle_name(names, i)).write_text(own, "utf-8")
         document = scenario.model_dump(mode="json", exclude_none=True)
+        del document["fault"]
+        if scenario.fault:  # as they were given: most keys of a place are empty
+            document["fault"] = [one.model_dump(mode="json", exclude_unset=True) for one in scenario.fault]
         taken = take_inputs(document, self.path)
         (self / SCENARIO).write_text(toml.dumps(document), "utf-8")
         return taken

@@ -17,7 +17,7 @@ from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, SUMMARY, TRUTH, write_json
-from gnss_hil.tools.results import tables, truth
+from gnss_hil.tools.results import faults, tables, truth
 from gnss_hil.tools.results.summary import build
 
 COMPLETE, INTERRUPTED, FAILED = "complete", "interrupted", "failed"
@@ -39,6 +39,7 @@ class _Facts(BaseModel):
 
     ended    COMPLETE, INTERRUPTED, FAILED or, null, while it goes on and where it died
     failure  why it broke off
+    faults   what was armed on each craft's bus
     about    `gnss_hil.tools.recording.provenance`, and what was asked for
     """
 
@@ -59,6 +60,7 @@ class _Facts(BaseModel):
     frames_sent: int | None
     latency_histogram: list[tuple[float, int]] = []
     remarks: list[str] = []
+    faults: list[dict[str, Any]] = []
     ended: str | None = INTERRUPTED
     failure: str = ""
     epochs_planned: int | None = None
@@ -70,6 +72,7 @@ def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest])
     """Tables, run.json and summary.json of a folder; the summary."""
     stream = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     tables.write_fixes_and_truth(folder, digests, stream)
+    faults.write(folder)
     summary = build(facts, digests, stream)
     write_json(folder / FACTS, facts)
     write_json(folder / SUMMARY, summary)
@@ -136,6 +139,7 @@ def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:
         "mark_late_ms": None,
         "latency_histogram": [],
         "frames_sent": None,
+        "faults": [],
         "remarks": [],
         "expect": {name: limits.model_dump(exclude_none=True) for name, limits in scenario.expect.items()},
     } | noted

@@ -29,6 +29,7 @@ class Overrides:
     sets         any keys by their paths, and values, as typed; after all the others
     on, off      error models switched, "all" among them; a name counts more than "all"
     attitudes    number of a craft -> its [craft.attitude]
+    fault_files, faults   fault files, and faults of one line, behind those of the scenario
     """
 
     duration_s: float | None = None
@@ -48,6 +49,8 @@ class Overrides:
     on: tuple[str, ...] = ()
     off: tuple[str, ...] = ()
     attitudes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    fault_files: tuple[Path, ...] = ()
+    faults: tuple[str, ...] = ()
 
 
 UNCHANGED = Overrides()

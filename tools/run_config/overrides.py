@@ -12,6 +12,7 @@ from gnss_hil.dbc.common import systems
 from gnss_hil.dbc.process.command_line import Value
 from gnss_hil.emulator.config.scenario import Flight, ScenarioError
 from gnss_hil.emulator.error_models import registry
+from gnss_hil.emulator.faults.files import gathered
 from gnss_hil.emulator.files import rinex_nav
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.flightsw.app.config import carried_over
@@ -23,7 +24,8 @@ _LETTERS = {system.name: system.letter for system in systems.tracked()}
 
 
 def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, Any]:
-    """A new document; Mistake or ScenarioError where the changes contradict each other or a file."""
+    """A new document; Mistake, ScenarioError or FaultError where the changes contradict each other or a
+    file."""
     changed = deepcopy(dict(document))
     time = changed.setdefault("time", {})
     for key, value in (("duration_s", overrides.duration_s), ("epoch_interval_s", overrides.interval_s)):
@@ -38,6 +40,10 @@ def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, A
     for number, craft in enumerate(changed.get("craft", [])):
         if isinstance(craft, dict):
             _override_craft(craft, number, overrides)
+    added = gathered(overrides.fault_files, overrides.faults)
+    if added:
+        own = changed.get("fault", [])
+        changed["fault"] = [*own, *(one.model_dump(mode="json", exclude_unset=True) for one in added)]
     if overrides.sets:
         _check_said_once(overrides)
         set_keys.apply(changed, overrides.sets)

@@ -21,6 +21,7 @@ from pydantic_core import core_schema
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.emulator.config import scenario
+from gnss_hil.emulator.faults import files as faults
 from gnss_hil.emulator.signal.structure import file as structure
 from gnss_hil.flightsw.app.config import Options
 from gnss_hil.flightsw.assignment.registry import POLICIES
@@ -32,6 +33,7 @@ KINDS: dict[str, Files[Any]] = {
     "scenario": scenario.FILES,
     "vehicle": vehicle.FILES,
     "structure": structure.FILES,
+    "faults": faults.FILES,
 }
 """Kind of file -> its model, and where those are that ship."""
 

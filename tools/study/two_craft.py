@@ -14,6 +14,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.tools.decoder.digest import Columns, Digest
+from gnss_hil.emulator.journal import FaultLog
 from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.processes import inline
 from gnss_hil.tools.recording.recorder import Recorder
@@ -91,7 +92,7 @@ def play(plan: Plan) -> Errors:
         lambda bus, frames, bits: craft[bus].digest.feed(frames, bits),
     )  # fmt: skip
     truth = _Truth()
-    inline.play(plan, recorder, truth, Progress(plan, quiet=True), lambda: False)
+    inline.play(plan, recorder, truth, FaultLog(None, ()), Progress(plan, quiet=True), lambda: False)
     recorder.flush()
     for one in craft:
         one.digest.finish()

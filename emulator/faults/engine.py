@@ -1,0 +1,175 @@
+"""Faults applied to the frames of a craft's bus, an epoch and a direction at a time: a pure function.
+
+What is armed sees the frames in the order of the file, each what the one before has left. Triggers see them
+untouched. A run without faults does not come here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import Bool
+from gnss_hil.dbc.common.vehicle import Vehicle
+from gnss_hil.dbc.contract.codec import Codec
+from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.emulator.faults import when, where
+from gnss_hil.emulator.faults.base import Actions, At, Direction, Now, Rows
+from gnss_hil.emulator.faults.kinds.registry import KINDS
+from gnss_hil.emulator.faults.kinds.row import Bus
+from gnss_hil.emulator.faults.models import Fault, FaultError
+from gnss_hil.emulator.faults.triggers import Seen, Watch
+from gnss_hil.emulator.faults.when import Window
+from gnss_hil.emulator.faults.where import Where
+from gnss_hil.emulator.numerics.keyed_draws import Stream, key_of
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Armed:
+    """A fault on a bus."""
+
+    name: str
+    kind: str
+    place: str
+    fault: Fault
+    where: Where
+    window: Window
+    actions: Actions
+    draws: Stream
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaultPlan:
+    """The faults of one craft's bus, in order."""
+
+    craft: str
+    codec: Codec
+    interval_ns: int
+    armed: tuple[Armed, ...]
+    watch: Watch
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A fault that acts on the frames of an epoch and direction.
+
+    fault    its number in the plan;  since   first epoch of its window, or of the part of it
+    touched  frames that it took out, put in or changed
+    """
+
+    fault: int
+    epoch: int
+    t_ns: int
+    direction: Direction
+    since: int
+    touched: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaultState:
+    """All faults of a bus between epochs: states of their actions, frames that each has touched, what triggers
+    have seen."""
+
+    actions: tuple[dict[Direction, Any], ...]
+    touched: tuple[int, ...]
+    seen: Seen
+
+
+def armed(
+    faults: Sequence[Fault], craft: str, vehicle: Vehicle, codec: Codec, interval_ns: int, seed: int,
+    session: int = 0, link: str | None = None, origins: Sequence[str] = (),
+) -> FaultPlan:  # fmt: skip
+    """Faults on a craft's bus; FaultError with every mistake: a place, receiver, signal or link that is none.
+
+    link      what they are to be done on, of `gnss_hil.emulator.faults.kinds.row.LINKS`; None: any
+    origins   of each, for people
+    """
+    bus = Bus(codec, vehicle.names, vehicle.clock_domain.tolist(), interval_ns, session)
+    found: list[Armed] = []
+    wrong: list[str] = []
+    for number, fault in enumerate(faults):
+        origin = origins[number] if origins else f"fault.{number}"
+        try:
+            if fault.craft in (None, craft):
+                found.append(_armed(fault, number, craft, bus, seed, link))
+        except ValueError as error:
+            wrong.append(f"{origin}: {fault.kind}: {error}")
+    try:
+        triggers = [one.window.after for one in found if one.window.after is not None]
+        watch = Watch(codec, triggers, vehicle.names)
+    except ValueError as error:
+        wrong.append(f"at.after: {error}")
+    if wrong:
+        raise FaultError("\n".join(wrong))
+    return FaultPlan(craft, codec, interval_ns, tuple(found), watch)
+
+
+def _armed(fault: Fault, number: int, craft: str, bus: Bus, seed: int, link: str | None) -> Armed:
+    row = KINDS[fault.kind]
+    if link is not None and link not in row.links:
+        others = f"; {' and '.join(row.links)} can" if row.links else ""
+        raise ValueError(f"{link} cannot do it: {row.why}{others}")
+    place = where.resolve(fault.on, bus.codec, bus.names)
+    return Armed(
+        fault.name or f"{fault.kind} {number + 1}",
+        fault.kind,
+        where.text(fault.on),
+        fault,
+        place,
+        when.window(fault.at, bus.interval_ns),
+        row.build(fault, bus, place),
+        Stream(seed, key_of(craft), f"fault {number}"),
+    )
+
+
+def fresh(plan: FaultPlan) -> FaultState:
+    """The state before the first epoch."""
+    actions = tuple({way: action.fresh() for way, action in one.actions.items()} for one in plan.armed)
+    return FaultState(actions, (0,) * len(plan.armed), Seen())
+
+
+def inject(
+    plan: FaultPlan, state: FaultState, frames: FrameBatch, at: At
+) -> tuple[FaultState, FrameBatch, tuple[Event, ...]]:
+    """An epoch's frames of one direction as the faults leave them; what acted."""
+    seen = plan.watch.look(state.seen, frames, at.epoch)
+    actions, touched = list(state.actions), list(state.touched)
+    events: list[Event] = []
+    for number, one in enumerate(plan.armed):
+        action = one.actions.get(at.direction)
+        if action is None:
+            continue
+        now = _now(plan, one, seen, at)
+        placed = one.where.rows(frames)
+        hit = _struck(one.window, placed, now, touched[number])
+        kept, frames, count = action.step(actions[number][at.direction], frames, Rows(placed, hit), now)
+        actions[number] = {**actions[number], at.direction: kept}
+        touched[number] += count
+        if now.active or count:
+            events.append(Event(number, at.epoch, at.t_ns, at.direction, now.since, count))
+    return FaultState(tuple(actions), tuple(touched), seen), frames, tuple(events)
+
+
+def _now(plan: FaultPlan, one: Armed, seen: Seen, at: At) -> Now:
+    trigger = one.window.after
+    origin = 0 if trigger is None else seen.since.get(trigger, -1)
+    since = one.window.begun(at.epoch, origin) if origin >= 0 else None
+    return Now(
+        plan.codec, at, since is not None, -1 if since is None else since, plan.interval_ns, one.draws
+    )
+
+
+def _struck(window: Window, placed: Bool, now: Now, touched: int) -> Bool:
+    """Which of the frames at the place are struck: in the window, by chance, as long as the number lasts."""
+    if not now.active:
+        return np.zeros(len(placed), bool)
+    hit = placed
+    if window.probability < 1:
+        hit = hit & (now.uniform("probability", len(placed)) < window.probability)
+    if window.count is not None:
+        hit = hit & (np.cumsum(hit) <= window.count - touched)
+    return hit
+

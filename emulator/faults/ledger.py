@@ -1,0 +1,90 @@
+"""What faults did: events of epochs, as lines of a file, and as rows of `faults.parquet`.
+
+A row is a stretch of a fault on one bus and in one direction: a window, or a part of it, of which the frames of
+every epoch were struck or could have been. What a fault still does behind its window (frames that it held back
+come, counters go on from elsewhere) is a row of its own that is not active.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gnss_hil.emulator.faults.base import Direction
+from gnss_hil.emulator.faults.engine import Event, FaultPlan
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A fault from one epoch to another.
+
+    active    within its window
+    epochs    in which it acted;  touched  frames that it took out, put in or changed
+    """
+
+    craft: int
+    fault: int
+    direction: Direction
+    active: bool
+    first: int
+    last: int
+    epochs: int
+    touched: int
+
+
+def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
+    """Stretches of events (number of the craft, event) in the order of their epochs; by first epoch."""
+    done: list[Stretch] = []
+    open_: dict[tuple[int, int, Direction], tuple[int, Stretch]] = {}
+    for craft, event in events:
+        key = craft, event.fault, event.direction
+        since, stretch = open_.get(key, (event.since, None))
+        if stretch is not None and since == event.since and event.epoch - stretch.last <= 1:
+            grown = replace(
+                stretch, last=event.epoch, epochs=stretch.epochs + (event.epoch != stretch.last),
+                touched=stretch.touched + event.touched,
+            )  # fmt: skip
+        else:
+            done += [stretch] if stretch is not None else []
+            grown = Stretch(
+                craft, event.fault, event.direction, event.since >= 0, event.epoch, event.epoch, 1, event.touched
+            )
+        open_[key] = event.since, grown
+    done += [stretch for _, stretch in open_.values()]
+    return sorted(done, key=lambda one: (one.first, one.craft, one.fault, one.direction.value))
+
+
+def header(plans: Sequence[FaultPlan]) -> str:
+    """First line of the file: what is armed on each craft's bus."""
+    return json.dumps({"armed": [about(plan) for plan in plans]}) + "\n"
+
+
+def about(plan: FaultPlan) -> dict[str, Any]:
+    """What is armed on a bus."""
+    return {
+        "craft": plan.craft,
+        "faults": [{"name": one.name, "kind": one.kind, "place": one.place} for one in plan.armed],
+    }
+
+
+def line(craft: int, event: Event) -> str:
+    """An event as a line."""
+    way = event.direction.value
+    return f"[{craft},{event.fault},{event.epoch},{event.t_ns},\"{way}\",{event.since},{event.touched}]\n"
+
+
+def read(lines: Iterable[str]) -> tuple[list[dict[str, Any]], Iterator[tuple[int, Event]]]:
+    """What was armed by craft, and events (number of the craft, event); a last line that is cut short is left
+    out."""
+    lines = iter(lines)
+    return json.loads(next(lines))["armed"], _events(lines)
+
+
+def _events(lines: Iterable[str]) -> Iterator[tuple[int, Event]]:
+    for text in lines:
+        if not text.endswith("\n"):
+            return
+        craft, fault, epoch, t_ns, way, since, touched = json.loads(text)
+        yield craft, Event(fault, epoch, t_ns, Direction(way), since, touched)

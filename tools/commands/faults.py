@@ -1,0 +1,112 @@
+"""`gnss-hil faults`: the kinds of faults there are, one of them in full, and fault files checked."""
+
+from __future__ import annotations
+
+import argparse
+from argparse import Namespace
+from pathlib import Path
+
+from gnss_hil.tools.common.errors import Mistake
+
+PARTS = ("list", "show", "check")
+DEFAULT_SCENARIO = "soyuz"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("part", nargs="?", default="list", metavar="PART", choices=PARTS,
+        help="list (default): kinds of faults; show KIND: its parameters and an example; check FILE ...: "
+        "fault files, or lines in quotes, against a scenario")  # fmt: skip
+    add("what", nargs="*", metavar="KIND|FILE|TEXT", help="a kind; fault files, shipped ones by name, or lines")
+    add("--scenario", default=DEFAULT_SCENARIO, metavar="S",
+        help="whose craft and signals they are checked against (default soyuz)")  # fmt: skip
+
+
+def run(arguments: Namespace) -> int:
+    return _PARTS[arguments.part](arguments)
+
+
+def _list(arguments: Namespace) -> int:
+    if arguments.what:
+        raise Mistake(f"faults list takes nothing, found '{arguments.what[0]}'; faults show KIND")
+    from gnss_hil.emulator.faults.kinds.registry import GROUPS, KINDS
+
+    width = max(map(len, KINDS))
+    for group, rows in GROUPS.items():
+        print(f"{group}:")
+        for row in rows:
+            print(f"  {row.name:<{width}}  {row.summary}")
+    return 0
+
+
+def _show(arguments: Namespace) -> int:
+    from gnss_hil.dbc.common.near import did_you_mean
+    from gnss_hil.emulator.faults.kinds.registry import KINDS
+    from gnss_hil.tools.schema.fault_page import described
+
+    if not arguments.what:
+        raise Mistake("faults show: which kind? gnss-hil faults list")
+    for name in arguments.what:
+        if name not in KINDS:
+            raise Mistake(f"faults show: no kind '{name}'; {did_you_mean(name, KINDS)}")
+    print("\n\n".join(described(KINDS[name]) for name in arguments.what))
+    return 0
+
+
+def _check(arguments: Namespace) -> int:
+    """Every mistake of all of them; exit status 2 if there is one."""
+    if not arguments.what:
+        raise Mistake("faults check: which file, or line?")
+    from gnss_hil.emulator.faults import files
+    from gnss_hil.emulator.faults.models import FaultError
+
+    wrong: list[str] = []
+    good: list[tuple[str, int]] = []
+    plan = _scene(arguments.scenario)
+    for text in arguments.what:
+        try:
+            name, found = _read(text, files)
+            plan(found, name)
+            good.append((name, len(found)))
+        except FaultError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise Mistake("\n".join(wrong))
+    for name, count in good:
+        print(f"{name}: {count} fault{'' if count == 1 else 's'}, no mistake")
+    return 0
+
+
+def _read(text: str, files):
+    """Name and faults of a file, a shipped one, or a line."""
+    if " " in text and not Path(text).exists():
+        return f"'{text}'", (files.of_line(text),)
+    path = files.FILES.find(text)
+    return str(path), files.load(path).fault
+
+
+def _scene(scenario: str):
+    """What arms faults on the craft of a scenario."""
+    from gnss_hil.dbc.contract.codec import codec
+    from gnss_hil.emulator.faults import engine
+    from gnss_hil.emulator.faults.models import FaultError
+    from gnss_hil.tools.run_config import plan
+
+    found = plan.resolve(scenario)
+    names = [craft.name for craft in found.scenario.craft]
+
+    def armed(faults, origin: str) -> None:
+        for number, fault in enumerate(faults):
+            if fault.craft is not None and fault.craft not in names:
+                raise FaultError(f"{origin}: fault.{number}.craft: no craft '{fault.craft}'; {', '.join(names)}")
+        for name, vehicle in zip(names, found.vehicles, strict=True):
+            time, origins = found.scenario.time, [f"{origin}: fault.{n}" for n in range(len(faults))]
+            engine.armed(
+                faults, name, vehicle, codec(vehicle.antennas), time.interval_ns, found.scenario.seed,
+                origins=origins,
+            )  # fmt: skip
+
+    return armed
+
+
+_PARTS = {"list": _list, "show": _show, "check": _check}
