@@ -12,6 +12,7 @@ from gnss_hil.dbc.bus.base import Link
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.dbc.lockstep.master_protocol import Barrier, Exchange
 
@@ -174,7 +175,7 @@ class MasterLoop:
             self._await_instant(epoch, self._period_s)
         for name, bus in self._buses.items():
             bus.link.send(self._exchanges[name].open(epoch, blocks[name]))
-            self.tally.sent += len(blocks[name])
+            self.tally.sent += messages.counted(blocks[name])
         sent_s = time.perf_counter()
         if self._period_s is None:
             inbox = self._gather(sent_s)

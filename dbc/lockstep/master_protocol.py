@@ -155,7 +155,8 @@ class Exchange:
         self._epoch = epoch
         self._repeated = self._mixed = False
         self._answers = [None for _ in self._nodes]
-        self._sync = messages.encode(messages.SYNC_ID, self.session, epoch, min(len(block), 0xFFFF))
+        count = messages.counted(block)
+        self._sync = messages.encode(messages.SYNC_ID, self.session, epoch, min(count, 0xFFFF))
         return concat((block, self._sync))
 
     def repeat(self) -> FrameBatch:

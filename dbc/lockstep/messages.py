@@ -123,6 +123,11 @@ def is_bench(can_id: NDArray[np.uint32]) -> NDArray[np.bool_]:
     return can_id - np.uint32(BENCH_FIRST) <= np.uint32(BENCH_LAST - BENCH_FIRST)  # below wraps to the top
 
 
+def counted(block: FrameBatch) -> int:
+    """Frames of a block that SYNC and DONE count: bench frames that faults have put into it are none."""
+    return len(block) - int(is_bench(block.can_id).sum())
+
+
 def explain(refused: Mapping[Refusal, int]) -> str:
     """Refused bench frames by reason, for people: "" if none was."""
     found = ", ".join(f"{count} {why.value}" for why, count in refused.items() if count)

@@ -10,16 +10,19 @@ from typing import Protocol
 
 import numpy as np
 
-from gnss_hil.dbc.contract.frames import EMPTY, concat
+from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch
 from gnss_hil.dbc.lockstep.latency import Latency
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.faults.engine import Event
 from gnss_hil.emulator.step import emulate_step
+from gnss_hil.flightsw.app.config import FlightConfig
 from gnss_hil.flightsw.app.state import initial_state
 from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.tools.live.display import Display
+from gnss_hil.tools.processes.inline_bus import Direct, Fly, Steered
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.recording.recorder import Recorder
+from gnss_hil.tools.recording.sequence import Epoch
 from gnss_hil.tools.run_config.plan import Plan
 
 
@@ -49,6 +52,27 @@ class FaultSink(Protocol):
         """Events of each craft, at a wall-clock time."""
 
 
+class _Flight:
+    """The flight software of a craft, timed."""
+
+    def __init__(self, config: FlightConfig, latency: Latency):
+        self._config, self._latency = config, latency
+        self._state = initial_state(config)
+
+    def __call__(self, block: FrameBatch, fresh: bool) -> FrameBatch:
+        """Its answer to a block, from a fresh state or on from the last."""
+        begun = time.perf_counter()
+        state = initial_state(self._config) if fresh else self._state
+        self._state, answer = flight_step(self._config, state, block)
+        self._latency.add(time.perf_counter() - begun)
+        return answer
+
+
+def _way(plan: Plan, number: int, fly: Fly) -> Direct | Steered:
+    """How frames of a craft go: between both sides of lockstep where faults are armed."""
+    return Steered(plan.codecs[number], plan.session, fly) if plan.world.faults else Direct(fly)
+
+
 @_thawed()
 def play(
     plan: Plan,
@@ -61,32 +85,40 @@ def play(
     """All epochs of a plan, as fast as they go; `stop` ends them early."""
     world = plan.world
     emulated = assemble.initial_state(world)
-    configs = dict(zip(plan.names, plan.flights, strict=True))
-    flown = {name: initial_state(config) for name, config in configs.items()}
+    latency = Latency()
+    ways = [_way(plan, number, _Flight(config, latency)) for number, config in enumerate(plan.flights)]
     answers = dict.fromkeys(plan.names, EMPTY)
     epochs = plan.scenario.time.epochs
-    latency, sent, epoch = Latency(), 0, 0
+    sent = epoch = unanswered = 0
+
+    def record(bus: int, closed: Sequence[Epoch]) -> int:
+        for one in closed:
+            recorder.add(bus, one.number, one.frames)
+            display.hear(bus, one.number, one.frames)
+        return sum(len(one.frames) for one in closed)
+
     gc.freeze()  # what was built before the loop lives through it: nothing there to collect
     begun = time.perf_counter()
     while epoch < epochs and not stop():
         emulated, blocks, rows = emulate_step(world, emulated, answers, epoch)
-        heard = time.perf_counter()
-        for bus, (name, config) in enumerate(configs.items()):
-            heard = time.perf_counter()
-            flown[name], answers[name] = flight_step(config, flown[name], blocks[name])
-            latency.add(time.perf_counter() - heard)
-            frames = concat((blocks[name], answers[name]))
-            sent += len(frames)
-            recorder.add(bus, epoch, frames)
-            display.hear(bus, epoch, frames)
-        truth.add(rows, heard)
-        fates.add(emulated.events, heard)
+        answered = True
+        for bus, (name, way) in enumerate(zip(plan.names, ways, strict=True)):
+            played = way.play(epoch, blocks[name])
+            answers[name] = played.inbox
+            answered &= played.answered
+            sent += record(bus, played.epochs)
+        unanswered += not answered
+        now_s = time.perf_counter()
+        truth.add(rows, now_s)
+        fates.add(emulated.events, now_s)
         epoch += 1
         display.refresh()
+    for bus, way in enumerate(ways):
+        sent += record(bus, way.end(epoch, "COMPLETED" if epoch == epochs else "INTERRUPTED"))
     wall_s = time.perf_counter() - begun
     return Outcome(
         epoch,
-        0,
+        unanswered,
         wall_s,
         latency.percentile_s(50),
         latency.percentile_s(99),

@@ -104,19 +104,19 @@ def play(
         facts = _facts(plan, config, about, outcome)
         summary = assemble.write(folder.path, facts, digests)
     whole = not outcome.failure and not outcome.interrupted
-    told = _told(plan, outcome, digests)
+    told, disturbed = _told(plan, outcome, digests), bool(plan.world.faults)
     return Ran(
         folder.path,
         facts,
         summary,
         digests,
         outcome,
-        (*judged, *_unanswered(config, outcome), *(line for row in told for line in account.faults(*row)))
+        (*judged, *_unanswered(config, outcome), *(line for row in told for line in account.faults(*row, disturbed)))
         if whole
         else (),
         (
             *remarks,
-            *(line for row in told for line in account.notes(*row)),
+            *(line for row in told for line in account.notes(*row, disturbed)),
             *(_by_one_carrier(plan, digests) if config.flight == OURS else ()),
             *_empty_skies(summary),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),

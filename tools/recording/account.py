@@ -67,10 +67,28 @@ def _many(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def faults(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iterator[str]:
-    """Why the record is not the flight, a line each."""
+def faults(
+    craft: str, heard: Heard, counted: Counted, decoded: Decoded, disturbed: bool = False
+) -> Iterator[str]:
+    """Why the record is not the flight, a line each.
+
+    disturbed   faults were armed on the bus: what nodes say and leave unsaid may be their work, and is noted
+    """
     if counted.epochs not in (None, heard.epochs):
         yield f"{craft}: {_many(heard.epochs, 'epoch')} on record, the time master played {counted.epochs}"
+    if not disturbed:
+        yield from _conduct(craft, heard, counted, decoded)
+    if heard.lost_answers:
+        yield (
+            f"{craft}: {_many(heard.lost_answers, 'answer')} came so late that frames could not tell their "
+            "epoch, and are not on record"
+        )
+    if heard.ended and counted.fixes not in (None, decoded.fixes):
+        yield f"{craft}: fixes: {decoded.fixes} on record, {counted.fixes} flown"
+
+
+def _conduct(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iterator[str]:
+    """What the nodes of a bus do wrong, or leave undone."""
     if heard.epochs and not decoded.answers:
         yield f"{craft}: the flight software answered none of {_many(heard.epochs, 'epoch')}"
     if heard.miscounts:
@@ -86,22 +104,19 @@ def faults(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iter
     elif heard.several and decoded.out_of_order and counted.fixes is None:
         nodes, many = ", ".join(heard.several), _many(decoded.out_of_order, "frame")
         yield f"{craft}: several peers of the bus spoke for {nodes}, and {many} on record are out of order"
-    if heard.lost_answers:
-        yield (
-            f"{craft}: {_many(heard.lost_answers, 'answer')} came so late that frames could not tell their "
-            "epoch, and are not on record"
-        )
     if decoded.answers < heard.answers - heard.lost_answers:
         yield (
             f"{craft}: the flight software answered {_many(heard.answers - heard.lost_answers, 'epoch')}, "
             f"{decoded.answers} NAV_STATUS are on record"
         )
-    if heard.ended and counted.fixes not in (None, decoded.fixes):
-        yield f"{craft}: fixes: {decoded.fixes} on record, {counted.fixes} flown"
 
 
-def notes(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iterator[str]:
-    """What was refused or late and changed nothing, a line each."""
+def notes(
+    craft: str, heard: Heard, counted: Counted, decoded: Decoded, disturbed: bool = False
+) -> Iterator[str]:
+    """What was refused or late and changed nothing, a line each; and what faults may have brought about."""
+    if disturbed:
+        yield from _conduct(craft, heard, counted, decoded)
     if not heard.ended and counted.fixes not in (None, decoded.fixes):
         yield f"{craft}: fixes: {decoded.fixes} on record, which nobody ended; {counted.fixes} flown"
     if refused := messages.explain(heard.refused):

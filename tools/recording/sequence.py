@@ -45,7 +45,8 @@ class Sequencer:
 
     The first intact time mark begins the run. Marks are believed as the flight side believes them
     (`gnss_hil.dbc.lockstep.slave_protocol`): one that does not lead on opens an epoch when its own SYNC
-    follows, or a mark that leads on from it. Those that nothing bears out are left out and counted. A record
+    follows, or a mark that leads on from it. Those that nothing bears out are left out and counted. An epoch whose
+    mark is lost begins behind the SYNC before, and so does one whose mark is late. A record
     is of one run: another on the bus is refused, unless the first had not brought an epoch yet.
 
     A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
@@ -70,6 +71,7 @@ class Sequencer:
         self._at: Label | None = None
         self._doubtful: _Doubtful | None = None
         self._heard: list[FrameBatch] = []
+        self._block = 0  # pieces heard when SYNC closed the block; what comes then is of the next epoch
         self._answers: list[FrameBatch] = []
         self._pending: list[FrameBatch] = []
         self._answered = -1
@@ -145,8 +147,9 @@ class Sequencer:
             return []
         if self._at is None or self._leads_on(label):
             self._pass_over()
+            early = self._cut_behind_block()
             closed = self._close_for_next()
-            self._open(label, [mark])
+            self._open(label, [*early, mark])
             return closed
         if self._at == label:
             self.refused_marks += 1
@@ -159,6 +162,13 @@ class Sequencer:
         self._doubtful = _Doubtful(label, len(self._heard))
         self._heard.append(mark)
         return []
+
+    def _cut_behind_block(self) -> list[FrameBatch]:
+        """Frames that came behind the SYNC of the epoch at hand, taken out: the next mark is late or lost."""
+        if self._at is None or self._announced != self._at.epoch:
+            return []
+        early, self._heard = self._heard[self._block :], self._heard[: self._block]
+        return early
 
     def _borne_out_by(self, label: Label) -> bool:
         """Whether a mark bears out the one in doubt; a run that is steered waits for its SYNC."""
@@ -277,13 +287,18 @@ class Sequencer:
             own = self._of_doubtful(frames, row)
             if own is not None and self._believable:
                 closed, found = self._believe(), own
+            elif isinstance(found, Bench) and found.epoch == self._at.epoch + 1 == self._announced + 1:
+                self._pass_over()
+                early = self._cut_behind_block()  # its mark was lost
+                closed = self._close_for_next()
+                self._open(Label(found.session, found.epoch), early)
         if not (
             isinstance(found, Bench) and (found.session, found.epoch) == (self._at.session, self._at.epoch)
         ):
             self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
         elif found.epoch > self._announced:
             self._pass_over()
-            self._announced = found.epoch
+            self._announced, self._block = found.epoch, len(self._heard)
             self._syncs += 1
             self._declared += found.count
         return closed
