@@ -124,7 +124,9 @@ def _play(arguments: argparse.Namespace, make: World, stop) -> int:
         truth = stack.enter_context(
             _opened(lambda: TruthLog(arguments.truth, TRUTH, list(specs)), arguments.truth)
         )
-        fates = stack.enter_context(_opened(lambda: FaultLog(arguments.events, world.faults), arguments.events))
+        fates = stack.enter_context(
+            _opened(lambda: FaultLog(arguments.events, world.faults), arguments.events)
+        )
         status = stack.enter_context(_opened(lambda: StatusLog(arguments.status), arguments.status))
         buses = {}
         for craft in world.craft:

@@ -41,8 +41,10 @@ class TruthLog:
 
 
 class FaultLog:
-    """What faults did, as it happens, where there are any: the lines of `gnss_hil.emulator.faults.ledger`, with the
-    file at least once a second of wall time, which the caller tells."""
+    """What faults did, as it happens, where there are any: the lines of `gnss_hil.emulator.faults.ledger`.
+
+    They reach the file at least once a second of wall time, which the caller tells.
+    """
 
     def __init__(self, path: Path | None, plans: Sequence[FaultPlan]):
         self._file = open(os.devnull if path is None or not plans else path, "w")  # noqa: SIM115

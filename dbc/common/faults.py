@@ -25,7 +25,7 @@ def faults(error: ValidationError, origin: str, model: type[BaseModel] | None = 
     """
     lines: dict[tuple[str, str], list[str]] = {}
     told = error.errors()
-    paths = [_keys(fault["loc"], model) for fault in told]
+    paths = [_keys(fault["loc"], model, fault["type"] == "extra_forbidden") for fault in told]
     for fault, keys in zip(told, paths, strict=True):
         if fault["type"].endswith("_type") and any(_below(path, keys) for path in paths):
             continue  # it is of another kind, in which something is wrong
@@ -51,15 +51,16 @@ def _below(path: Sequence[Key], keys: Sequence[Key]) -> bool:
     return len(path) > len(keys) and list(path[: len(keys)]) == list(keys)
 
 
-def _keys(loc: Sequence[Key], model: type[BaseModel] | None) -> list[Key]:
-    """A path without the kinds that pydantic puts into it where several are allowed."""
+def _keys(loc: Sequence[Key], model: type[BaseModel] | None, strange: bool) -> list[Key]:
+    """A path without the kinds that pydantic puts into it where several are allowed; strange: its last key is
+    one that no model has."""
     if model is None:
         return list(loc)
     keys: list[Key] = []
     for number, part in enumerate(loc):
         above = model_tree.at(model, keys)
         last = number == len(loc) - 1
-        unknown = last and above is not None and model_tree.is_table(above) and part != "[key]"
+        unknown = last and strange and above is not None and model_tree.is_table(above) and part != "[key]"
         if above is None or unknown or model_tree.inside(above, part) is not None:
             keys.append(part)
     return keys

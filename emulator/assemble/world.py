@@ -28,11 +28,11 @@ from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
 from gnss_hil.emulator.constellation.sky import build_sky
 from gnss_hil.emulator.earth.sun_table import Sun
 from gnss_hil.emulator.environment.block import SkyCache
-from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.faults import engine
 from gnss_hil.emulator.faults.engine import FaultPlan
 from gnss_hil.emulator.faults.kinds.row import RUN
 from gnss_hil.emulator.faults.models import FaultError
+from gnss_hil.emulator.files import finals
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.receivers.base import Craft
 from gnss_hil.emulator.state import EmulatorState, World
@@ -108,7 +108,13 @@ def fault_plans(given: scenario.Scenario, craft: Sequence[Craft], session: int) 
         try:
             plans.append(
                 engine.armed(
-                    given.fault, one.name, one.vehicle, one.codec, given.time.interval_ns, given.seed, session,
+                    given.fault,
+                    one.name,
+                    one.vehicle,
+                    one.codec,
+                    given.time.interval_ns,
+                    given.seed,
+                    session,
                     RUN,
                 )
             )  # fmt: skip

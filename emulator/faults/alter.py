@@ -23,7 +23,7 @@ class Content(Protocol):
 
     def fresh(self, codec: Codec) -> Any: ...
 
-    def step(self, state: Any, frames: FrameBatch, hit: Bool, now: Now) -> tuple[Any, U64]:
+    def step(self, state: Any, frames: FrameBatch, hit: Bool, now: Now, /) -> tuple[Any, U64]:
         """State, and payloads (n,) of an epoch's frames, changed at most where hit."""
         ...
 
@@ -139,7 +139,9 @@ class Flipped:
 def _within(bits: Any) -> U64:
     """(n,) words with the lowest bits (n,) set."""
     whole = np.uint64(0xFFFF_FFFF_FFFF_FFFF)
-    return np.where(bits >= 64, whole, (np.uint64(1) << np.minimum(bits, 63).astype(np.uint64)) - np.uint64(1))
+    return np.where(
+        bits >= 64, whole, (np.uint64(1) << np.minimum(bits, 63).astype(np.uint64)) - np.uint64(1)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,9 +153,7 @@ class Shorten:
     def fresh(self) -> None:
         return None
 
-    def step(
-        self, state: None, frames: FrameBatch, rows: Rows, now: Now
-    ) -> tuple[None, FrameBatch, int]:
+    def step(self, state: None, frames: FrameBatch, rows: Rows, now: Now) -> tuple[None, FrameBatch, int]:
         if not rows.hit.any():
             return None, frames, 0
         length, data = frames.length.copy(), frames.data.copy()

@@ -86,7 +86,9 @@ class Action(Protocol):
         """State before the first epoch."""
         ...
 
-    def step(self, state: Any, frames: FrameBatch, rows: Rows, now: Now) -> tuple[Any, FrameBatch, int]: ...
+    def step(
+        self, state: Any, frames: FrameBatch, rows: Rows, now: Now, /
+    ) -> tuple[Any, FrameBatch, int]: ...
 
 
 Actions = Mapping[Direction, Action]

@@ -16,6 +16,7 @@ from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.emulator.faults import place as places
 from gnss_hil.emulator.faults import when, where
 from gnss_hil.emulator.faults.base import Actions, At, Direction, Now, Rows
 from gnss_hil.emulator.faults.kinds.registry import KINDS
@@ -70,8 +71,8 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaultState:
-    """All faults of a bus between epochs: states of their actions, frames that each has touched, what triggers
-    have seen."""
+    """All faults of a bus between epochs: states of their actions, frames that each has touched, what
+    triggers have seen."""
 
     actions: tuple[dict[Direction, Any], ...]
     touched: tuple[int, ...]
@@ -90,6 +91,7 @@ def armed(
     bus = Bus(codec, vehicle.names, vehicle.clock_domain.tolist(), interval_ns, session)
     found: list[Armed] = []
     wrong: list[str] = []
+    watch = Watch(codec, (), vehicle.names)
     for number, fault in enumerate(faults):
         origin = origins[number] if origins else f"fault.{number}"
         try:
@@ -116,7 +118,7 @@ def _armed(fault: Fault, number: int, craft: str, bus: Bus, seed: int, link: str
     return Armed(
         fault.name or f"{fault.kind} {number + 1}",
         fault.kind,
-        where.text(fault.on),
+        places.text(fault.on),
         fault,
         place,
         when.window(fault.at, bus.interval_ns),
@@ -157,9 +159,7 @@ def _now(plan: FaultPlan, one: Armed, seen: Seen, at: At) -> Now:
     trigger = one.window.after
     origin = 0 if trigger is None else seen.since.get(trigger, -1)
     since = one.window.begun(at.epoch, origin) if origin >= 0 else None
-    return Now(
-        plan.codec, at, since is not None, -1 if since is None else since, plan.interval_ns, one.draws
-    )
+    return Now(plan.codec, at, since is not None, -1 if since is None else since, plan.interval_ns, one.draws)
 
 
 def _struck(window: Window, placed: Bool, now: Now, touched: int) -> Bool:
@@ -172,4 +172,3 @@ def _struck(window: Window, placed: Bool, now: Now, touched: int) -> Bool:
     if window.count is not None:
         hit = hit & (np.cumsum(hit) <= window.count - touched)
     return hit
-

@@ -8,7 +8,7 @@ from operator import or_
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from gnss_hil.dbc.common.faults import faults
 from gnss_hil.dbc.common.shipped_files import Files
@@ -16,16 +16,12 @@ from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.faults import grammar
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.models import Fault, FaultError
+from gnss_hil.emulator.faults.spoken import Line
 
 _Any: Any = reduce(or_, (row.params for row in KINDS.values()))
 
 
-def _table(value: Any) -> Any:
-    """A line as its table."""
-    return grammar.parse(value) if isinstance(value, str) else value
-
-
-AnyFault = Annotated[Annotated[_Any, Field(discriminator="kind")], BeforeValidator(_table)]
+AnyFault = Annotated[Annotated[_Any, Field(discriminator="kind")], Line(grammar.parse)]
 """A fault of any kind, by its `kind`; a line of text too."""
 
 

@@ -5,32 +5,34 @@
     att freeze @1m+10s
     frames 0x100&0x7F0 drop p=0.1
     rx1 ch0 RANGE.pseudorange_m += 30 @30+10
-    mark-jump 1024w @5 name=rollover detected_by=time within_epochs=1
+    mark-jump 1024w @5 name=rollover detected_by=mark within_epochs=1
 
-Words in front of the kind are the place (`gnss_hil.emulator.faults.where`), those of time stand anywhere behind it
-(`gnss_hil.emulator.faults.when`). A value behind the kind is that of its first parameter, which the unit has to
-fit. A change of a signal needs no kind: it is a masquerade. Every line is the table of a fault file in other
-words, and back.
+Words in front of the kind are the place (`gnss_hil.emulator.faults.place`), those of time stand anywhere
+behind it (`gnss_hil.emulator.faults.when`). A value behind the kind is that of its first parameter, which the
+unit has to fit. A change of a signal needs no kind: it is a masquerade. Every line is the table of a fault
+file in other words, and back.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 from gnss_hil.dbc.common.near import did_you_mean, nearest
-from gnss_hil.emulator.faults import signals, when, where
+from gnss_hil.emulator.faults import place as places
+from gnss_hil.emulator.faults import signals, when
+from gnss_hil.emulator.faults.kinds.content import Masquerade
 from gnss_hil.emulator.faults.kinds.registry import KINDS, WORDS, called
 from gnss_hil.emulator.faults.kinds.row import Row
-from gnss_hil.emulator.faults.models import Expect, Fault
+from gnss_hil.emulator.faults.models import Altering, Expect, Fault
 from gnss_hil.emulator.faults.protect import Protection
 
 NOISE = ("frames", "frame", "the")
 """Words that say nothing and may be there."""
 
 _JOINED = re.compile(r"\s*(?<![<>=])([+\-*]?=)(?!=)\s*")
-_CHANGE = re.compile(r"[\w*]+\.\w+(?:[+\-*]?=.+)?")
+_CHANGE = re.compile(r"\w+\.\w+(?:[+\-*]?=.+)?")
 _UNITS = {"m": "m", "m/s": "mps", "ns": "ns", "ns/s": "ns_per_s", "s": "s"}
 """Units of one-liners -> end of a parameter's name."""
 
@@ -99,7 +101,7 @@ def _kind_of(words: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
             return list(words[:at]), {"kind": "masquerade", "change": [_change(words[at:])]}
         if word in WORDS:
             place = list(words[:at])
-            row = called(word, where.parse(place))
+            row = called(word, places.parse(place))
             assert row is not None, "a word of a kind"
             return place, {"kind": row.name, **_first(row, words[at + 1 :])}
     raise ValueError(_no_kind(words))
@@ -119,7 +121,7 @@ def _no_kind(words: Sequence[str]) -> str:
 def _is_surely_a_place(word: str) -> bool:
     """Whether a word is a place, and not perhaps the name of an antenna."""
     try:
-        found = where.parse([word])
+        found = places.parse([word])
     except ValueError:
         return False
     return not any(isinstance(one, str) for one in found.get("receiver", ()))
@@ -161,7 +163,9 @@ def _pairs(words: Sequence[str], row: Row) -> dict[str, Any]:
         else:
             own = [name for name in row.params.model_fields if name not in Fault.model_fields]
             header = [*_HEADER, "after"] if "protection" in own else []
-            raise ValueError(f"{row.name} has no key '{key}'; {did_you_mean(key, [*own, *header, *_EXPECTED])}")
+            raise ValueError(
+                f"{row.name} has no key '{key}'; {did_you_mean(key, [*own, *header, *_EXPECTED])}"
+            )
     return found
 
 
@@ -190,13 +194,13 @@ def line(fault: Fault) -> str:
     words: list[str] = []
     default = row.params.model_fields["on"].default
     if fault.on != default or "on" in given:
-        words.append(where.text(fault.on))
+        words.append(places.text(fault.on))
     own = [name for name in row.params.model_fields if name not in (*Fault.model_fields, "protection")]
     if row.name == "masquerade":
-        change = getattr(fault, "change")
-        if len(change) > 1:
+        change, *others = cast(Masquerade, fault).change
+        if others:
             raise ValueError("a fault that changes several signals has no line")
-        words.append(signals.text(change[0]))
+        words.append(signals.text(change))
     else:
         words.append(row.name)
         own = [name for name in own if _differs(fault, name)]
@@ -219,7 +223,7 @@ def _differs(fault: Fault, name: str) -> bool:
 def _protection_words(fault: Fault, row: Row) -> list[str]:
     if "protection" not in row.params.model_fields:
         return []
-    how, default = getattr(fault, "protection"), row.params.model_fields["protection"].default
+    how, default = cast(Altering, fault).protection, row.params.model_fields["protection"].default
     if how == default:
         return []
     usual = Protection()

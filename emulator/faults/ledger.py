@@ -1,8 +1,8 @@
 """What faults did: events of epochs, as lines of a file, and as rows of `faults.parquet`.
 
-A row is a stretch of a fault on one bus and in one direction: a window, or a part of it, of which the frames of
-every epoch were struck or could have been. What a fault still does behind its window (frames that it held back
-come, counters go on from elsewhere) is a row of its own that is not active.
+A row is a stretch of a fault on one bus and in one direction: a window, or a part of it, in whose every epoch
+frames were struck or could have been. What a fault still does behind its window (counters that go on from
+elsewhere, a receiver that acquires) is a row of its own that is not active.
 """
 
 from __future__ import annotations
@@ -49,7 +49,14 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
         else:
             done += [stretch] if stretch is not None else []
             grown = Stretch(
-                craft, event.fault, event.direction, event.since >= 0, event.epoch, event.epoch, 1, event.touched
+                craft,
+                event.fault,
+                event.direction,
+                event.since >= 0,
+                event.epoch,
+                event.epoch,
+                1,
+                event.touched,
             )
         open_[key] = event.since, grown
     done += [stretch for _, stretch in open_.values()]
@@ -72,7 +79,7 @@ def about(plan: FaultPlan) -> dict[str, Any]:
 def line(craft: int, event: Event) -> str:
     """An event as a line."""
     way = event.direction.value
-    return f"[{craft},{event.fault},{event.epoch},{event.t_ns},\"{way}\",{event.since},{event.touched}]\n"
+    return f'[{craft},{event.fault},{event.epoch},{event.t_ns},"{way}",{event.since},{event.touched}]\n'
 
 
 def read(lines: Iterable[str]) -> tuple[list[dict[str, Any]], Iterator[tuple[int, Event]]]:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.faults.checks import CHECKS
+from gnss_hil.emulator.faults.place import Place
 from gnss_hil.emulator.faults.protect import Protection
+from gnss_hil.emulator.faults.spoken import OneOrMore
 from gnss_hil.emulator.faults.when import When
-from gnss_hil.emulator.faults.where import Place
 
 
 class FaultError(ValueError):
     """Faults that cannot be; the message is for people, one line a mistake."""
 
 
-_Words = Annotated[tuple[str, ...], BeforeValidator(lambda v: v if isinstance(v, list | tuple) else [v])]
+_Words = Annotated[tuple[str, ...], OneOrMore()]
 
 
 class Expect(Strict):
@@ -61,7 +62,7 @@ class Fault(Strict):
     expect   what it is expected to lead to
     """
 
-    kind: str
+    kind: Any  # of each kind its name
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._+-]{0,63}$")] | None = None
     craft: str | None = None
     on: Place = Place()

@@ -17,14 +17,14 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from gnss_hil.dbc.common.arrays import I64, U8, Bool, Index
-from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.emulator.faults.base import Now, Rows, known, ranks, streams_of
+from gnss_hil.emulator.faults.spoken import Spoken
 
 Way = Literal["keep", "recompute", "wrong", "value", "freeze", "random", "offset"]
 SHORT = ("recompute", "keep", "wrong")
@@ -32,7 +32,7 @@ _BEYOND = e2e.MAX_DELTA + 4
 """A counter that is wrong is ahead by this: no receiver takes it for frames that were lost."""
 
 
-class Protection(Strict):
+class Protection(Spoken):
     """CRC, counter and epoch of altered frames. One word stands for the CRC, the counter kept.
 
     crc            recompute: valid; keep: as it was; wrong: never valid; value; freeze: that of the first
@@ -52,14 +52,11 @@ class Protection(Strict):
     epoch: Literal["keep", "recompute"] = "keep"
     after: Literal["correct", "last-valid", "last-value"] = "correct"
 
-    @model_validator(mode="before")
     @classmethod
-    def _from_text(cls, value: Any) -> Any:
-        if not isinstance(value, str):
-            return value
-        if value not in SHORT:
-            raise ValueError(f"'{value}' is no protection; one of {', '.join(SHORT)}, or a table")
-        return {"crc": value}
+    def _read(cls, text: str) -> dict[str, Any]:
+        if text not in SHORT:
+            raise ValueError(f"'{text}' is no protection; one of {', '.join(SHORT)}, or a table")
+        return {"crc": text}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -41,10 +41,10 @@ def scattered(codec: Codec, frames: FrameBatch, kind: str, signal: str) -> F64:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shift:
-    """Content: pseudoranges longer by step_m and by rate_mps for each second of the window, rates by rate_mps.
+    """Content: pseudoranges longer by step_m, and by rate_mps for each second of the window.
 
-    carrier   phases too
-    tag_s     receivers' own time tags later by the clock's part of it, per metre
+    carrier        phases too
+    tag_ns_per_m   receivers' own time tags later by so much for each metre
     """
 
     codec: Codec
@@ -79,7 +79,9 @@ class Shift:
         added = np.broadcast_to(by, (MAX_RECEIVERS + 1, CHANNELS))[receiver, channel]
         mine = hit[rows] & np.isfinite(added)
         rows, layout = rows[mine], self.codec.kinds[kind]
-        words[rows] = with_signal(layout, signal, words[rows], physical(layout, signal, words[rows]) + added[mine])
+        words[rows] = with_signal(
+            layout, signal, words[rows], physical(layout, signal, words[rows]) + added[mine]
+        )
 
     def _wave_m(self, frames: FrameBatch) -> F64:
         """(receivers + 1, channels) wavelength of what each channel tracks [m], nan where it is not known."""

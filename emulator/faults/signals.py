@@ -24,21 +24,21 @@ from pydantic import model_validator
 
 from gnss_hil.dbc.common.arrays import F64, I64, U64, Bool
 from gnss_hil.dbc.common.near import did_you_mean
-from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, KINDS, VALUES, messages
 from gnss_hil.emulator.faults.base import Now, streams_of
+from gnss_hil.emulator.faults.spoken import Spoken
 
 _NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 _CHANGE = re.compile(
-    rf"(?P<signal>[\w*]+(?:\.\w+)?)\s*(?:(?P<op>[-+*]?=)\s*(?P<value>{_NUMBER}|[A-Z][A-Z0-9_]*)(?P<rate>/s)?"
+    rf"(?P<signal>\w+(?:\.\w+)?)\s*(?:(?P<op>[-+*]?=)\s*(?P<value>{_NUMBER}|[A-Z][A-Z0-9_]*)(?P<rate>/s)?"
     r"|(?P<word>freeze|random))"
 )
 WAYS = ("value", "offset", "scale", "drift_per_s", "freeze", "random")
 
 
-class Change(Strict):
+class Change(Spoken):
     """One signal, and one of the ways to change it. Text, such as "RANGE.pseudorange_m += 30", is read as
     well.
 
@@ -59,14 +59,14 @@ class Change(Strict):
     freeze: bool = False
     random: bool = False
 
-    @model_validator(mode="before")
     @classmethod
-    def _from_text(cls, value: Any) -> Any:
-        return parse(value) if isinstance(value, str) else value
+    def _read(cls, text: str) -> dict[str, Any]:
+        return parse(text)
 
     @model_validator(mode="after")
     def _is_one_way(self):
-        given = [name for name in WAYS if getattr(self, name) not in (None, False)]
+        values = {name: getattr(self, name) for name in WAYS}
+        given = [name for name, value in values.items() if value is not None and value is not False]
         if len(given) != 1:
             raise ValueError(f"one of {', '.join(WAYS)}; given {' and '.join(given) or 'none'}")
         kinds = self._kinds()
@@ -74,7 +74,9 @@ class Change(Strict):
             tables = {s.values for kind in kinds for s in kind.signals if s.name == self._name}
             labels = [label for table in tables for label in VALUES.get(table, {}).values()]
             if self.value not in labels:
-                raise ValueError(f"signal {self.signal} has no value '{self.value}'; {_meant(self.value, labels)}")
+                raise ValueError(
+                    f"signal {self.signal} has no value '{self.value}'; {_meant(self.value, labels)}"
+                )
         return self
 
     @property
@@ -91,7 +93,9 @@ class Change(Strict):
             of = f"message {message} has no signal" if message else "no message has a signal"
             raise ValueError(f"{of} '{name}'; {did_you_mean(name, sorted(known))}")
         if name in HEADER_NAMES:
-            raise ValueError(f"signal {self.signal}: CRC, counter and epoch are the protection's: protection = ...")
+            raise ValueError(
+                f"signal {self.signal}: CRC, counter and epoch are the protection's: protection = ..."
+            )
         return found
 
 
@@ -155,7 +159,9 @@ def with_signal(layout: Layout, signal: str, words: U64, values: F64 | I64) -> U
     """(n,) payloads with a signal set to values [its unit], the nearest that it can carry."""
     i = layout.signals.index(signal)
     raw = np.rint((np.asarray(values, np.float64) - layout.offset[i]) / layout.factor[i])
-    return with_raw(layout, signal, words, np.clip(raw, layout.raw_min[i], layout.raw_max[i]).astype(np.int64))
+    return with_raw(
+        layout, signal, words, np.clip(raw, layout.raw_min[i], layout.raw_max[i]).astype(np.int64)
+    )
 
 
 def with_raw(layout: Layout, signal: str, words: U64, raw: I64) -> U64:
@@ -197,7 +203,7 @@ class Changed:
     def fresh(self, codec: Codec) -> tuple[Held, ...]:
         return tuple(nothing_held(codec) for _ in self.changes)
 
-    def step(self, held: tuple[Held, ...], frames: FrameBatch, hit: Bool, now: Now) -> tuple[Any, U64]:
+    def step(self, held: tuple[Held, ...], frames: FrameBatch, hit: Bool, now: Now, /) -> tuple[Any, U64]:
         """Held words and the payloads (n,) of an epoch, changed where hit."""
         words = frames.words.copy()
         if not now.active:

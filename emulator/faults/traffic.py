@@ -42,7 +42,9 @@ class Repeat:
     def fresh(self) -> Memory:
         return no_memory(self.codec)
 
-    def step(self, memory: Memory, frames: FrameBatch, rows: Rows, now: Now) -> tuple[Memory, FrameBatch, int]:
+    def step(
+        self, memory: Memory, frames: FrameBatch, rows: Rows, now: Now
+    ) -> tuple[Memory, FrameBatch, int]:
         times = np.where(rows.hit, 1 + self.copies, 1)
         if self.at_end:
             order = np.concatenate((np.arange(len(frames)), np.tile(np.flatnonzero(rows.hit), self.copies)))
@@ -113,7 +115,9 @@ class Readdress:
     def fresh(self) -> Memory:
         return no_memory(self.codec)
 
-    def step(self, memory: Memory, frames: FrameBatch, rows: Rows, now: Now) -> tuple[Memory, FrameBatch, int]:
+    def step(
+        self, memory: Memory, frames: FrameBatch, rows: Rows, now: Now
+    ) -> tuple[Memory, FrameBatch, int]:
         if not rows.hit.any():
             return memory, frames, 0
         can_id = frames.can_id.copy()
@@ -142,7 +146,9 @@ class Insert:
     def step(self, sent: int, frames: FrameBatch, rows: Rows, now: Now) -> tuple[int, FrameBatch, int]:
         if not now.active:
             return sent, frames, 0
-        added = sealed(self.frame, self.count, sent, now) if self.sealed else _many(self.frame, self.count, now)
+        added = (
+            sealed(self.frame, self.count, sent, now) if self.sealed else _many(self.frame, self.count, now)
+        )
         pieces = (added, frames) if self.first else (frames, added)
         return sent + self.count, concat(pieces), self.count
 
@@ -186,7 +192,9 @@ class Replay:
         old = past[0] if len(past) == self.lag else EMPTY
         past = (*past[-(self.lag - 1) :], frames[rows.placed]) if self.lag > 1 else (frames[rows.placed],)
         if not (now.active and len(old)):
-            memory, frames = protect(self.again, memory, frames, frames, Rows(rows.placed, _none(frames)), now)
+            memory, frames = protect(
+                self.again, memory, frames, frames, Rows(rows.placed, _none(frames)), now
+            )
             return (past, memory), frames, 0
         if not np.array_equal(rows.hit, rows.placed):
             hit = frames[rows.hit]

@@ -1,10 +1,10 @@
 """What a fault may wait for, seen in the frames of both directions before any fault has touched them.
 
-    first handover, third handover     a satellite is measured by another receiver than before
-    first command, 5th command         frames of the flight software that command a channel
-    first fix                          a NAV_STATUS that says there is one
-    G12 tracked, G12 tracked on aft    a receiver measures a satellite
-    RX1_RATE.cn0_dbhz < 30             a signal in physical units, of any frame of its message
+first handover, third handover     a satellite is measured by another receiver than before
+first command, 5th command         frames of the flight software that command a channel
+first fix                          a NAV_STATUS that says there is one
+G12 tracked, G12 tracked on aft    a receiver measures a satellite
+RX1_RATE.cn0_dbhz < 30             a signal in physical units, of any frame of its message
 """
 
 from __future__ import annotations
@@ -185,7 +185,10 @@ def _identifiers(message: str, codec: Codec) -> list[int]:
 
 
 def _number_of(receiver: str, names: Sequence[str]) -> int:
-    known = {**{name: r for r, name in enumerate(names, 1)}, **{f"rx{r}": r for r in range(1, len(names) + 1)}}
+    known = {
+        **{name: r for r, name in enumerate(names, 1)},
+        **{f"rx{r}": r for r in range(1, len(names) + 1)},
+    }
     if receiver not in known:
         raise ValueError(f"no receiver '{receiver}'; {did_you_mean(receiver, known)}")
     return known[receiver]

@@ -22,7 +22,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.dbc.common.vehicle import Strict
+from gnss_hil.emulator.faults.spoken import Spoken
 from gnss_hil.emulator.faults.triggers import Trigger
 
 _UNITS = {"ms": 1e-3, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0, "w": 604_800.0}
@@ -59,7 +59,7 @@ Instant = Annotated[
 """Seconds, text with units, or "#120": epochs."""
 
 
-class When(Strict):
+class When(Spoken):
     """The time of a fault; all of the run without one. Text, such as "@2m+30s", is read as well.
 
     start        seconds after the run's first epoch, or after the trigger; text with units; "#120": epochs
@@ -82,10 +82,9 @@ class When(Strict):
     count: Annotated[int, Field(ge=1)] | None = None
     after: Trigger | None = None
 
-    @model_validator(mode="before")
     @classmethod
-    def _from_text(cls, value: Any) -> Any:
-        return parse(value.split()) if isinstance(value, str) else value
+    def _read(cls, text: str) -> dict[str, Any]:
+        return parse(text.split())
 
     @model_validator(mode="after")
     def _is_a_time(self):
@@ -127,7 +126,7 @@ def parse(words: Sequence[str]) -> dict[str, Any]:
 
 def is_word(word: str) -> bool:
     """Whether a word of a one-liner is of the time."""
-    return word.startswith("@") or word in LEADS or word.partition("=")[0] in _SHORT and "=" in word
+    return word.startswith("@") or word in LEADS or (word.partition("=")[0] in _SHORT and "=" in word)
 
 
 def _window(text: str) -> dict[str, Any]:

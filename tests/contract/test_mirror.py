@@ -24,6 +24,7 @@ ACROSS = {
     "emulator/receivers/emulated/test_second_carriers.py": "what receivers of two carriers measure and obey",
     "emulator/sensors/test_made_up.py": "what a sensor of somebody else's takes",
     "emulator/signal/ionosphere/test_relative.py": "all ionosphere models beside each other",
+    "emulator/faults/kinds/test_kinds.py": "what kinds do to frames",
     "emulator/test_process.py": "the emulator as a process",
     "flightsw/app/test_fuzz.py": "the whole flight software under random frames",
     "flightsw/estimation/test_navigators.py": "all navigators beside each other",

@@ -17,7 +17,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("part", nargs="?", default="list", metavar="PART", choices=PARTS,
         help="list (default): kinds of faults; show KIND: its parameters and an example; check FILE ...: "
         "fault files, or lines in quotes, against a scenario")  # fmt: skip
-    add("what", nargs="*", metavar="KIND|FILE|TEXT", help="a kind; fault files, shipped ones by name, or lines")
+    add(
+        "what",
+        nargs="*",
+        metavar="KIND|FILE|TEXT",
+        help="a kind; fault files, shipped ones by name, or lines",
+    )
     add("--scenario", default=DEFAULT_SCENARIO, metavar="S",
         help="whose craft and signals they are checked against (default soyuz)")  # fmt: skip
 
@@ -98,7 +103,9 @@ def _scene(scenario: str):
     def armed(faults, origin: str) -> None:
         for number, fault in enumerate(faults):
             if fault.craft is not None and fault.craft not in names:
-                raise FaultError(f"{origin}: fault.{number}.craft: no craft '{fault.craft}'; {', '.join(names)}")
+                raise FaultError(
+                    f"{origin}: fault.{number}.craft: no craft '{fault.craft}'; {', '.join(names)}"
+                )
         for name, vehicle in zip(names, found.vehicles, strict=True):
             time, origins = found.scenario.time, [f"{origin}: fault.{n}" for n in range(len(faults))]
             engine.armed(

@@ -1,4 +1,4 @@
-"""`gnss-hil schema`: JSON schemas of scenario, vehicle, structure and fault files, for editors and validators."""
+"""`gnss-hil schema`: JSON schemas of scenario, vehicle, structure and fault files, for editors."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A craft's bus inside one process: how an epoch's frames come to the flight software, the emulator, the record.
+"""A craft's bus inside one process: how frames come to the flight software, the emulator and the record.
 
-Without faults nothing can happen to them. Where faults are armed, marks may be missing and bench frames stray: then
-both sides of lockstep and the recorder's order stand between, as on a bus, so that the record is the same.
+Without faults nothing can happen to them. Where faults are armed, marks may be missing and bench frames
+stray: then both sides of lockstep and the recorder's order stand between, so that the record is a bus's.
 """
 
 from __future__ import annotations

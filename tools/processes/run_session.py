@@ -111,7 +111,11 @@ def play(
         summary,
         digests,
         outcome,
-        (*judged, *_unanswered(config, outcome), *(line for row in told for line in account.faults(*row, disturbed)))
+        (
+            *judged,
+            *_unanswered(config, outcome),
+            *(line for row in told for line in account.faults(*row, disturbed)),
+        )
         if whole
         else (),
         (

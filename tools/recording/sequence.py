@@ -45,9 +45,9 @@ class Sequencer:
 
     The first intact time mark begins the run. Marks are believed as the flight side believes them
     (`gnss_hil.dbc.lockstep.slave_protocol`): one that does not lead on opens an epoch when its own SYNC
-    follows, or a mark that leads on from it. Those that nothing bears out are left out and counted. An epoch whose
-    mark is lost begins behind the SYNC before, and so does one whose mark is late. A record
-    is of one run: another on the bus is refused, unless the first had not brought an epoch yet.
+    follows, or a mark that leads on from it. Those that nothing bears out are left out and counted. An epoch
+    whose mark is lost or late begins behind the SYNC before it. A record is of one run: another on the bus is
+    refused, unless the first had not brought an epoch yet.
 
     A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
     epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.

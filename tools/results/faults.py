@@ -27,7 +27,7 @@ def read(folder: Path) -> tuple[list[dict[str, Any]], list[Stretch]]:
 
 
 def write(folder: Path) -> None:
-    """faults.parquet of a run that had faults: a row for each stretch of epochs; none: a table without rows."""
+    """faults.parquet of a run that had faults: a row for each stretch of epochs."""
     if not (folder / FAULTS).exists():
         return
     armed, rows = read(folder)

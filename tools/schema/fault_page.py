@@ -11,7 +11,8 @@ from collections.abc import Iterator
 from importlib import resources
 
 from gnss_hil.emulator.faults import files
-from gnss_hil.emulator.faults.kinds.registry import GROUPS, KINDS
+from gnss_hil.emulator.faults.checks import CHECKS
+from gnss_hil.emulator.faults.kinds.registry import GROUPS
 from gnss_hil.emulator.faults.kinds.row import LINKS, Row
 from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.tools.schema.json_schema import Schema, of_model, resolved
@@ -24,7 +25,9 @@ def own_keys(row: Row) -> list[tuple[str, str, str, str]]:
     """Of a kind beyond what all have: key, what it may be, its default, its meaning."""
     made = of_model(row.params)
     names = [name for name in row.params.model_fields if name not in Fault.model_fields]
-    return [(name, *_said(made, made["properties"][name], name in made.get("required", ()))) for name in names]
+    return [
+        (name, *_said(made, made["properties"][name], name in made.get("required", ()))) for name in names
+    ]
 
 
 def _said(made: Schema, value: Schema, required: bool) -> tuple[str, str, str]:
@@ -60,7 +63,9 @@ def _missing(row: Row) -> list[str]:
 
 def _kinds() -> str:
     """The table of kinds, a section for each group."""
-    return "\n\n".join(f"### {group[:1].upper()}{group[1:]}\n\n{_group(rows)}" for group, rows in GROUPS.items())
+    return "\n\n".join(
+        f"### {group[:1].upper()}{group[1:]}\n\n{_group(rows)}" for group, rows in GROUPS.items()
+    )
 
 
 def _group(rows: tuple[Row, ...]) -> str:
@@ -89,7 +94,14 @@ def _files() -> Iterator[str]:
         yield f"| `{name}` | {said} | {found.description} |"
 
 
-_PARTS = {"kinds": _kinds, "library": _library, "count": lambda: f"{len(KINDS)} kinds."}
+def _checks() -> str:
+    """Names of what a flight software may see."""
+    return "\n".join(
+        ["| check | what is seen |", "|---|---|", *(f"| `{k}` | {v} |" for k, v in CHECKS.items())]
+    )
+
+
+_PARTS = {"kinds": _kinds, "library": _library, "checks": _checks}
 
 
 def page() -> str:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.tools.decoder.digest import Columns, Digest
 from gnss_hil.emulator.journal import FaultLog
+from gnss_hil.tools.decoder.digest import Columns, Digest
 from gnss_hil.tools.live.progress import Progress
 from gnss_hil.tools.processes import inline
 from gnss_hil.tools.recording.recorder import Recorder

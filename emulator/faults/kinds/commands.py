@@ -20,9 +20,10 @@ from gnss_hil.emulator.faults.alter import Alter
 from gnss_hil.emulator.faults.base import Actions, Direction, Now
 from gnss_hil.emulator.faults.kinds.row import LINKS, Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Fault
+from gnss_hil.emulator.faults.place import Place
 from gnss_hil.emulator.faults.protect import Protection
 from gnss_hil.emulator.faults.signals import with_signal
-from gnss_hil.emulator.faults.where import Place, Where
+from gnss_hil.emulator.faults.where import Where
 
 COMMANDS = Place(message=("COMMAND",))
 

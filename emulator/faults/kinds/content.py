@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from gnss_hil.dbc.contract.messages import HEADER_NAMES
 from gnss_hil.emulator.faults import signals
@@ -14,11 +14,8 @@ from gnss_hil.emulator.faults.kinds.row import LINKS, Bus, Row, sides
 from gnss_hil.emulator.faults.models import Altering, Placed
 from gnss_hil.emulator.faults.protect import Protection, Way
 from gnss_hil.emulator.faults.signals import Change
+from gnss_hil.emulator.faults.spoken import OneOrMore
 from gnss_hil.emulator.faults.where import Where
-
-
-def _several(value: Any) -> Any:
-    return value if isinstance(value, list | tuple) else [value]
 
 
 class Masquerade(Altering):
@@ -28,7 +25,7 @@ class Masquerade(Altering):
     """
 
     kind: Literal["masquerade"]
-    change: Annotated[tuple[Change, ...], BeforeValidator(_several), Field(min_length=1)]
+    change: Annotated[tuple[Change, ...], OneOrMore(), Field(min_length=1)]
 
 
 class Corruption(Placed):
@@ -62,13 +59,15 @@ class Stuck(Altering, Placed):
     """
 
     kind: Literal["stuck"]
-    signals: Annotated[tuple[str, ...], BeforeValidator(_several)] = ()
+    signals: Annotated[tuple[str, ...], OneOrMore()] = ()
 
     @model_validator(mode="after")
     def _not_of_the_header(self):
         header = HEADER_NAMES.intersection(self.signals)
         if header:
-            raise ValueError(f"signals: {', '.join(sorted(header))} is the protection's: kinds counter and crc")
+            raise ValueError(
+                f"signals: {', '.join(sorted(header))} is the protection's: kinds counter and crc"
+            )
         return self
 
 
@@ -136,8 +135,8 @@ ROWS = (
     Row("masquerade", Masquerade, "signals that are not the sender's, under a valid CRC", _masquerade,
         "rx1 ch0 RANGE.pseudorange_m += 30 @30+10", first="change", links=LINKS,
         detail="A change alone makes a one-liner a masquerade: `ATT_Q01.q0 freeze @30+10`."),
-    Row("corruption", Corruption, "bits turned over on the way, under the CRC of the true payload", _corruption,
-        "rx1 corruption 2 @30+10", words=("corrupt", "flip"), first="bits", links=LINKS),
+    Row("corruption", Corruption, "bits turned over on the way, under the CRC of the true payload",
+        _corruption, "rx1 corruption 2 @30+10", words=("corrupt", "flip"), first="bits", links=LINKS),
     Row("length", Length, "frames of another length",
         lambda p, bus, where: sides(bus, where, Shorten(p.length)),
         "rx1 RANGE length 4 @30+10", words=("shorten",), first="length", links=LINKS),

@@ -18,9 +18,10 @@ from gnss_hil.emulator.faults.alter import Alter
 from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Fault
+from gnss_hil.emulator.faults.place import Place
 from gnss_hil.emulator.faults.signals import physical, with_signal, with_words
 from gnss_hil.emulator.faults.when import seconds
-from gnss_hil.emulator.faults.where import Place, Where
+from gnss_hil.emulator.faults.where import Where
 
 MARK = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
 _WEEKS = 1 << 16
@@ -149,7 +150,7 @@ class ToTheEnd:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnotherMaster:
-    """An action: the marks once more, of another time, epoch and session, by a sender with its own counter."""
+    """An action: the marks once more, of another time, epoch and session, by a sender that counts its own."""
 
     codec: Codec
     by_ns: int
@@ -169,7 +170,9 @@ class AnotherMaster:
         epoch = physical(layout, "epoch", words[marks]) + self.epochs
         words[marks] = with_signal(layout, "epoch", words[marks], np.maximum(epoch, 0))
         if self.session is not None:
-            words[marks] = with_signal(layout, "session", words[marks], np.full(int(marks.sum()), self.session))
+            words[marks] = with_signal(
+                layout, "session", words[marks], np.full(int(marks.sum()), self.session)
+            )
         added = traffic.sealed(with_words(own, words), 1, sent, now)
         at = int(np.flatnonzero(rows.hit)[-1]) + 1
         return sent + 1, concat((frames[:at], added, frames[at:])), len(added)
@@ -185,9 +188,7 @@ def _jump(p: MarkJump, bus: Bus, where: Where) -> Actions:
 
 
 def _second(p: SecondTimeMaster, bus: Bus, where: Where) -> Actions:
-    return {
-        Direction.FLIGHT: AnotherMaster(bus.codec, round(p.by_s * NS_PER_S), p.epochs_ahead, p.session)
-    }
+    return {Direction.FLIGHT: AnotherMaster(bus.codec, round(p.by_s * NS_PER_S), p.epochs_ahead, p.session)}
 
 
 ROWS = (
@@ -200,4 +201,3 @@ ROWS = (
     Row("second-time-master", SecondTimeMaster, "another node sends time marks too", _second,
         "second-time-master 1s @30+5", first="by_s"),
 )  # fmt: skip
-

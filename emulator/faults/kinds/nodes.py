@@ -182,7 +182,11 @@ class Stray:
 
 def _second(p: SecondFlightComputer, bus: Bus, where: Where) -> Actions:
     codec = bus.codec
-    values = {"state": raw_of("NodeState")["RUNNING"], "boot_count": p.boot_count, "contract_hash": codec.hash}
+    values = {
+        "state": raw_of("NodeState")["RUNNING"],
+        "boot_count": p.boot_count,
+        "contract_hash": codec.hash,
+    }
     beat = batch(codec.can_id_of["HEARTBEAT", FLIGHT_NODE], codec.encode("HEARTBEAT", values, 1))
     actions: dict = {Direction.FLIGHT: AnotherHeartbeat(codec, beat)}
     if p.commands:

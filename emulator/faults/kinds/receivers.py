@@ -1,7 +1,7 @@
 """Receivers that fail, as far as their frames show it: nothing here looks into the emulator.
 
-A receiver that is off, starts anew or has no antenna goes on inside the emulator; behind the window it is back at
-once, or after `reacquire_s`, in which it measures nothing.
+A receiver that is off, starts anew or has no antenna goes on inside the emulator; behind the window it is
+back at once, or after `reacquire_s`, in which it measures nothing.
 """
 
 from __future__ import annotations
@@ -107,8 +107,9 @@ def measuring(codec: Codec) -> Bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Deaf:
-    """An action: no measurements, and a STATUS that says so, while the window lasts and for some epochs behind
-    it.
+    """An action: no measurements, and a STATUS that says so, within the window and for some epochs behind it.
+
+    behind   epochs behind the window;  within   in the window too
 
     state   memory of the STATUS, epochs to go
     """
@@ -206,13 +207,13 @@ ROWS = (
     Row("receiver-off", ReceiverOff, "a receiver without power", _off, "rx2 receiver-off @2m+30s",
         words=("off",), of="receiver"),
     Row("receiver-reset", ReceiverReset, "a receiver starts anew", _reset, "rx2 receiver-reset @30+3",
-        words=("reset", "restart"), of="receiver"),
+        words=("reset",), of="receiver"),
     Row("receiver-stuck", ReceiverStuck, "a receiver repeats the measurements of one epoch, counters live",
         lambda p, bus, where: _content(Frozen(payload_bits(bus.codec)), bus, only_changed=False),
-        "rx2 receiver-stuck @30+10", words=("stuck", "freeze"), of="receiver"),
+        "rx2 receiver-stuck @30+10", words=("freeze",), of="receiver"),
     Row("receiver-garbage", ReceiverGarbage, "a receiver measures anything",
         lambda p, bus, where: _content(Noise(payload_bits(bus.codec)), bus, only_changed=True),
-        "rx2 receiver-garbage @30+10", words=("garbage",), of="receiver"),
+        "rx2 receiver-garbage @30+10", of="receiver"),
     Row("receiver-slow", ReceiverSlow, "a receiver's frames come epochs late", _slow,
         "rx2 receiver-slow 1 @30+10", words=("slow",), of="receiver", first="epochs"),
     Row("antenna-cut", AntennaCut, "a receiver hears nothing and says so",

@@ -23,8 +23,8 @@ KINDS: Mapping[str, Row] = table(*(row for rows in GROUPS.values() for row in ro
 
 
 def called(word: str, place: Container[str]) -> Row | None:
-    """The kind that a one-liner means by a word; of several with the word the one that a place with these keys
-    is of."""
+    """The kind that a one-liner means by a word; of several with the word the one that a place with these
+    keys is of."""
     if word in KINDS:
         return KINDS[word]
     rows = [row for row in KINDS.values() if word in row.words]

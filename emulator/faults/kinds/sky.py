@@ -12,9 +12,10 @@ from gnss_hil.emulator.faults.alter import Alter
 from gnss_hil.emulator.faults.base import Actions, Direction
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Placed
+from gnss_hil.emulator.faults.place import Place
 from gnss_hil.emulator.faults.ranges import Moved, Shift
 from gnss_hil.emulator.faults.signals import Change
-from gnss_hil.emulator.faults.where import Place, Where
+from gnss_hil.emulator.faults.where import Where
 
 Metres = Annotated[float, Field(ge=-1e8, le=1e8)]
 Rate = Annotated[float, Field(ge=-10_000, le=10_000)]
@@ -74,8 +75,8 @@ class SatelliteClockJump(_Satellite):
 
 
 class BadEphemeris(_Satellite):
-    """A satellite is not where its message says: coordinates are reported beside the true ones, the same by all
-    receivers; the satellite itself stays where it is.
+    """A satellite is not where its message says: all receivers report the same coordinates, beside the true
+    ones; the satellite itself stays where it is.
 
     radial_m, along_m, cross_m   reported farther out, ahead, to the left of its way by
     """
@@ -184,8 +185,8 @@ ROWS = (
         lambda p, bus, where: {Direction.FLIGHT: Alter(
             bus.codec, Moved(bus.codec, p.radial_m, p.along_m, p.cross_m), p.protection)},
         "G12 bad-ephemeris 500 m @30..90", words=("ephemeris",), first="along_m"),
-    Row("unhealthy-used", UnhealthyUsed, "a satellite says it is unhealthy and is tracked all the same", _health,
-        "G12 unhealthy-used @30..90", words=("unhealthy",)),
+    Row("unhealthy-used", UnhealthyUsed, "a satellite says it is unhealthy and is tracked all the same",
+        _health, "G12 unhealthy-used @30..90", words=("unhealthy",)),
     Row("wrong-coordinates", WrongCoordinates, "a satellite is reported where none can be",
         lambda p, bus, where: {Direction.FLIGHT: Alter(
             bus.codec, Moved(bus.codec, scale=p.factor), p.protection)},

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.frames import batch
 from gnss_hil.dbc.contract.messages import messages
 from gnss_hil.emulator.faults import traffic
@@ -164,13 +165,12 @@ def _insertion(p: Insertion, bus: Bus, where: Where) -> Actions:
     known = {m.name: m for m in messages(codec.receivers)}
     message = known.get((p.message or "").upper())
     if message is None:
-        from gnss_hil.dbc.common.near import did_you_mean
-
         raise ValueError(f"message: no '{p.message}'; {did_you_mean(p.message or '', known)}")
     layout = codec.kinds[message.kind.name]
     for name in p.signals:
         if name not in layout.signals:
-            raise ValueError(f"signals: {message.name} has no signal '{name}'; it has {', '.join(layout.signals)}")
+            meant = did_you_mean(name, layout.signals)
+            raise ValueError(f"signals: {message.name} has no signal '{name}'; {meant}")
     values = {name: np.array([value]) for name, value in p.signals.items()} or {layout.signals[-1]: 0}
     frame = batch(message.can_id, codec.encode(message.kind.name, values, 1))
     direction = Direction.RECEIVERS if message.sender == "FLIGHT" else Direction.FLIGHT
@@ -210,8 +210,8 @@ ROWS = (
         lambda p, bus, where: sides(
             bus, where, traffic.Readdress(bus.codec, p.identifier & p.mask, p.mask, p.protection)),
         "rx1 RANGE wrong-address 0x110 @30+10", words=("readdress",), first="identifier", links=LINKS),
-    Row("wrong-sequence", WrongSequence, "counters that are not the frames' own, under a valid CRC", _sequence,
-        "rx2 wrong-sequence 7 @30+10", first="step"),
+    Row("wrong-sequence", WrongSequence, "counters that are not the frames' own, under a valid CRC",
+        _sequence, "rx2 wrong-sequence 7 @30+10", first="step"),
     Row("replay", Replay, "valid frames of an old window in the place of today's",
         lambda p, bus, where: sides(bus, where, traffic.Replay(bus.codec, p.lag, p.protection)),
         "rx2 replay 16 @40+10", first="lag"),
