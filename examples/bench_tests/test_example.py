@@ -23,6 +23,13 @@ def test_fixes_are_good_and_there(bench: gnss_hil.Bench):
     assert run.rejected.is_empty()
 
 
+def test_a_receiver_that_is_off_is_noticed_and_missed_by_nobody(bench: gnss_hil.Bench):
+    run = bench.run("soyuz", duration="4m", faults=["rx2 off @2m+30s"], flight=FLIGHT)
+    assert run.detected("silence", within=2, where="RX2")
+    assert run.availability > 0.99
+    assert run.fix_error_m.max() < 5
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_first_fix_comes_within_a_minute(bench: gnss_hil.Bench, seed: int):
     run = bench.run("soyuz", duration=60, seed=seed, flight=FLIGHT)

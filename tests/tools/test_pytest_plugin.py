@@ -142,7 +142,7 @@ def test_inline_is_for_our_own_two_sides(session):
 
 def test_the_example_passes(session, pytester):
     example = ROOT / "examples" / "bench_tests" / "test_example.py"
-    session(example.read_text("utf-8")).assert_outcomes(passed=6)
+    session(example.read_text("utf-8")).assert_outcomes(passed=7)
 
 
 def test_runs_of_tests_side_by_side_have_folders_of_their_own(session, pytester):
@@ -176,3 +176,23 @@ def test_the_command_line_in_a_report_is_one(session, pytester):
     assert shlex.split(line) == [
         "gnss-hil", "run", "soyuz", "--duration=4", "--bus=inline", "--set=description=it's",
     ]  # fmt: skip
+
+
+def test_a_failure_tells_what_faults_did(session):
+    done = session(
+        """
+        def test_it(bench):
+            run = bench.run("soyuz", duration=12, faults=["rx2 off @5s+3s", "rx1 HEARTBEAT loss @9s n=1"])
+            assert not run.detected("silence")
+        """
+    )
+    done.assert_outcomes(failed=1)
+    done.stdout.fnmatch_lines(
+        [
+            "again       gnss-hil run soyuz --duration=12 --bus=inline '--fault=rx2 off @5s+3s' *",
+            "faults      receiver-off 1 at rx2: epochs 5 to 7, * frames touched",
+            "            loss 2 at rx1 HEARTBEAT: epochs 9 to *, 1 frame touched",
+            "checks      too_few_satellites at FLIGHT: 12 epochs, first at 00:00:00",
+            "            silence at RX2: * epochs, first at 00:00:05",
+        ]
+    )

@@ -179,3 +179,67 @@ def test_a_folder_that_is_no_run_is_told(run, tmp_path):
     with pytest.raises(gnss_hil.BenchError, match=r"summary\.json: is damaged"):
         gnss_hil.Run.read(tmp_path)
     assert json.loads((Path(run.folder) / "summary.json").read_text()) == run.summary
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory) -> gnss_hil.Run:
+    faults = ["rx2 off @110+10s", "rx1 RATE loss @115 n=1"]
+    out = tmp_path_factory.mktemp("runs") / "a"
+    return gnss_hil.run("soyuz", faults=faults, duration=130, bus="inline", out=out, report=False)
+
+
+def test_a_receiver_that_is_off_is_noticed_in_its_first_epoch(tmp_path):
+    run = gnss_hil.run(
+        "soyuz", faults=["rx2 off @2m+30s"], duration="3m", bus="inline", out=tmp_path / "a", report=False
+    )
+    assert run.detected("silence", within=2)
+    assert run.detected("silence", within=0, where="RX2")
+    assert not run.detected("silence", within=60, where="RX1")
+    assert not run.detected("too_few_satellites", within=60)  # of the cold start, before it
+    assert run.detected("too_few_satellites")
+    assert run.fix_error_m.max() < 5
+    silent = run.checks.filter(check="SILENCE")
+    assert silent["epoch"].to_list() == list(range(120, 150))
+    first = run.faults.filter("active")["first_epoch"]
+    assert first.unique().to_list() == [120]
+
+
+def test_of_several_faults_one_is_named(faulty):
+    off, loss = faulty.faults["fault"].unique(maintain_order=True)
+    assert faulty.detected("silence", fault=off, within=0)
+    assert not faulty.detected("corrupted", fault=off)
+    assert faulty.detected("lost", fault=loss, within=1, where="RX1_RATE")
+    assert not faulty.detected("lost", fault=loss, within=0, where="RX1_RATE")
+    with pytest.raises(gnss_hil.BenchError, match=f"which of 2[?] '{off}', '{loss}'"):
+        faulty.detected("silence", within=2)
+    with pytest.raises(gnss_hil.BenchError, match=f"never acted in this run; did you mean '{off}'"):
+        faulty.detected("silence", fault=off[:-2] + "x")
+
+
+def test_without_a_fault_nothing_is_within(run):
+    assert run.faults.is_empty()
+    with pytest.raises(gnss_hil.BenchError, match="counts from a fault, and none acted"):
+        run.detected("silence", within=2)
+    with pytest.raises(gnss_hil.BenchError, match="fault 'a': never acted in this run; none did"):
+        run.detected("silence", fault="a")
+
+
+def test_lost_acknowledgements_restarts_and_marks_are_seen(tmp_path):
+    for fault, check, where in (
+        ("ack-lost @30+20s", "no-answer", "RX1"),
+        ("rx3 reset @60+5s", "restart", "RX3"),
+        ("mark-missing @70 n=1", "mark", "TIME"),
+    ):
+        out = tmp_path / check
+        run = gnss_hil.run(
+            "soyuz", faults=[fault], duration=100, bus="inline", out=out, report=False, log=False
+        )
+        assert run.detected(check, within=10, where=where), fault
+
+
+def test_a_fault_that_cannot_be_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(gnss_hil.BenchError, match="rx9") as caught:
+        gnss_hil.run("soyuz", faults=["rx9 off @2m+30s"], out="run")
+    assert caught.value.status == 2
+    assert not list(tmp_path.iterdir())
