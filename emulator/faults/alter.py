@@ -10,8 +10,8 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import U64, Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.emulator.faults.base import Now, Rows, streams_of
-from gnss_hil.emulator.faults.protect import Memory, Protection, no_memory, protect
+from gnss_hil.emulator.faults.base import Now, Rows, Sleeper, streams_of
+from gnss_hil.emulator.faults.protect import Memory, Protection, no_memory, protect, remembers
 from gnss_hil.emulator.faults.signals import Held, nothing_held, with_words
 
 HEADER = np.uint64(0xFFFF)
@@ -42,6 +42,9 @@ class Alter:
 
     def fresh(self) -> tuple[Any, Memory]:
         return self.content.fresh(self.codec), no_memory(self.codec)
+
+    def sleeps(self, state: tuple[Any, Memory], /) -> bool:
+        return not remembers(self.protection)
 
     def step(
         self, state: tuple[Any, Memory], frames: FrameBatch, rows: Rows, now: Now
@@ -81,9 +84,7 @@ class Frozen:
         return nothing_held(codec)
 
     def step(self, held: Held, frames: FrameBatch, hit: Bool, now: Now) -> tuple[Held, U64]:
-        words = frames.words.copy()
-        if not now.active:
-            return (nothing_held(now.codec) if held.there.any() else held), words
+        words, held = frames.words.copy(), held.within(now)
         rows = np.flatnonzero(hit)
         if len(rows):
             stream = streams_of(now.codec, frames[rows])
@@ -145,7 +146,7 @@ def _within(bits: Any) -> U64:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shorten:
+class Shorten(Sleeper):
     """An action: frames of another length."""
 
     length: int

@@ -76,7 +76,7 @@ class Rows:
 
 
 class Action(Protocol):
-    """What a fault does to frames of one direction; called in every epoch, whether it acts or not.
+    """What a fault does to frames of one direction; called in every epoch but where it sleeps.
 
     `step` returns the state after the epoch, the frames, and how many it has touched: taken out, put in or
     changed. A pure function.
@@ -86,9 +86,22 @@ class Action(Protocol):
         """State before the first epoch."""
         ...
 
+    def sleeps(self, state: Any, /) -> bool:
+        """Whether outside the window nothing happens: then it is not called."""
+        ...
+
     def step(
         self, state: Any, frames: FrameBatch, rows: Rows, now: Now, /
     ) -> tuple[Any, FrameBatch, int]: ...
+
+
+class Sleeper:
+    """What acts within its window alone."""
+
+    __slots__ = ()
+
+    def sleeps(self, state: Any, /) -> bool:
+        return True
 
 
 Actions = Mapping[Direction, Action]

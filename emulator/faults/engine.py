@@ -71,11 +71,11 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaultState:
-    """All faults of a bus between epochs: states of their actions, frames that each has touched, what
+    """All faults of a bus between epochs: states of their actions, how many frames each has struck, what
     triggers have seen."""
 
     actions: tuple[dict[Direction, Any], ...]
-    touched: tuple[int, ...]
+    struck: tuple[int, ...]
     seen: Seen
 
 
@@ -138,21 +138,23 @@ def inject(
 ) -> tuple[FaultState, FrameBatch, tuple[Event, ...]]:
     """An epoch's frames of one direction as the faults leave them; what acted."""
     seen = plan.watch.look(state.seen, frames, at.epoch)
-    actions, touched = list(state.actions), list(state.touched)
+    actions, struck = list(state.actions), list(state.struck)
     events: list[Event] = []
     for number, one in enumerate(plan.armed):
         action = one.actions.get(at.direction)
         if action is None:
             continue
         now = _now(plan, one, seen, at)
+        if not now.active and action.sleeps(actions[number][at.direction]):
+            continue
         placed = one.where.rows(frames)
-        hit = _struck(one.window, placed, now, touched[number])
+        hit = _struck(one.window, placed, now, struck[number])
         kept, frames, count = action.step(actions[number][at.direction], frames, Rows(placed, hit), now)
         actions[number] = {**actions[number], at.direction: kept}
-        touched[number] += count
+        struck[number] += int(hit.sum())
         if now.active or count:
             events.append(Event(number, at.epoch, at.t_ns, at.direction, now.since, count))
-    return FaultState(tuple(actions), tuple(touched), seen), frames, tuple(events)
+    return FaultState(tuple(actions), tuple(struck), seen), frames, tuple(events)
 
 
 def _now(plan: FaultPlan, one: Armed, seen: Seen, at: At) -> Now:
@@ -162,7 +164,7 @@ def _now(plan: FaultPlan, one: Armed, seen: Seen, at: At) -> Now:
     return Now(plan.codec, at, since is not None, -1 if since is None else since, plan.interval_ns, one.draws)
 
 
-def _struck(window: Window, placed: Bool, now: Now, touched: int) -> Bool:
+def _struck(window: Window, placed: Bool, now: Now, before: int) -> Bool:
     """Which of the frames at the place are struck: in the window, by chance, as long as the number lasts."""
     if not now.active:
         return np.zeros(len(placed), bool)
@@ -170,5 +172,5 @@ def _struck(window: Window, placed: Bool, now: Now, touched: int) -> Bool:
     if window.probability < 1:
         hit = hit & (now.uniform("probability", len(placed)) < window.probability)
     if window.count is not None:
-        hit = hit & (np.cumsum(hit) <= window.count - touched)
+        hit = hit & (np.cumsum(hit) <= window.count - before)
     return hit

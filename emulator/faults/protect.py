@@ -94,13 +94,13 @@ def protect(
     if not mine.any():
         return memory, altered
     data = altered.data.copy()
-    if _remembers(how):
+    if remembers(how):
         memory = _unstruck(how, memory, altered, data, np.flatnonzero(mine & ~rows.hit), now)
     memory = _struck(how, memory, before, data, np.flatnonzero(mine & rows.hit), now)
     return memory, replace(altered, data=data)
 
 
-def _remembers(how: Protection) -> bool:
+def remembers(how: Protection) -> bool:
     """Whether frames that are not struck matter."""
     return how.after != "correct" or how.counter in ("recompute", "freeze") or how.crc == "freeze"
 
@@ -144,7 +144,7 @@ def _struck(how: Protection, memory: Memory, before: FrameBatch, data: U8, at: I
     valid = e2e.crc(before.can_id[at], data[at]).astype(np.int64)
     kept = _first(memory.crc, stream, valid) if how.crc == "freeze" else memory.crc
     data[at, 0] = _CRC[how.crc](came, valid, kept[stream], how.crc_by, now)
-    if not _remembers(how):
+    if not remembers(how):
         return memory
     sent, struck = memory.sent.copy(), memory.struck.copy()
     sent[stream], struck[stream] = counter, True

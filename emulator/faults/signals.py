@@ -173,10 +173,15 @@ def with_raw(layout: Layout, signal: str, words: U64, raw: I64) -> U64:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """Words that freeze: by stream (streams,), and which of them are there yet."""
+    """Words that freeze: by stream (streams,), and which of them are there yet; since which window."""
 
     words: U64
     there: Bool
+    since: int = -1
+
+    def within(self, now: Now) -> Held:
+        """Itself, or nothing where another window has begun."""
+        return self if self.since == now.since else replace(nothing_held(now.codec), since=now.since)
 
     def first(self, stream: I64, words: U64) -> Held:
         """With the first word of each stream (n,) that has none yet."""
@@ -186,7 +191,7 @@ class Held:
         unique, at = np.unique(stream[new], return_index=True)
         held, there = self.words.copy(), self.there.copy()
         held[unique], there[unique] = words[new][at], True
-        return Held(held, there)
+        return Held(held, there, self.since)
 
 
 def nothing_held(codec: Codec) -> Held:
@@ -206,9 +211,7 @@ class Changed:
     def step(self, held: tuple[Held, ...], frames: FrameBatch, hit: Bool, now: Now, /) -> tuple[Any, U64]:
         """Held words and the payloads (n,) of an epoch, changed where hit."""
         words = frames.words.copy()
-        if not now.active:
-            return tuple(nothing_held(now.codec) for _ in held) if _any_there(held) else held, words
-        kept = list(held)
+        kept = [one.within(now) for one in held]
         for number, (change, rows_of) in enumerate(zip(self.changes, self.tables, strict=True)):
             for layout, identifiers in rows_of:
                 rows = np.flatnonzero(hit & identifiers[frames.can_id & SFF_MASK])
@@ -216,10 +219,6 @@ class Changed:
                     part = words[rows]
                     kept[number], words[rows] = _one(change, layout, kept[number], frames[rows], part, now)
         return tuple(kept), words
-
-
-def _any_there(held: tuple[Held, ...]) -> bool:
-    return any(one.there.any() for one in held)
 
 
 def _one(
@@ -234,7 +233,7 @@ def _one(
         field = layout.mask[i] << layout.shift[i]
         return held, (words & ~field) | (held.words[stream] & field)
     if change.random:
-        drawn = now.words(f"random {change.signal}", len(words)) & layout.mask[i]
+        drawn = now.words(f"random {layout.name}.{name}", len(words)) & layout.mask[i]
         return held, with_raw(layout, name, words, drawn.view(np.int64))
     if isinstance(change.value, str):
         table = next(s.values for s in KIND_BY_NAME[layout.name].signals if s.name == name)

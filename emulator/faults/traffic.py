@@ -10,12 +10,12 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
-from gnss_hil.emulator.faults.base import Now, Rows, streams_of
-from gnss_hil.emulator.faults.protect import Memory, Protection, no_memory, protect
+from gnss_hil.emulator.faults.base import Now, Rows, Sleeper, streams_of
+from gnss_hil.emulator.faults.protect import Memory, Protection, no_memory, protect, remembers
 
 
 @dataclass(frozen=True, slots=True)
-class Drop:
+class Drop(Sleeper):
     """An action: frames do not come."""
 
     def fresh(self) -> None:
@@ -41,6 +41,9 @@ class Repeat:
 
     def fresh(self) -> Memory:
         return no_memory(self.codec)
+
+    def sleeps(self, memory: Memory, /) -> bool:
+        return not remembers(self.again)
 
     def step(
         self, memory: Memory, frames: FrameBatch, rows: Rows, now: Now
@@ -69,6 +72,9 @@ class Delay:
     def fresh(self) -> tuple[tuple[int, FrameBatch], ...]:
         return ()
 
+    def sleeps(self, held: tuple[tuple[int, FrameBatch], ...], /) -> bool:
+        return not held
+
     def step(
         self, held: tuple[tuple[int, FrameBatch], ...], frames: FrameBatch, rows: Rows, now: Now
     ) -> tuple[Any, FrameBatch, int]:
@@ -86,7 +92,7 @@ class Delay:
 
 
 @dataclass(frozen=True, slots=True)
-class Shuffle:
+class Shuffle(Sleeper):
     """An action: frames change places among themselves, drawn or from last to first."""
 
     backwards: bool
@@ -115,6 +121,9 @@ class Readdress:
     def fresh(self) -> Memory:
         return no_memory(self.codec)
 
+    def sleeps(self, memory: Memory, /) -> bool:
+        return not remembers(self.protection)
+
     def step(
         self, memory: Memory, frames: FrameBatch, rows: Rows, now: Now
     ) -> tuple[Memory, FrameBatch, int]:
@@ -128,7 +137,7 @@ class Readdress:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Insert:
+class Insert(Sleeper):
     """An action: frames that nobody of the bus has sent, so many an epoch, at the block's end or beginning.
 
     frame   one, unprotected; protected by a sender of its own where `sealed`
@@ -184,6 +193,9 @@ class Replay:
 
     def fresh(self) -> tuple[tuple[FrameBatch, ...], Memory]:
         return (), no_memory(self.codec)
+
+    def sleeps(self, state: tuple[tuple[FrameBatch, ...], Memory], /) -> bool:
+        return False  # it listens
 
     def step(
         self, state: tuple[tuple[FrameBatch, ...], Memory], frames: FrameBatch, rows: Rows, now: Now

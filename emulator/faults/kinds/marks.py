@@ -15,7 +15,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.emulator.faults import traffic
 from gnss_hil.emulator.faults.alter import Alter
-from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows
+from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, Sleeper
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Fault
 from gnss_hil.emulator.faults.place import Place
@@ -136,7 +136,7 @@ def ahead(codec: Codec, frames: FrameBatch, hit: Bool, by_ns: int, leap_s: int) 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ToTheEnd:
+class ToTheEnd(Sleeper):
     """An action: frames come at the end of their block."""
 
     def fresh(self) -> None:
@@ -149,7 +149,7 @@ class ToTheEnd:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AnotherMaster:
+class AnotherMaster(Sleeper):
     """An action: the marks once more, of another time, epoch and session, by a sender that counts its own."""
 
     codec: Codec

@@ -15,7 +15,7 @@ from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, raw_of
 from gnss_hil.dbc.lockstep import messages as bench
 from gnss_hil.emulator.faults import traffic
-from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, known, streams_of
+from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, Sleeper, known, streams_of
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Fault, Placed
 from gnss_hil.emulator.faults.signals import physical, with_signal, with_words
@@ -95,6 +95,9 @@ class StartAnew:
     def fresh(self) -> Starting:
         return Starting(np.zeros(self.codec.streams, np.int64))
 
+    def sleeps(self, state: Starting, /) -> bool:
+        return not (state.off or state.boots)
+
     def step(self, state: Starting, frames: FrameBatch, rows: Rows, now: Now) -> tuple[Any, FrameBatch, int]:
         if now.active:
             return replace(state, off=True), frames[~rows.hit], int(rows.hit.sum())
@@ -123,7 +126,7 @@ class StartAnew:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AnotherHeartbeat:
+class AnotherHeartbeat(Sleeper):
     """An action: the heartbeat of a node that is there twice."""
 
     codec: Codec
@@ -139,7 +142,7 @@ class AnotherHeartbeat:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Countermand:
+class Countermand(Sleeper):
     """An action: behind the commands a release of each of their channels, from a sender with its own
     counter."""
 
@@ -161,7 +164,7 @@ class Countermand:
 
 
 @dataclass(frozen=True, slots=True)
-class Stray:
+class Stray(Sleeper):
     """An action: a bench frame in every epoch."""
 
     can_id: int

@@ -121,6 +121,9 @@ class Deaf:
     def fresh(self) -> tuple[Memory, int]:
         return no_memory(self.codec), 0
 
+    def sleeps(self, state: tuple[Memory, int], /) -> bool:
+        return not state[1]
+
     def step(
         self, state: tuple[Memory, int], frames: FrameBatch, rows: Rows, now: Now
     ) -> tuple[Any, FrameBatch, int]:
@@ -156,6 +159,9 @@ class Both:
     def fresh(self) -> tuple[Any, Any]:
         return self.first.fresh(), self.then.fresh()
 
+    def sleeps(self, state: tuple[Any, Any], /) -> bool:
+        return self.first.sleeps(state[0]) and self.then.sleeps(state[1])
+
     def step(
         self, state: tuple[Any, Any], frames: FrameBatch, rows: Rows, now: Now
     ) -> tuple[tuple[Any, Any], FrameBatch, int]:
@@ -188,6 +194,9 @@ class OfMeasurements:
 
     def fresh(self) -> Any:
         return self.inner.fresh()
+
+    def sleeps(self, state: Any, /) -> bool:
+        return self.inner.sleeps(state)
 
     def step(self, state: Any, frames: FrameBatch, rows: Rows, now: Now) -> tuple[Any, FrameBatch, int]:
         mine = self.identifiers[frames.can_id & SFF_MASK]

@@ -66,6 +66,12 @@ def test_a_number_of_frames_is_that_number():
     assert sum(len(of_kind(one.before, "RANGE")) - len(of_kind(one.block, "RANGE")) for one in struck) == 7
 
 
+def test_a_number_counts_frames_that_are_struck_not_what_becomes_of_them():
+    struck = strike("rx3 RANGE repetition 4 n=7 @100")
+    added = sum(len(of_kind(one.block, "RANGE")) - len(of_kind(one.before, "RANGE")) for one in struck)
+    assert added == 28
+
+
 def test_a_period_comes_again():
     acts = [epoch for epoch, one in enumerate(strike("TIME loss @10..100 every=20 on=2s")) if one.events]
     assert acts == [10, 11, 30, 31, 50, 51, 70, 71, 90, 91]

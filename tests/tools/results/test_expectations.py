@@ -1,0 +1,79 @@
+"""Expectations of faults: what is met, what is missed, what is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gnss_hil.emulator.faults.base import Direction
+from gnss_hil.emulator.faults.ledger import Stretch
+from gnss_hil.emulator.faults.models import Expect
+from gnss_hil.tools.results.expectations import Fixes, finding, span, verdicts
+
+pytestmark = pytest.mark.verifies(
+    "tools/results/expectations.py",
+    what="Faults: whether they led to what was expected",
+    by="epochs, errors and checks made up by the test",
+    status="validated",
+)
+
+
+def stretch(first: int, last: int, touched: int = 5, active: bool = True) -> Stretch:
+    return Stretch(0, 0, Direction.FLIGHT, active, first, last, last - first + 1, touched)
+
+
+EPOCHS = np.arange(100)
+FIXES = Fixes(EPOCHS, EPOCHS != 52, np.where(EPOCHS == 55, 30.0, np.where(EPOCHS == 61, 8.0, 1.0)))
+FAULT = [stretch(50, 56), stretch(57, 60, active=False)]
+
+
+def judged(seen=None, fault=FAULT, fixes=FIXES, **expected) -> dict[str, tuple[str, bool]]:
+    expect = Expect(**expected)
+    found = finding(expect, fault, fixes, {k: np.array(v) for k, v in (seen or {}).items()})
+    return {one.key: (one.found, one.met) for one in verdicts(expect, found)}
+
+
+@pytest.mark.parametrize(
+    ("seen", "found"),
+    [
+        ({"silence": [51]}, ("silence after 1 epochs", True)),
+        ({"silence": [54]}, ("silence after 4 epochs", False)),
+        ({"silence": [20, 53], "mark": [52]}, ("mark after 2 epochs", True)),
+        ({"silence": [20]}, ("not seen", False)),
+        ({"range": [50]}, ("not seen", False)),
+    ],
+)
+def test_detection_is_by_one_of_the_checks_in_time(seen, found):
+    assert judged(seen, detected_by=("silence", "mark"), within_epochs=3)["detected_by"] == found
+
+
+def test_nothing_may_be_what_is_expected():
+    assert judged(detected_by="none")["detected_by"] == ("not seen", True)
+    assert judged(detected_by=("none", "range"))["detected_by"] == ("not seen", True)
+
+
+@pytest.mark.parametrize(("limit", "met"), [(29, False), (30, True)])
+def test_errors_count_while_it_lasts_and_as_long_behind(limit, met):
+    assert judged(fix_error_m=limit)["fix_error_m"] == ("30", met)
+    behind = Fixes(EPOCHS, FIXES.valid, np.where(EPOCHS == 63, 99.0, 1.0))
+    assert judged(fixes=behind, fix_error_m=5)["fix_error_m"] == ("99", False)
+    later = Fixes(EPOCHS, FIXES.valid, np.where(EPOCHS == 64, 99.0, 1.0))
+    assert judged(fixes=later, fix_error_m=5)["fix_error_m"] == ("1", True)
+
+
+def test_no_fix_errs_by_nothing_and_is_not_available():
+    none = Fixes(EPOCHS, np.zeros(100, bool), np.full(100, np.nan))
+    found = judged(fixes=none, fix_error_m=5, availability=0.1)
+    assert found == {"fix_error_m": ("no fix", True), "availability": ("0", False)}
+
+
+def test_availability_is_of_the_epochs_while_it_lasts():
+    assert judged(availability=6 / 7)["availability"] == ("0.8571", True)
+    assert judged(availability=0.9)["availability"] == ("0.8571", False)
+
+
+def test_a_fault_that_never_touched_a_frame_meets_nothing():
+    idle = [stretch(50, 56, touched=0), stretch(57, 60, active=False)]
+    assert span(idle) is None
+    found = judged(fault=idle, detected_by="none", fix_error_m=5, availability=0)
+    assert set(found.values()) == {("never acted", False)}

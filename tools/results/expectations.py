@@ -1,0 +1,126 @@
+"""Whether a fault led to what was expected of it, by what acted, what was seen, and the fixes.
+
+What a flight software has seen comes from the bus, by the names of `gnss_hil.emulator.faults.checks`: whoever
+decodes it hands over the epochs in which each check saw something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.emulator.faults.ledger import Stretch
+from gnss_hil.emulator.faults.models import Expect
+
+NOTHING = "none"
+"""Expected of a fault that nothing tells."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixes:
+    """Of epochs on record (e,): number, whether there is a fix, and by how much that errs [m], nan where
+    it is not known."""
+
+    epoch: I64
+    valid: Bool
+    error_m: F64
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What became of a fault: by which check it was seen, and how many epochs after its first one, None if it
+    was not; the largest error of a fix [m], nan without one; share of epochs with a fix, nan without an
+    epoch."""
+
+    detected_by: str | None
+    after_epochs: int | None
+    fix_error_m: float
+    availability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One expectation: its key, what was expected, what was found, whether it was met."""
+
+    key: str
+    expected: str
+    found: str
+    met: bool
+
+
+def span(stretches: Sequence[Stretch]) -> tuple[int, int] | None:
+    """First and last epoch in which a fault acted within its windows and touched a frame; None if it never
+    did."""
+    acting = [one for one in stretches if one.active and one.touched]
+    return (min(one.first for one in acting), max(one.last for one in acting)) if acting else None
+
+
+def finding(
+    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, seen: Mapping[str, I64]
+) -> Finding | None:
+    """What became of a fault, from its stretches; None if it never acted.
+
+    seen   epochs in which each check saw something; of those that the fault may be seen by the first counts
+    """
+    found = span(stretches)
+    if found is None:
+        return None
+    first, last = found
+    by, after = _detected([name for name in expect.detected_by if name != NOTHING], seen, first)
+    behind = last + (last - first + 1)
+    lasts = (fixes.epoch >= first) & (fixes.epoch <= last)
+    near = (fixes.epoch >= first) & (fixes.epoch <= behind) & fixes.valid & np.isfinite(fixes.error_m)
+    return Finding(
+        by,
+        after,
+        float(fixes.error_m[near].max()) if near.any() else float("nan"),
+        float(fixes.valid[lasts].mean()) if lasts.any() else float("nan"),
+    )
+
+
+def _detected(names: Sequence[str], seen: Mapping[str, I64], first: int) -> tuple[str | None, int | None]:
+    """The check that saw it first, and how many epochs after the first."""
+    times = {}
+    for name in names:
+        epochs = np.asarray(seen.get(name, ()))
+        if (epochs >= first).any():
+            times[name] = int(epochs[epochs >= first].min()) - first
+    by = min(times, key=lambda name: times[name]) if times else None
+    return by, None if by is None else times[by]
+
+
+def verdicts(expect: Expect, found: Finding | None) -> list[Verdict]:
+    """Each expectation, met or not. A fault that never acted meets none."""
+    rows: list[Verdict] = []
+    if expect.detected_by:
+        rows.append(_detection(expect, found))
+    if expect.fix_error_m is not None:
+        worst = float("nan") if found is None else found.fix_error_m
+        met = found is not None and not worst > expect.fix_error_m
+        rows.append(Verdict("fix_error_m", f"<= {expect.fix_error_m:g}", _said(found, worst), met))
+    if expect.availability is not None:
+        share = float("nan") if found is None else found.availability
+        met = found is not None and share >= expect.availability
+        rows.append(Verdict("availability", f">= {expect.availability:g}", _said(found, share), met))
+    return rows
+
+
+def _detection(expect: Expect, found: Finding | None) -> Verdict:
+    limit = "" if expect.within_epochs is None else f" within {expect.within_epochs} epochs"
+    expected = f"{' or '.join(expect.detected_by)}{limit}"
+    if found is None:
+        return Verdict("detected_by", expected, "never acted", False)
+    if found.detected_by is None:
+        return Verdict("detected_by", expected, "not seen", NOTHING in expect.detected_by)
+    assert found.after_epochs is not None
+    met = expect.within_epochs is None or found.after_epochs <= expect.within_epochs
+    return Verdict("detected_by", expected, f"{found.detected_by} after {found.after_epochs} epochs", met)
+
+
+def _said(found: Finding | None, value: float) -> str:
+    if found is None:
+        return "never acted"
+    return "no fix" if np.isnan(value) else f"{value:.4g}"
