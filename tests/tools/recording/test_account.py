@@ -107,3 +107,18 @@ def test_a_record_that_nobody_ended_may_have_fewer_fixes_than_were_flown():
     assert notes(endless, COUNTED, Decoded(60, 20)) == [
         "soyuz: fixes: 20 on record, which nobody ended; 25 flown"
     ]
+
+
+def test_what_faults_may_bring_about_is_a_note_where_some_are_armed():
+    heard = replace(HEARD, miscounts=1, miscount=(3, 9, 8), epochs=59)
+    given = "soyuz", heard, COUNTED, Decoded(58, 24)
+    disturbed = list(account.faults(*given, disturbed=True))
+    assert (
+        len(disturbed) == 2
+        and "59 epochs on record" in disturbed[0]
+        and "24 on record, 25 flown" in disturbed[1]
+    )
+    told = list(account.notes(*given, disturbed=True))
+    assert any("BENCH_DONE of epoch 3" in line for line in told)
+    assert any("58 NAV_STATUS are on record" in line for line in told)
+    assert {*account.faults(*given)} == {*disturbed, *told}

@@ -309,3 +309,30 @@ def test_strays_do_not_bear_each_other_out(lockstep):
     heard = sequencer.hear(concat([emulated(0), *strays, *PLAIN[1:]]))
     assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
     assert sequencer.refused_marks == 4
+
+
+def test_an_epoch_whose_mark_is_lost_is_an_epoch():
+    """It begins behind the SYNC before, and its own SYNC says which it is."""
+    without = emulated(1)[1:]
+    heard = [
+        emulated(0),
+        sync(0),
+        flown(0),
+        done(0),
+        without,
+        sync(1),
+        flown(1),
+        done(1),
+        emulated(2),
+        sync(2),
+    ]
+    expected = [CANONICAL[0], (1, concat([without, flown(1)])), (2, emulated(2))]
+    for piece in (1, 2, 1000):
+        assert recorded(*heard, piece=piece) == expected
+
+
+def test_frames_before_a_late_mark_are_of_its_epoch():
+    late = concat([emulated(1)[1:], emulated(1)[:1]])
+    heard = [emulated(0), sync(0), flown(0), done(0), late, sync(1), flown(1), done(1)]
+    for piece in (1, 2, 1000):
+        assert recorded(*heard, piece=piece) == [CANONICAL[0], (1, concat([late, flown(1)]))]
