@@ -33,7 +33,7 @@ class Expect(Strict):
 
     detected_by: _Words = ()
     within_epochs: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
-    fix_error_m: Annotated[float, Field(gt=0)] | None = None
+    fix_error_m: Annotated[float, Field(gt=0, le=1e12)] | None = None
     availability: Annotated[float, Field(ge=0, le=1)] | None = None
 
     @field_validator("detected_by")

@@ -17,10 +17,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from gnss_hil.dbc.common.arrays import F64, I64, U64, Bool
 from gnss_hil.dbc.common.near import did_you_mean
@@ -35,6 +35,7 @@ _CHANGE = re.compile(
     rf"(?P<signal>\w+(?:\.\w+)?)\s*(?:(?P<op>[-+*]?=)\s*(?P<value>{_NUMBER}|[A-Z][A-Z0-9_]*)(?P<rate>/s)?"
     r"|(?P<word>freeze|random))"
 )
+Number = Annotated[float, Field(ge=-1e15, le=1e15)]
 WAYS = ("value", "offset", "scale", "drift_per_s", "freeze", "random")
 
 
@@ -52,10 +53,10 @@ class Change(Spoken):
     """
 
     signal: str
-    value: float | str | None = None
-    offset: float | None = None
-    scale: float | None = None
-    drift_per_s: float | None = None
+    value: Number | str | None = None
+    offset: Number | None = None
+    scale: Number | None = None
+    drift_per_s: Number | None = None
     freeze: bool = False
     random: bool = False
 

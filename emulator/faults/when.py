@@ -50,11 +50,20 @@ def _instant(value: Any) -> Any:
     return value if _EPOCH.fullmatch(value) else seconds(value)
 
 
+FARTHEST_S = 1e10
+"""Three hundred years: beyond any run, and any clock."""
 _TEXT = r"^(#\d+|(\d+(\.\d+)?(ms|[smhdw])?)+)$"
 Instant = Annotated[
-    Annotated[float, Field(ge=0)] | Annotated[str, Field(pattern=r"^#\d+$")],
+    Annotated[float, Field(ge=0, le=FARTHEST_S)] | Annotated[str, Field(pattern=r"^#\d+$")],
     BeforeValidator(_instant),
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, {"type": "string", "pattern": _TEXT}]}),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "minimum": 0, "maximum": FARTHEST_S},
+                {"type": "string", "pattern": _TEXT},
+            ]
+        }
+    ),
 ]
 """Seconds, text with units, or "#120": epochs."""
 
@@ -79,7 +88,7 @@ class When(Spoken):
     every: Instant | None = None
     on: Instant | None = None
     probability: Annotated[float, Field(gt=0, le=1)] = 1.0
-    count: Annotated[int, Field(ge=1)] | None = None
+    count: Annotated[int, Field(ge=1, le=10**12)] | None = None
     after: Trigger | None = None
 
     @classmethod

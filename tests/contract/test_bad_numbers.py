@@ -39,13 +39,19 @@ def bounds(schema: Any) -> Iterator[tuple[float | None, float | None]]:
             yield from bounds(part)
 
 
+def properties(schema: dict) -> dict:
+    """Keys of a table, or of one that may be written as text too."""
+    options = [schema, *schema.get("anyOf", ())]
+    return next(one["properties"] for one in options if "properties" in one)
+
+
 def numbers(model: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel], str, dict]]:
     """Path, model, key and schema of every value that holds a number."""
     for path, _ in model_tree.values(model):
         key = str(path[-1])
         for option in model_tree.options(model_tree.at(model, path[:-1])):
             if key in getattr(option, "model_fields", {}) and key != "options":  # those have models below
-                schema = option.model_json_schema()["properties"][key]
+                schema = properties(option.model_json_schema())[key]
                 if any(bounds(schema)):
                     yield ".".join(map(str, path)), option, key, schema
 

@@ -20,7 +20,7 @@ from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Fault
 from gnss_hil.emulator.faults.place import Place
 from gnss_hil.emulator.faults.signals import physical, with_signal, with_words
-from gnss_hil.emulator.faults.when import seconds
+from gnss_hil.emulator.faults.when import FARTHEST_S, seconds
 from gnss_hil.emulator.faults.where import Where
 
 MARK = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
@@ -38,8 +38,16 @@ def _span(value: Any) -> Any:
 _TEXT = r"^[+-]?(\d+(\.\d+)?(ms|[smhdw])?)+$"
 Span = Annotated[
     float,
+    Field(ge=-FARTHEST_S, le=FARTHEST_S),
     BeforeValidator(_span),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": _TEXT}]}),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "minimum": -FARTHEST_S, "maximum": FARTHEST_S},
+                {"type": "string", "pattern": _TEXT},
+            ]
+        }
+    ),
 ]
 """Seconds, or text with a sign and units: "-1s", "1024w"."""
 

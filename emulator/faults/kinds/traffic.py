@@ -16,6 +16,7 @@ from gnss_hil.emulator.faults.base import Actions, Direction
 from gnss_hil.emulator.faults.kinds.row import CANGW, GATEWAY, LINKS, Bus, Row, sides
 from gnss_hil.emulator.faults.models import Fault, Placed
 from gnss_hil.emulator.faults.protect import Protection
+from gnss_hil.emulator.faults.signals import Number
 from gnss_hil.emulator.faults.where import Where
 
 KEEP = Protection(crc="keep")
@@ -87,7 +88,7 @@ class Insertion(Fault):
     message: str | None = None
     identifier: Annotated[int, Field(ge=0, le=0x7FF)] | None = None
     data: Annotated[str, Field(pattern=r"^([0-9A-Fa-f]{2}){0,8}$")] = "0000000000000000"
-    signals: dict[str, float] = Field(default_factory=dict)
+    signals: dict[str, Number] = Field(default_factory=dict)
     frames: Annotated[int, Field(ge=1, le=10_000)] = 1
     first: bool = False
 
