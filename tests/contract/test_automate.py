@@ -71,6 +71,12 @@ def test_arguments_that_it_names_are_there():
     assert "gnss_hil.Run.read" in TEXT
 
 
+def test_the_fixture_takes_what_the_function_takes():
+    own, *taken = inspect.signature(gnss_hil.Bench.run).parameters.values()
+    assert own.name == "self"
+    assert taken == list(inspect.signature(gnss_hil.run).parameters.values())
+
+
 def test_checks_are_named_as_they_are():
     (said,) = re.findall(r"\*\*Checks\*\* by name.*?\n\n", TEXT, re.S)
     named = {name.lower() for name in CHECKS if name not in REASONS}

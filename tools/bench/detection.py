@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import polars as pl
 
 from gnss_hil.dbc.common.near import did_you_mean
+from gnss_hil.emulator.faults.checks import CHECKS as SEEN_BY_FLIGHT
 from gnss_hil.tools.bench.errors import BenchError
 from gnss_hil.tools.results.checks import CHECKS
 
@@ -14,10 +15,12 @@ from gnss_hil.tools.results.checks import CHECKS
 def named(check: str) -> str:
     """A check by the name that tables have; BenchError if there is none."""
     name = check.strip().upper().replace("-", "_").replace(" ", "_")
-    if name not in CHECKS and not name.startswith("UNKNOWN_"):
-        known = [label.lower() for label in CHECKS]
-        raise BenchError(f"check '{check}': not known; {did_you_mean(check, known, 'there are')}")
-    return name
+    if name in CHECKS or name.startswith("UNKNOWN_"):
+        return name
+    if what := SEEN_BY_FLIGHT.get(name.lower().replace("_", "-")):
+        raise BenchError(f"check '{check}' ({what}): nothing on the bus tells of it")
+    known = [label.lower() for label in CHECKS]
+    raise BenchError(f"check '{check}': not known; {did_you_mean(check, known, 'there are')}")
 
 
 def seen(checks: pl.DataFrame, check: str, where: str | None = None) -> pl.DataFrame:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from inspect import Parameter, signature
 from os import fspath
 from pathlib import Path
 from typing import Any, Concatenate, ParamSpec
@@ -20,8 +21,12 @@ _Method = Callable[Concatenate["Bench", _P], Run]
 def _like(function: Callable[_P, Run]) -> Callable[[Callable[..., Run]], _Method[_P]]:
     """A method that takes what a function takes."""
 
+    taken = signature(function)
+    own = Parameter("self", Parameter.POSITIONAL_ONLY)
+
     def typed(method: Callable[..., Run]) -> _Method[_P]:
         method.__doc__ = f"As `gnss_hil.run`, without a report unless asked for.\n\n{function.__doc__}"
+        vars(method)["__signature__"] = taken.replace(parameters=[own, *taken.parameters.values()])
         return method
 
     return typed

@@ -9,9 +9,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import polars as pl
 
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.tools.bench import detection
 from gnss_hil.tools.bench.errors import BenchError, as_bench_errors
@@ -174,7 +174,7 @@ class Run:
         )
 
     @property
-    def fix_error_m(self) -> np.ndarray:
+    def fix_error_m(self) -> F64:
         """(n,) 3-D position errors [m] of the valid fixes from 60 s after the first one on, by time: a cold
         start's first fixes have six satellites, and tell of nothing else. `errors` has them all.
 
