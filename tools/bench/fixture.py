@@ -21,12 +21,13 @@ _Method = Callable[Concatenate["Bench", _P], Run]
 def _like(function: Callable[_P, Run]) -> Callable[[Callable[..., Run]], _Method[_P]]:
     """A method that takes what a function takes."""
 
-    taken = signature(function)
     own = Parameter("self", Parameter.POSITIONAL_ONLY)
+    whole = signature(function)
+    theirs = [p.replace(default=False) if p.name == "report" else p for p in whole.parameters.values()]
 
     def typed(method: Callable[..., Run]) -> _Method[_P]:
         method.__doc__ = f"As `gnss_hil.run`, without a report unless asked for.\n\n{function.__doc__}"
-        vars(method)["__signature__"] = taken.replace(parameters=[own, *taken.parameters.values()])
+        vars(method)["__signature__"] = whole.replace(parameters=[own, *theirs])
         return method
 
     return typed
