@@ -23,9 +23,12 @@ from gnss_hil.emulator.environment import models as joined
 from gnss_hil.emulator.environment.block import Environment, epochs_at
 from gnss_hil.emulator.environment.carrier_to_noise import Link, PlainReceiver, build_link
 from gnss_hil.emulator.environment.models import Clocks
+from gnss_hil.emulator.error_models import jamming
 from gnss_hil.emulator.error_models.base import Context, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.error_models.registry import FACTORS
+from gnss_hil.emulator.faults import when
+from gnss_hil.emulator.faults.kinds.inside import Jammer
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.receivers import frames
@@ -55,7 +58,7 @@ _QUINTIC_PEAK = 1.875
 
 def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> Craft:
     given, settings = shared.given, craft.receivers
-    time, rows = given.time, craft.factors.on()
+    time, rows = given.time, with_jammers(craft.factors.on(), given, craft.name)
     orbit = shared.motion_of(craft.name)
     _check_turns(craft)
     shape = _structure(craft, rows, vehicle)
@@ -122,6 +125,29 @@ def build_emulated(shared: Shared, craft: scenario.Craft, vehicle: Vehicle) -> C
         sensors=nodes,
     )
     return EmulatedCraft(craft.name, environment, receivers)
+
+
+def with_jammers(rows: Mapping[str, Factor], given: scenario.Scenario, craft: str) -> Mapping[str, Factor]:
+    """Error models that are on, with the jammers that are faults of a craft, each in its window of epochs."""
+    added = [one for one in given.fault if isinstance(one, Jammer) and one.craft in (None, craft)]
+    if not added:
+        return rows
+    own = rows.get(jamming.ROW.name)
+    interval_s = given.time.epoch_interval_s
+    body = list(own.body) if isinstance(own, jamming.Jamming) else []
+    for one in added:
+        window = when.window(one.at, given.time.interval_ns)
+        body.append(
+            jamming.BodyJammer(
+                kind=one.spectrum, centre_mhz=one.centre_mhz, bandwidth_mhz=one.bandwidth_mhz,
+                direction_body=one.direction_body, received_dbw=one.received_dbw,
+                # Between epochs: clocks may put a mark a little beside its instant.
+                on_s=max(0.0, (window.start - 0.5) * interval_s),
+                off_s=None if window.stop is None else (window.stop - 0.5) * interval_s,
+            )
+        )  # fmt: skip
+    earth = own.earth if isinstance(own, jamming.Jamming) else ()
+    return {**rows, jamming.ROW.name: jamming.Jamming(earth=earth, body=tuple(body))}
 
 
 def _sent(link: Link, time: scenario.Time) -> Bool:

@@ -82,7 +82,9 @@ def _jamming_wphz(link: Link, at: EpochGeometry, epoch: I64, row: I64, signal: I
     out = np.empty((at.antennas.boresight.shape[1], len(row)))
     for k in range(len(at)):
         mine = epoch == k
-        arrival = jamming.arrivals(link.jammers, at.state.pos_ecef_m[k], at.dcm_body_from_ecef[k])
+        arrival = jamming.arrivals(
+            link.jammers, at.state.pos_ecef_m[k], at.dcm_body_from_ecef[k], int(at.t_ns[k])
+        )
         frequency = at.sky.broadcast.frequency[k, row[mine]]
         overlaps = jamming.overlaps_perhz(link.jammers, signal[mine], frequency)
         out[:, mine] = jamming.density_wphz(arrival, link.budget.antennas, at.antennas.boresight[k], overlaps)

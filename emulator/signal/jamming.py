@@ -46,6 +46,7 @@ class Jammers:
     kind              (j,) spectrum: "noise" flat over bandwidth_hz, "tone", or "matched": as a signal's
     centre_hz         (j,) middle of the spectrum
     bandwidth_hz      (j,) of noise
+    on_ns             (j, 2) GPS time from which each is on, and until before which [ns]; None: always
     """
 
     place_ecef_m: F64
@@ -55,6 +56,7 @@ class Jammers:
     kind: tuple[Kind, ...]
     centre_hz: F64
     bandwidth_hz: F64
+    on_ns: I64 | None = None
 
 
 def place_ecef_m(latitude_rad: float, longitude_rad: float, height_m: float) -> F64:
@@ -115,15 +117,18 @@ class Arrival:
     """Jammers as they reach the craft at one instant.
 
     los_ecef    (j, 3) unit vectors towards them
-    power_w     (j,) at an isotropic antenna; 0 where the Earth is in the way [W]
+    power_w     (j,) at an isotropic antenna; 0 where the Earth is in the way or it is off [W]
     """
 
     los_ecef: F64
     power_w: F64
 
 
-def arrivals(jammers: Jammers, pos_ecef_m: F64, dcm_body_from_ecef: F64) -> Arrival:
-    """Directions and powers at a craft at pos_ecef_m (3,) whose body axes are dcm_body_from_ecef (3, 3)."""
+def arrivals(jammers: Jammers, pos_ecef_m: F64, dcm_body_from_ecef: F64, t_ns: int = 0) -> Arrival:
+    """Directions and powers at a craft at pos_ecef_m (3,) whose body axes are dcm_body_from_ecef (3, 3).
+
+    t_ns   GPS time, which matters where jammers are on in time
+    """
     towards = jammers.place_ecef_m - pos_ecef_m
     distance_m = norm(towards)
     placed = len(distance_m)
@@ -131,7 +136,10 @@ def arrivals(jammers: Jammers, pos_ecef_m: F64, dcm_body_from_ecef: F64) -> Arri
     power_w = 10 ** (jammers.eirp_dbw / 10) * (wavelength_m / (4 * np.pi * distance_m)) ** 2
     power_w = np.where(ray_height_m(pos_ecef_m, towards) >= 0, power_w, 0.0)
     los = np.concatenate((towards / distance_m[:, None], jammers.direction_body @ dcm_body_from_ecef))
-    return Arrival(los, np.concatenate((power_w, 10 ** (jammers.received_dbw / 10))))
+    power_w = np.concatenate((power_w, 10 ** (jammers.received_dbw / 10)))
+    if jammers.on_ns is not None:
+        power_w *= (jammers.on_ns[:, 0] <= t_ns) & (t_ns < jammers.on_ns[:, 1])
+    return Arrival(los, power_w)
 
 
 def density_wphz(arrival: Arrival, antennas: Receive, boresight_ecef: F64, overlap_perhz: F64) -> F64:

@@ -12,7 +12,7 @@ import pytest
 from gnss_hil.emulator.faults import files
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.kinds.row import RUN
-from tests.support.faulted import play, undisturbed
+from tests.support.faulted import by_cantools, of_kind, play, undisturbed
 from tests.support.programs import GNSS_HIL
 from tests.support.runs import sha
 
@@ -26,8 +26,10 @@ pytestmark = [
     ),
 ]
 
-FLOWN = [name for name, path in files.shipped().items()
-         if all(RUN in KINDS[one.kind].links for one in files.load(path).fault)]  # fmt: skip
+ROWS_OF = {
+    name: [KINDS[one.kind] for one in files.load(path).fault] for name, path in files.shipped().items()
+}
+FLOWN = [name for name, rows in ROWS_OF.items() if all(RUN in row.links and row.frames for row in rows)]
 
 
 @pytest.mark.parametrize("name", FLOWN)
@@ -43,6 +45,20 @@ def test_every_file_of_the_library_is_flown_and_does_what_its_kind_says(name):
     assert touched and acted
     (fault,) = files.load(files.shipped()[name]).fault
     assert acted[0] >= float(fault.at.start) - 1
+
+
+def test_a_jammer_is_on_in_its_window_alone():
+    """GPS on L1 is lost at once and back when it is over; GLONASS, on other carriers, stays."""
+
+    def tracked(block) -> list[int]:
+        systems = [row["sat_system"] for row in by_cantools(of_kind(block, "SV_CLOCK"))]
+        return [systems.count(0), systems.count(1)]
+
+    for epoch, (block, _, events) in enumerate(play(130, files=["jammer"])):
+        gps, glonass = tracked(undisturbed()[epoch][0])
+        on = 100 <= epoch < 108
+        assert tracked(block) == [0 if on else gps, glonass], epoch
+        assert bool(events) is on
 
 
 def run(folder: Path, *more: str, duration: int = 130, status: int = 0) -> subprocess.CompletedProcess:
@@ -120,6 +136,10 @@ def test_a_run_with_faults_has_a_ledger_and_can_be_played_again(tmp_path):
         (
             ["--fault", "rx2 asymmetric"],
             "fault.0: asymmetric: run cannot do it: everybody on one bus hears the same",
+        ),
+        (
+            ["--fault", "rx2 off", "--emulator", "external"],
+            "fault: receiver-off: our emulator applies faults",
         ),
         (["--faults", "replai"], "fault file 'replai': no such file; shipped are"),
     ],

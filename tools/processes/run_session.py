@@ -74,6 +74,9 @@ def play(
     plan = plans.make(
         config.scenario, replace(config.overrides, reference=None) if reference else config.overrides
     )
+    if plan.world.faults and config.emulator != OURS:
+        kind = plan.scenario.fault[0].kind
+        raise Mistake(f"fault: {kind}: our emulator applies faults; --emulator {config.emulator} has none")
     if reference:
         judging.check(plan.scenario, reference)
     for remark in plan.remarks:

@@ -51,21 +51,24 @@ class Verdict:
     met: bool
 
 
-def span(stretches: Sequence[Stretch]) -> tuple[int, int] | None:
-    """First and last epoch in which a fault acted within its windows and touched a frame; None if it never
-    did."""
-    acting = [one for one in stretches if one.active and one.touched]
+def span(stretches: Sequence[Stretch], frames: bool = True) -> tuple[int, int] | None:
+    """First and last epoch in which a fault acted within its windows; None if it never did.
+
+    frames   whether its kind acts on frames: then where it touched none it did not act
+    """
+    acting = [one for one in stretches if one.active and (one.touched or not frames)]
     return (min(one.first for one in acting), max(one.last for one in acting)) if acting else None
 
 
 def finding(
-    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, seen: Mapping[str, I64]
+    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, seen: Mapping[str, I64], frames: bool = True
 ) -> Finding | None:
     """What became of a fault, from its stretches; None if it never acted.
 
-    seen   epochs in which each check saw something; of those that the fault may be seen by the first counts
+    seen     epochs in which each check saw something; of those that the fault may be seen by the first counts
+    frames   whether the fault's kind acts on frames (`Row.frames`)
     """
-    found = span(stretches)
+    found = span(stretches, frames)
     if found is None:
         return None
     first, last = found

@@ -10,7 +10,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.emulator.faults.base import Action, Actions, Direction
+from gnss_hil.emulator.faults.base import Action, Actions, Direction, Sleeper
 from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.emulator.faults.where import Where
 
@@ -52,6 +52,7 @@ class Row:
     words     what a one-liner may call it besides;  of   only where the place has this key
     first     parameter that a value behind the name is for
     links     that can do it;  why   the others cannot, for people
+    frames    whether it touches frames; else it acts elsewhere
     detail    what a user has to know beyond the summary
     """
 
@@ -65,12 +66,13 @@ class Row:
     first: str = ""
     links: tuple[str, ...] = (RUN, GATEWAY)
     why: str = "the kernel's gateway sees single frames and has no memory"
+    frames: bool = True
     detail: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Idle:
-    """An action that does nothing."""
+class Idle(Sleeper):
+    """An action that does nothing to frames: the fault acts elsewhere."""
 
     def fresh(self) -> None:
         return None

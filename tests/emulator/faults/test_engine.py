@@ -106,7 +106,6 @@ def test_a_trigger_is_where_the_window_counts_from():
     ("line", "words"),
     [
         ("rx2 asymmetric", "run cannot do it: everybody on one bus hears the same; gateway and cangw can"),
-        ("jammer", "it needs the emulator's link budget: [craft.factors.jamming] of the scenario"),
         ("rx7 loss", "no receiver rx7; the craft has rx1 to rx4"),
         ("fort loss", "no place 'fort'; did you mean 'port'?"),
         ("rx2 TIME loss", "no frame of this bus is at 'rx2 TIME'"),
@@ -118,6 +117,16 @@ def test_what_cannot_be_is_refused_by_name(line, words):
     with pytest.raises(FaultError, match=r"fault\.0: ") as caught:
         plan_of(line, link="run")
     assert words in str(caught.value)
+
+
+def test_what_needs_the_emulators_inside_is_refused_by_a_gateway():
+    with pytest.raises(
+        FaultError, match="gateway cannot do it: it needs the emulator's link budget; run can"
+    ):
+        plan_of("jammer", link="gateway")
+    for line in ("rx1 jammer", "jammer p=0.5", "jammer after first fix", "jammer every=10"):
+        with pytest.raises(FaultError, match="a jammer"):
+            plan_of(line)
 
 
 def test_every_mistake_is_told():

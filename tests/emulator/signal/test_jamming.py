@@ -1,5 +1,7 @@
 """Jamming: overlaps against quadrature, textbook factors and simulated correlators; geometry against ERFA."""
 
+from dataclasses import replace
+
 import erfa
 import numpy as np
 import pytest
@@ -163,3 +165,9 @@ def test_no_jammer_no_density():
     overlaps = jamming.overlaps_perhz(jam, np.array([0, 1]), np.zeros(2, int))
     arrival = jamming.arrivals(jam, np.array([7e6, 0, 0]), np.eye(3))
     assert not jamming.density_wphz(arrival, ISOTROPIC, np.array([[0.0, 0, 1]]), overlaps).any()
+
+
+def test_a_jammer_in_time_is_on_from_its_first_instant_until_before_its_last():
+    jam = replace(jammers(direction=((1, 0, 0),), received=(-90,)), on_ns=np.array([[10, 20]]))
+    powers = [jamming.arrivals(jam, np.array([7e6, 0, 0]), np.eye(3), t).power_w[0] for t in (9, 10, 19, 20)]
+    assert powers == pytest.approx([0, 1e-9, 1e-9, 0])

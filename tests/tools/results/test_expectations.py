@@ -74,6 +74,6 @@ def test_availability_is_of_the_epochs_while_it_lasts():
 
 def test_a_fault_that_never_touched_a_frame_meets_nothing():
     idle = [stretch(50, 56, touched=0), stretch(57, 60, active=False)]
-    assert span(idle) is None
+    assert span(idle) is None and span(idle, frames=False) == (50, 56)
     found = judged(fault=idle, detected_by="none", fix_error_m=5, availability=0)
     assert set(found.values()) == {("never acted", False)}
