@@ -1,7 +1,8 @@
 """pytest-gnss-hil: the fixture `bench`, by which a test plays runs and looks at what they showed.
 
     def test_a_silent_receiver_is_noticed(bench):
-        run = bench.run("soyuz", duration="5m")
+        run = bench.run("soyuz", faults=["rx2 off @2m+30s"])
+        assert run.detected("silence", within=2)
         assert run.fix_error_m.max() < 5
 
 Nothing of the bench is imported before a test asks for the fixture.
@@ -41,9 +42,9 @@ def bench(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Any]:
     import gnss_hil
 
     played = gnss_hil.Bench(tmp_path, bus=str(request.config.getoption("--gnss-hil-bus")))
-    request.node.stash[_PLAYED] = played
+    request.node.stash[_PLAYED], request.node.stash[_FAILED] = played, False
     yield played
-    if not (request.node.stash.get(_FAILED, False) or request.config.getoption("--gnss-hil-keep")):
+    if not (request.node.stash[_FAILED] or request.config.getoption("--gnss-hil-keep")):
         played.discard()
 
 
@@ -54,8 +55,7 @@ def pytest_runtest_makereport(
     report = yield
     if report.failed and _PLAYED in item.stash:
         item.stash[_FAILED] = True
-        folders = [folder for folder in item.stash[_PLAYED].played if folder.is_dir()]
-        if folders:
+        if folders := item.stash[_PLAYED].played:
             report.sections.append(("gnss-hil", _said(folders)))
             item.user_properties += [("gnss-hil run folder", str(folder)) for folder in folders]
     return report

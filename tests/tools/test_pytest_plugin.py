@@ -196,3 +196,34 @@ def test_a_failure_tells_what_faults_did(session):
             "            silence at RX2: * epochs, first at 00:00:05",
         ]
     )
+
+
+def test_a_folder_that_a_test_names_is_left_alone(session, pytester):
+    mine = pytester.path / "mine"
+    mine.mkdir()
+    (mine / "precious").touch()
+    done = session(
+        f"""
+        import gnss_hil, pytest
+
+        def test_taken(bench):
+            with pytest.raises(gnss_hil.BenchError, match="exists and is not an empty folder"):
+                bench.run("soyuz", duration=5, out={str(mine)!r})
+
+        def test_named(bench, tmp_path):
+            named = bench.run("soyuz", duration=5, out={str(pytester.path / "named")!r})
+            names = [bench.run(scenario, duration=3).folder for scenario in ("soyuz-roll", "soyuz", "soyuz")]
+            assert names == [tmp_path / name for name in ("soyuz-roll", "soyuz", "soyuz-2")]
+
+        def test_taken_and_failing(bench):
+            with pytest.raises(gnss_hil.BenchError):
+                bench.run("soyuz", duration=5, out={str(mine)!r})
+            assert False
+        """,
+        "--basetemp", "base",
+    )  # fmt: skip
+    done.assert_outcomes(passed=2, failed=1)
+    assert (mine / "precious").exists()
+    assert (pytester.path / "named" / "summary.json").exists()
+    assert not folders(pytester)
+    assert "run folder  " not in done.stdout.str()

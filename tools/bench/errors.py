@@ -29,8 +29,9 @@ BenchError.__module__ = "gnss_hil"  # where programs have it from, and how trace
 def as_bench_errors(folder: Path | None = None) -> Iterator[None]:
     """What people can understand becomes a BenchError; a fault of the program passes as it is.
 
-    folder   of the run, if it has one by then
+    folder   of a run that is about to begin: the error has it if it is ours by then, and holds anything
     """
+    taken = _holds_anything(folder)
     try:
         yield
     except Exception as error:
@@ -38,5 +39,9 @@ def as_bench_errors(folder: Path | None = None) -> Iterator[None]:
         if known is None:
             raise
         status, text = known
-        kept = folder if folder is not None and folder.is_dir() and any(folder.iterdir()) else None
-        raise BenchError(text, status, kept) from None
+        ours = _holds_anything(folder) and not taken
+        raise BenchError(text, status, folder if ours else None) from None
+
+
+def _holds_anything(folder: Path | None) -> bool:
+    return folder is not None and folder.is_dir() and any(folder.iterdir())

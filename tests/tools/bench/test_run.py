@@ -127,6 +127,9 @@ def test_a_scenario_that_there_is_not(desk):
         (desk / "run").mkdir()
         (desk / "run" / "mine").touch()
         gnss_hil.run(out="run")
+    with pytest.raises(gnss_hil.BenchError) as caught:
+        gnss_hil.run(out="run")
+    assert caught.value.folder is None  # it is somebody else's
 
 
 def dying_flight(tmp_path: Path) -> list[str]:
