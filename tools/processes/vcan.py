@@ -20,7 +20,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from gnss_hil.tools.processes import vcan_guard
+from gnss_hil.tools.processes import vcan_guard, wide_registers
 
 INTERFACES = ("vcan0", "vcan1")
 MISSING, TIMED_OUT = 3, 124
@@ -219,11 +219,15 @@ def shell(command: Sequence[str], timeout_s: float | None = None, memory_bytes: 
         terminal = sys.stdin is not None and sys.stdin.isatty()
         _write(folder, command, os.environ, terminal)
         try:
+            preloaded = wide_registers.preloaded(folder)
             with _kept_terminal(terminal):
-                kernel = _Kernel(folder, terminal, memory_bytes)
+                kernel = _Kernel(folder, terminal, memory_bytes, preloaded)
                 kernel.run(timeout_s, signals)
         except _Ended as signalled:
             return 128 + signalled.args[0]
+        except subprocess.CalledProcessError:
+            print(f"gnss-hil vcan shell: {wide_registers.LACKING}", file=sys.stderr)
+            return MISSING
         except subprocess.TimeoutExpired:
             print(f"gnss-hil vcan shell: stopped after {timeout_s:g} s", file=sys.stderr)
             return TIMED_OUT
@@ -237,6 +241,8 @@ def _lacking(memory_bytes: int = MEMORY_BYTES) -> str:
         return f"needs the Debian packages {' '.join(missing)} (apt install {' '.join(missing)})"
     if not _modules().is_dir():
         return f"no modules for this user-mode-linux in {_MODULE_ROOT} (reinstall the package)"
+    if wide_registers.are_there() and wide_registers.compiler() is None:
+        return wide_registers.LACKING
     rooms = _rooms()
     if not rooms:
         return f"needs a writable folder that is not mounted noexec, for memory: {_MEMORY[0]} or TMPDIR"
@@ -306,11 +312,13 @@ def _write(folder: Path, command: Sequence[str], environment: Mapping[str, str],
 
 @dataclass(frozen=True, slots=True)
 class _Kernel:
-    """A kernel to be run: the folder of its scripts, whether it has the terminal, its memory."""
+    """A kernel to be run: the folder of its scripts, whether it has the terminal, its memory, and what its
+    environment needs besides."""
 
     folder: Path
     terminal: bool
     memory_bytes: int
+    environment: Mapping[str, str]
 
     def run(self, timeout_s: float | None, signals: _Signals) -> None:
         """To its end, or to a signal's or the time's; a guard ends it if we cannot."""
@@ -338,7 +346,8 @@ class _Kernel:
             process_group=0,
             preexec_fn=_take_terminal if self.terminal else None,
             env={key: value for key, value in os.environ.items() if key not in _TEMPORARY}
-            | {"TMPDIR": memory_folder(self.memory_bytes) or _MEMORY[0]},
+            | {"TMPDIR": memory_folder(self.memory_bytes) or _MEMORY[0]}
+            | self.environment,
         )  # fmt: skip
 
 
