@@ -256,7 +256,9 @@ def _epochs(world, epochs: int, master, truth, fates, status, stop, say) -> int:
             inbox = master.play(played, blocks, partial(_ahead, world, state, played + 1, epochs))
             played += 1
             if status.due(now_s):
-                status.tell("progress", **_standing(world, played, master, now_s - begun_s))
+                status.tell(
+                    "progress", **_standing(world, played, master, now_s - begun_s), **_acting(world, state)
+                )
         reason = "COMPLETED" if played == epochs else "INTERRUPTED"
         master.end(played, reason)
     except Unanswered:
@@ -289,6 +291,13 @@ def _standing(world, played: int, master, wall_s: float) -> dict:
         "answers_late": master.late,
         "frames_lost": master.lost,
     }
+
+
+def _acting(world, state) -> dict:
+    """Names of the faults that act, where some are armed."""
+    from gnss_hil.emulator.faults import ledger
+
+    return {"faults_acting": ledger.acting(world.faults, state.events)} if world.faults else {}
 
 
 def _tallied(master, state) -> dict:

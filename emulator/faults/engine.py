@@ -2,6 +2,9 @@
 
 What is armed sees the frames in the order of the file, each what the one before has left. Triggers see them
 untouched. A run without faults does not come here.
+
+A call is an epoch's frames of one direction, all of them and once: draws are of the epoch, a satellite is
+told by all frames of its channel, what is held back comes with a later call. Bench frames stay outside.
 """
 
 from __future__ import annotations

@@ -98,7 +98,10 @@ def _kind_of(words: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Words of the place; kind and first parameter."""
     for at, word in enumerate(words):
         if _CHANGE.fullmatch(word):
-            return list(words[:at]), {"kind": "masquerade", "change": [_change(words[at:])]}
+            before = [one for one in words[:at] if one != "masquerade"]
+            return before, {"kind": "masquerade", "change": _changes(words[at:])}
+        if word == "masquerade" and at + 1 < len(words) and _CHANGE.fullmatch(words[at + 1]):
+            continue
         if word in WORDS:
             place = list(words[:at])
             row = called(word, places.parse(place))
@@ -127,8 +130,15 @@ def _is_surely_a_place(word: str) -> bool:
     return not any(isinstance(one, str) for one in found.get("receiver", ()))
 
 
-def _change(words: Sequence[str]) -> dict[str, Any]:
-    return signals.parse(" ".join(words))
+def _changes(words: Sequence[str]) -> list[dict[str, Any]]:
+    """Changes of signals, each from a word that names one on."""
+    groups: list[list[str]] = []
+    for word in words:
+        if _CHANGE.fullmatch(word):
+            groups.append([word])
+        else:
+            groups[-1].append(word)
+    return [signals.parse(" ".join(group)) for group in groups]
 
 
 def _first(row: Row, words: Sequence[str]) -> dict[str, Any]:
@@ -189,7 +199,7 @@ def _value(text: str, key: str = "") -> Any:
 
 
 def line(fault: Fault) -> str:
-    """A fault as a line that `parse` reads to the same fault."""
+    """A fault as a line that `parse` reads to the same fault; ValueError if there is none."""
     row, given = KINDS[fault.kind], fault.model_fields_set
     words: list[str] = []
     default = row.params.model_fields["on"].default
@@ -197,10 +207,10 @@ def line(fault: Fault) -> str:
         words.append(places.text(fault.on))
     own = [name for name in row.params.model_fields if name not in (*Fault.model_fields, "protection")]
     if row.name == "masquerade":
-        change, *others = cast(Masquerade, fault).change
-        if others:
-            raise ValueError("a fault that changes several signals has no line")
-        words.append(signals.text(change))
+        changes = cast(Masquerade, fault).change
+        if not all("." in one.signal for one in changes):
+            raise ValueError("a change of a signal without its message has no line")
+        words += [signals.text(one) for one in changes]
     else:
         words.append(row.name)
         own = [name for name in own if _differs(fault, name)]

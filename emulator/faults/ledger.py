@@ -76,6 +76,17 @@ def about(plan: FaultPlan) -> dict[str, Any]:
     }
 
 
+def acting(plans: Sequence[FaultPlan], events: Sequence[Sequence[Event]]) -> list[str]:
+    """Names of the faults that act within their windows, of the events of an epoch by craft; each once."""
+    found = (
+        plan.armed[event.fault].name
+        for plan, some in zip(plans, events, strict=True)
+        for event in some
+        if event.since >= 0
+    )
+    return list(dict.fromkeys(found))
+
+
 def line(craft: int, event: Event) -> str:
     """An event as a line."""
     way = event.direction.value

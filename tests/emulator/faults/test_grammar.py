@@ -46,6 +46,13 @@ pytestmark = pytest.mark.verifies(
             {"kind": "mark-jump", "by_s": "1024w",
              "expect": {"detected_by": ["mark", "innovation"], "within_epochs": 1}},
         ),
+        (
+            "rx1 masquerade RANGE.pseudorange_m += 30 ATT_Q01.q0 freeze RATE.range_rate_mps -= 1 @5",
+            {"kind": "masquerade", "on": "rx1", "at": "@5",
+             "change": [{"signal": "RANGE.pseudorange_m", "offset": 30.0},
+                        {"signal": "ATT_Q01.q0", "freeze": True},
+                        {"signal": "RATE.range_rate_mps", "offset": -1.0}]},
+        ),
         ("wrong-address 0x110 mask=0x7F0", {"kind": "wrong-address", "identifier": 0x110, "mask": 0x7F0}),
     ],
 )  # fmt: skip
@@ -57,6 +64,14 @@ def test_what_a_line_means(text, table):
 def test_examples_of_all_kinds_are_read_back(line):
     fault = files.of_line(line)
     assert files.of_line(grammar.line(fault)) == fault
+
+
+def test_several_changes_are_read_back():
+    fault = files.of_line("rx1 RANGE.pseudorange_m += 30 RATE.range_rate_mps -= 1 crc=wrong @5")
+    assert files.of_line(grammar.line(fault)) == fault and len(fault.change) == 2
+    table = {"kind": "masquerade", "change": "health = UNHEALTHY"}
+    with pytest.raises(ValueError, match="has no line"):
+        grammar.line(files.FILES.checked({"fault": [table]}, "x").fault[0])
 
 
 @pytest.mark.parametrize("name", files.shipped())

@@ -59,6 +59,13 @@ def test_lines_are_read_back_and_one_cut_short_is_left_out():
     assert all(json.loads(line) for line in lines)
 
 
+def test_who_acts_is_named_once_and_not_behind_its_window():
+    plan = plan_of("rx2 off @30..50 reacquire_s=5 name=off", "ATT loss @45+10 name=quiet")
+    struck = strike("rx2 off @30..50 reacquire_s=5 name=off", "ATT loss @45+10 name=quiet")
+    named = {k: ledger.acting([plan], [struck[k].events]) for k in (29, 30, 46, 52, 60)}
+    assert named == {29: [], 30: ["off"], 46: ["off", "quiet"], 52: ["quiet"], 60: []}
+
+
 def test_an_event_has_its_own_epoch_and_count():
     assert ledger.stretches([(1, Event(2, 9, 0, Direction.FLIGHT, 9, 3))])[0] == ledger.Stretch(
         1, 2, Direction.FLIGHT, True, 9, 9, 1, 3
