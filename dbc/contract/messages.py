@@ -11,7 +11,7 @@ modulo 16.
 To add a message: a row of KINDS, among those of its purpose, and in NODES its node, if that is new. What is
 taken twice is refused when this module is imported. Low identifiers go first on the bus. Free are:
 
-    identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x04F..0x05F, 0x180..0x3FF and
+    identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x051..0x05F, 0x180..0x3FF and
                   0x480..0x6FF; for sensors 0x063..0x0FF. Of one for each receiver the first, with stride
                   0x10: 0x10C..0x10D, 0x403..0x40F
     nodes         11..15, 17..207
@@ -63,8 +63,18 @@ VALUES: dict[str, dict[int, str]] = {
     "NavMode": {0: "NO_FIX", 1: "POSITION", 2: "POSITION_VELOCITY"},
     "NoFix": {
         0: "FIX", 1: "TOO_FEW_SATELLITES", 2: "SINGULAR_GEOMETRY", 3: "NO_CONVERGENCE", 4: "NO_TIME_MARK",
-        5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES", 7: "NO_VELOCITY",
+        5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES", 7: "NO_VELOCITY", 8: "AGAINST_ORBIT",
     },
+    "FlightMode": {
+        0: "STANDBY", 1: "START", 2: "NAVIGATING", 3: "COASTING", 4: "LOST", 5: "SURRENDERED",
+    },
+    "Refused": {
+        1: "LOST", 2: "REPEATED", 3: "WRONG_SEQUENCE", 4: "CORRUPTED", 5: "UNKNOWN_ID", 6: "WRONG_LENGTH",
+        7: "REMOTE", 8: "EXTENDED", 9: "ERROR_FRAME", 10: "MIXED_EPOCH", 16: "NO_TIME_MARK", 17: "SURPLUS",
+        18: "INCOMPLETE", 19: "BAD_TIME_MARK", 20: "OTHER_SESSION", 21: "OTHER_CONTRACT", 22: "TIMED_OUT",
+        23: "CONTRADICTED", 24: "STREAM_NOT_VALID", 25: "JUMPED", 26: "NO_ORBIT", 27: "MOVED", 28: "TURNED",
+    },
+    "Tested": {0: "UNTESTED", 1: "CHECKED", 2: "TESTED"},
     "MarkClock": {0: "GPS", **{k + 1: f"DOMAIN_{k}" for k in range(CLOCK_DOMAINS)}},
     "ClockItem": {
         **{k: f"DOMAIN_{k}" for k in range(CLOCK_DOMAINS)},
@@ -207,7 +217,10 @@ KINDS: tuple[Kind, ...] = (
          _enum("no_fix", 4, "NoFix", "why there is no fix"),
          _u("satellites", 7, "distinct satellites in the fix"),
          _u("measurements", 8, "pseudoranges in the fix"),
-         _u("pdop", 16, "position dilution over the measurements used", "", 0.01)),
+         _u("pdop", 16, "position dilution over the measurements used", "", 0.01),
+         _enum("tested", 2, "Tested", "whether a range that is wrong would have been seen"),
+         _u("excluded_satellites", 4, "satellites left out because they contradict the others"),
+         _u("excluded_receivers", 4, "receivers left out because they contradict the others")),
     *(_nav(f"NAV_{axis.upper()}", 0x041 + i, f"Position {axis} of the centre of mass.",
            _s(f"{axis}_m", 41, 0.0001, "m", "centre of mass, ECEF WGS-84, at the time mark"))
       for i, axis in enumerate("xyz")),
@@ -239,6 +252,19 @@ KINDS: tuple[Kind, ...] = (
          _u("sigma_bias_m", 24, "1 sigma, saturates at the top", "m", 0.001),
          _u("sigma_drift_mps", 20, "1 sigma, saturates at the top; nothing without NAV_DRIFT", "m/s", 0.0001),
          key="item"),
+    _nav("NAV_STATE", 0x04F, "How the flight software flies, every epoch: its mode and what it does without.",
+         _enum("mode", 4, "FlightMode", "mode"),
+         _enum("without_time", 1, "Flag", "no time mark that can be believed"),
+         _enum("without_attitude", 1, "Flag", "no attitude, reported or held"),
+         _enum("attitude_held", 1, "Flag", "the last attitude, turned on by its rates"),
+         _enum("unheeded", 1, "Flag", "commands that were repeated and not answered yet"),
+         _u("silent_receivers", 8, "bit r - 1: receiver r was heard before and closed nothing in this epoch"),
+         _u("without_fix", 16, "epochs since the last fix or the first time mark; saturates", "epoch")),
+    _nav("NAV_REFUSED", 0x050, "What was refused in this epoch, and why: the eight most frequent.",
+         _u("slot", 3, "0-based; the most frequent first"),
+         _enum("reason", 6, "Refused", "why"),
+         _u("identifier", 11, "of the frames; of what they say, of the frame that closes it"),
+         _u("count", 12, "in this epoch; saturates"), key="slot", cycle="event"),
     # --- attitude -------------------------------------------------------------------------------------
     _kind("ATT_Q01", 0x060, "ATT", ("FLIGHT",), "Body from ECEF at the time mark: scalar and x.",
           *(_s(f"q{i}", 24, 1.25e-7, "", "Hamilton, passive: v_body = C(q) v_ecef") for i in (0, 1))),

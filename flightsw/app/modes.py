@@ -15,6 +15,7 @@ from typing import Annotated
 from pydantic import Field
 
 from gnss_hil.dbc.common.vehicle import Strict
+from gnss_hil.dbc.contract.messages import raw_of
 from gnss_hil.flightsw.io.encode import NodeState
 from gnss_hil.flightsw.records.solution import NoFix, Solution
 
@@ -69,6 +70,9 @@ NODE_STATE: Mapping[Mode, NodeState] = {
     Mode.SURRENDERED: NodeState.DEGRADED,
 }
 """What the heartbeat reports of a mode. The contract has one word for all that is less than a fix."""
+
+RAW_MODE: Mapping[Mode, int] = {mode: raw_of("FlightMode")[mode.name] for mode in Mode}
+"""As in the contract's value table."""
 
 TRANSITIONS: Mapping[Mode, Mapping[Event, Mode]] = {
     Mode.STANDBY: {

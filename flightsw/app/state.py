@@ -12,6 +12,7 @@ from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.app.config import FlightConfig
 from gnss_hil.flightsw.app.modes import Mode
 from gnss_hil.flightsw.attitude.attitude import Attitude
+from gnss_hil.flightsw.integrity.time_marks import TimeMarks
 from gnss_hil.flightsw.io import encode
 from gnss_hil.flightsw.io.frame_statistics import no_rejections
 from gnss_hil.flightsw.io.reception import Reception, nothing_received
@@ -38,6 +39,7 @@ class FlightState:
     channels       what the receivers were commanded and acknowledged
     without_fix    epochs since the last fix, or since the first time mark; those without a mark count
     delays         what the ionosphere delays, where it is followed
+    marks          which time marks were believed
     single_fixes   fixes by one signal of each satellite where pairs were wanted and too few
     """
 
@@ -55,6 +57,7 @@ class FlightState:
     without_fix: int
     single_fixes: int
     delays: Delays
+    marks: TimeMarks
 
 
 def heartbeat(config: FlightConfig) -> FrameBatch:
@@ -79,6 +82,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         without_fix=0,
         single_fixes=0,
         delays=nothing_known(),
+        marks=TimeMarks(),
     )
 
 

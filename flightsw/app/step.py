@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I8, I64, Bool
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import raw_of
 from gnss_hil.flightsw.app import modes
+from gnss_hil.flightsw.app.answer import answer
 from gnss_hil.flightsw.app.config import FlightConfig, Options
-from gnss_hil.flightsw.app.modes import GUIDANCE, NODE_STATE, Guidance, Mode
+from gnss_hil.flightsw.app.modes import GUIDANCE, Guidance, Mode
 from gnss_hil.flightsw.app.state import FlightState, initial_state
 from gnss_hil.flightsw.assignment.boresight_angles import (
     angles_rad,
@@ -37,9 +37,14 @@ from gnss_hil.flightsw.assignment.pairs import in_pairs
 from gnss_hil.flightsw.attitude.attitude import Attitude, attitude_now
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.dilution import with_dilution
+from gnss_hil.flightsw.estimation.prior import LEAST_TRUSTED_S
+from gnss_hil.flightsw.integrity import satellite_reports, time_marks
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.publishable import publishable
-from gnss_hil.flightsw.io import decode, encode
+from gnss_hil.flightsw.integrity.satellite_reports import Reports
+from gnss_hil.flightsw.integrity.time_marks import TimeMarks
+from gnss_hil.flightsw.io import decode
+from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 from gnss_hil.flightsw.io.reception import Reception
 from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.measurement.ionosphere_filter import Delays
@@ -52,12 +57,14 @@ from gnss_hil.flightsw.orbit.almanac import Predictions
 from gnss_hil.flightsw.receivers import channel_manager
 from gnss_hil.flightsw.receivers.channel_manager import ChannelManager
 from gnss_hil.flightsw.records.commands import Commands
-from gnss_hil.flightsw.records.epoch import Epoch, Mark, Measurements
+from gnss_hil.flightsw.records.epoch import Epoch, Mark, Measurements, empty_epoch
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState, Solution, SolutionError
 
 FULL_LOCK = raw_of("Lock")["FULL"]
 """Only with frame synchronisation is a pseudorange free of the code's ambiguity."""
+
+_ONE = np.ones(1, bool)
 
 _NOWHERE = np.full(SATELLITES, -1, np.int64)
 
@@ -67,30 +74,24 @@ def flight_step(
 ) -> tuple[FlightState, FrameBatch]:
     """The block of frames that answers a block of frames. Never raises on what a bus may carry."""
     state, received, rejected, decoded = _received(config, state, inbox)
+    reports = satellite_reports.judged(state.predictions, decoded, state.solution.orbit)
+    marks, decoded, rejected = _timed(config, state, decoded, reports, rejected)
     if decoded.mark is None:
-        solution = replace(state.solution, reason=NoFix.NO_TIME_MARK, fix=None)
-        without_fix = state.without_fix + (state.mark is not None)
-        state = replace(
-            state,
-            mode=modes.decide(state.mode, modes.event_of(solution, without_fix, config.options)),
-            received=received,
-            rejected=rejected,
-            lost=state.lost + decoded.lost,
-            solution=solution,
-            without_fix=without_fix,
-        )
-        frames, sent = _encoded(config, state, state.mode, solution, None, None, state.mark)
-        return replace(state, sent=sent), frames
+        return _timeless(config, state, decoded, marks, received, rejected)
     mark, options = decoded.mark, config.options
     m, t_ns = decoded.measurements, decoded.mark.t_ns
     attitude = attitude_now(decoded.attitude, state.attitude, t_ns, options.attitude_hold_epochs)
+    if decoded.attitude is not None and attitude is not None and attitude.age:
+        rejected = _counted(rejected, Reason.TURNED, config.codec.can_id_of["ATT_Q01", 0])
     channels = channel_manager.acknowledged(state.channels, decoded.acks, mark.epoch, options)
     restarted = channel_manager.restarted(channels, decoded.boots)
     channels = channel_manager.contradicted(channels, m, decoded.boots)
 
-    rows, in_orbit = almanac.orbits(decoded.almanac, m)
-    sound = in_orbit & (m.lock == FULL_LOCK) & predicted(m.ura)
-    predictions = almanac.updated(state.predictions, rows, m.where(sound), t_ns)
+    rejected = _not_used(config, rejected, m, reports)
+    sound = reports.sound & (m.lock == FULL_LOCK) & predicted(m.ura)
+    predictions = almanac.updated(
+        state.predictions, reports.almanac, m.where(sound), t_ns, reports.sent_ns[sound]
+    )
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
     delays, z = _form(offered, config, state.delays, t_ns)
     inputs = _fix_inputs(config, decoded, mark, attitude, restarted)
@@ -100,19 +101,22 @@ def flight_step(
     if options.ionosphere_free and solution.fix is None and options.without_pairs == "one-signal":
         z, single = of_one_signal(offered, config.budget), True
         nav, solution = _navigated(config, state.nav, t_ns, z, inputs)
-    if solution.fix is not None and channels.commanded:
-        channels = channel_manager.used(channels, z.sat[solution.fix.used], mark.epoch)
+    if solution.fix is not None:
+        in_fix = z.sat[solution.fix.used]
+        if solution.orbit is not None and solution.orbit.trusted_s > LEAST_TRUSTED_S:
+            predictions = almanac.proven(predictions, in_fix, t_ns)
+        if channels.commanded:
+            channels = channel_manager.used(channels, in_fix, mark.epoch)
 
     without_fix = 0 if solution.fix is not None else state.without_fix + 1
     mode = modes.decide(state.mode, modes.event_of(solution, without_fix, options))
     permitted = _permissions(config, mode, channels, predictions, solution.orbit, attitude, mark)
     channels, commands = _commanded(config, mode, channels, permitted, m, mark.epoch)
-    frames, sent = _encoded(config, state, mode, solution, z, commands, mark)
-    return FlightState(
+    after = FlightState(
         mode=mode,
         mark=mark,
         received=received,
-        sent=sent,
+        sent=state.sent,
         rejected=rejected,
         lost=state.lost + decoded.lost,
         attitude=attitude,
@@ -123,7 +127,64 @@ def flight_step(
         without_fix=without_fix,
         single_fixes=state.single_fixes + (single and solution.fix is not None),
         delays=delays,
-    ), frames
+        marks=marks,
+    )
+    return answer(config, state, after, z, commands, mark)
+
+
+def _timeless(
+    config: FlightConfig,
+    before: FlightState,
+    decoded: Epoch,
+    marks: TimeMarks,
+    received: Reception,
+    rejected: I64,
+) -> tuple[FlightState, FrameBatch]:
+    """An epoch without a time mark, or with one that is not believed: nothing in it is used."""
+    solution = replace(before.solution, reason=NoFix.NO_TIME_MARK, fix=None)
+    without_fix = before.without_fix + (before.mark is not None)
+    state = replace(
+        before,
+        mode=modes.decide(before.mode, modes.event_of(solution, without_fix, config.options)),
+        received=received,
+        rejected=rejected,
+        marks=marks,
+        lost=before.lost + decoded.lost,
+        solution=solution,
+        without_fix=without_fix,
+    )
+    return answer(config, before, state, None, None, state.mark)
+
+
+def _timed(
+    config: FlightConfig, state: FlightState, decoded: Epoch, reports: Reports, rejected: I64
+) -> tuple[TimeMarks, Epoch, I64]:
+    """The marks after this one, the epoch, which is empty if its mark is not believed, and counts."""
+    if decoded.mark is None:
+        return state.marks, decoded, rejected
+    marks, believed = time_marks.advanced(state.marks, decoded.mark, reports.agree)
+    if believed:
+        return marks, decoded, rejected
+    rejected = _counted(rejected, Reason.JUMPED, config.codec.can_id_of["TIME_MARK", 0])
+    return marks, empty_epoch(decoded.lost), rejected
+
+
+def _counted(rejected: I64, reason: Reason, can_id: int) -> I64:
+    """Counts with one more."""
+    counts = Rejections(rejected)
+    counts.add(reason, np.array([can_id]), _ONE)
+    return counts.counts
+
+
+def _not_used(config: FlightConfig, rejected: I64, m: Measurements, reports: Reports) -> I64:
+    """Counts after channels whose reports are not believed, at the frame that closes a channel."""
+    if reports.sound.all():
+        return rejected
+    counts = Rejections(rejected)
+    closing = config.codec.can_id_of["SV_CLOCK", 1] + 0x10 * m.receiver
+    counts.add(Reason.NO_ORBIT, closing, ~reports.in_orbit)
+    counts.add(Reason.MOVED, closing, reports.in_orbit & reports.moved)
+    return counts.counts
 
 
 def _received(
@@ -247,18 +308,3 @@ def _permissions(
         assign, theta, vehicle.mask_rad, vehicle.channels, before, options, signal, single
     )
     return permitted, second
-
-
-def _encoded(
-    config: FlightConfig,
-    state: FlightState,
-    mode: Mode,
-    solution: Solution,
-    z: Ranges | None,
-    commands: Commands | None,
-    mark: Mark | None,
-) -> tuple[FrameBatch, I8]:
-    """The answer of this epoch, protected, and the counters after it."""
-    t_ns, number = (mark.t_ns, mark.epoch) if mark is not None else (0, 0)
-    frames = encode.encode(config.codec, config.boot_count, z, solution, commands, NODE_STATE[mode], t_ns)
-    return e2e.protect(config.codec, frames, state.sent, number)

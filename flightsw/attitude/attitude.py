@@ -1,8 +1,10 @@
 """Attitude of the body in the Greenwich frame: what block 4 of RU 2706636 C1 delivers, ready for use.
 
 The rule for stale attitude: an epoch without an attitude report uses the last one, turned on by its rates,
-for at most `hold` epochs (default none); after that there is no attitude, hence neither a fix (lever arms
-cannot be reduced) nor a new assignment. A fix without lever arms would be metres wrong without notice.
+for at most `hold` epochs, and says how far it is known; after that there is no attitude, hence neither a fix
+(lever arms cannot be reduced) nor a new assignment. A fix without lever arms would be metres wrong without
+notice. A report that the craft cannot have turned to since the last one is none; when the last one may be
+held no longer it is believed.
 """
 
 from __future__ import annotations
@@ -15,6 +17,13 @@ from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.flightsw.orbit.earth import ROTATION_RPS
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 
+HELD_RPS = 0.0035
+"""1 sigma of how much faster a craft may turn than it last said: 0.2 deg/s, a slow slew (modelled)."""
+
+NOT_TURNED_RAD = 0.02
+"""What a report may be off from the last one turned on, beside the change of its rate: noise of the sensors,
+and what their rates leave out."""
+
 _EARTH_RPS = np.array([0.0, 0.0, ROTATION_RPS])
 
 
@@ -24,12 +33,15 @@ class Attitude:
 
     dcm_body_from_ecef   (3, 3)
     rate_body_rps        (3,) relative to inertial space, body axes
+    sigma_rad, rate_sigma_rps   1 sigma about each axis of what has come to it since it was reported
     """
 
     dcm_body_from_ecef: F64
     rate_body_rps: F64
     t_ns: int
     age: int
+    sigma_rad: float = 0.0
+    rate_sigma_rps: float = 0.0
 
 
 def dcm_from_quaternion(q: F64) -> F64:
@@ -58,14 +70,31 @@ def attitude_now(
     report: AttitudeReport | None, last: Attitude | None, t_ns: int, hold: int
 ) -> Attitude | None:
     """This epoch's attitude from its report, else from the last one while it may be held, else None."""
-    if report is not None:
+    held = None if last is None or last.age >= hold else _turned_on(last, t_ns, last.rate_body_rps)
+    if report is not None and (held is None or not turned(report, last, t_ns)):
         dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
         return Attitude(dcm, report.rate_body_rps, t_ns, 0)
-    if last is None or last.age >= hold:
-        return None
+    return held
+
+
+def turned(report: AttitudeReport, last: Attitude | None, t_ns: int) -> bool:
+    """Whether a report is of an attitude that the craft cannot have turned to since the last one."""
+    if last is None:
+        return False
     dt_s = (t_ns - last.t_ns) * 1e-9
-    dcm = turn(last.rate_body_rps, dt_s) @ last.dcm_body_from_ecef @ turn(_EARTH_RPS, dt_s).T
-    return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1)
+    faster_rps = report.rate_body_rps - last.rate_body_rps
+    expected = _turned_on(last, t_ns, last.rate_body_rps + 0.5 * faster_rps).dcm_body_from_ecef
+    between = expected @ dcm_from_quaternion(report.quaternion_body_from_ecef).T
+    angle_rad = np.arccos(np.clip((np.trace(between) - 1) / 2, -1.0, 1.0))
+    return bool(angle_rad > NOT_TURNED_RAD + np.sqrt(faster_rps @ faster_rps) * dt_s)
+
+
+def _turned_on(last: Attitude, t_ns: int, rate_rps: F64) -> Attitude:
+    """At t_ns, after turning at a rate (3,)."""
+    dt_s = (t_ns - last.t_ns) * 1e-9
+    dcm = turn(rate_rps, dt_s) @ last.dcm_body_from_ecef @ turn(_EARTH_RPS, dt_s).T
+    sigma_rad = last.sigma_rad + HELD_RPS * abs(dt_s)
+    return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1, sigma_rad, HELD_RPS)
 
 
 def levers_ecef(attitude: Attitude, lever_arm_body_m: F64) -> tuple[F64, F64]:

@@ -9,7 +9,8 @@ from __future__ import annotations
 from gnss_hil.flightsw.attitude.attitude import levers_ecef
 from gnss_hil.flightsw.estimation import receiver_delays
 from gnss_hil.flightsw.estimation.base import FixInputs
-from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.estimation.position import Held, solve
+from gnss_hil.flightsw.estimation.prior import prior_of
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix
@@ -23,6 +24,8 @@ def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | No
     if delays is None and inputs.budget.delay_m:
         delays = receiver_delays.unknown(len(inputs.domain), inputs.budget.delay_m)
     lever, lever_rate = levers_ecef(inputs.attitude, inputs.lever_arm_body_m)
+    attitude = inputs.attitude
+    held = Held(attitude.sigma_rad, attitude.rate_sigma_rps) if attitude.age else None
     fix = solve(
         m,
         lever.T.take(m.receiver, axis=1),
@@ -34,5 +37,7 @@ def all_in_view(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Fix | No
         inputs.rules,
         delays,
         prior.unlearnt_s,
+        prior_of(prior.orbit) if inputs.mark_clock == 0 else None,
+        held,
     )
     return fix, prior.antenna

@@ -7,6 +7,7 @@ Velocity and clock rates follow from the range rates of the same channels.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -17,16 +18,18 @@ from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.flightsw.estimation import receiver_delays
 from gnss_hil.flightsw.estimation.clocks import clock_columns, is_offset
 from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, scattered
+from gnss_hil.flightsw.estimation.prior import Prior
 from gnss_hil.flightsw.estimation.velocity import motion, rough_velocity
 from gnss_hil.flightsw.integrity import exclusion
-from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Rules, Trial
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Refusal, Rules, Trial, Units
+from gnss_hil.flightsw.integrity.range_gate import plausible
 from gnss_hil.flightsw.measurement.budget import Budget, range_errors
 from gnss_hil.flightsw.measurement.code_range import CodeRanges, code_ranges
 from gnss_hil.flightsw.measurement.ionosphere import Ionosphere, delay_rate
-from gnss_hil.flightsw.measurement.range_model import Rays
+from gnss_hil.flightsw.measurement.range_model import Rays, rays
 from gnss_hil.flightsw.measurement.range_rate import RangeRates, range_rates
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, ReceiverDelays, SnapshotFix, carriable
+from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, ReceiverDelays, SnapshotFix, Tested, carriable
 
 MAX_ITERATIONS = 12
 CONVERGED_M = 10.0
@@ -56,11 +59,20 @@ class Intersection:
     iterations: int
 
 
+@dataclass(frozen=True, slots=True)
+class Held:
+    """An attitude that was turned on: 1 sigma about each axis of it, and of its rate."""
+
+    sigma_rad: float
+    rate_sigma_rps: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Offered:
     """Measurements offered to a fix with what belongs to each: lever_m, lever_rate_mps (3, n) of its antenna,
     domain (n,) of its clock; budget, ionosphere: see `estimation.base.FixInputs`; delays of
-    the receivers as far as they are known."""
+    the receivers as far as they are known; prior: what the fixes before say, where they do; held: how
+    far the attitude is known, where it is not this epoch's."""
 
     ranges: Ranges
     lever_m: F64
@@ -69,6 +81,8 @@ class Offered:
     budget: Budget
     ionosphere: Ionosphere | None
     delays: ReceiverDelays | None
+    prior: Prior | None
+    held: Held | None
 
     def __len__(self) -> int:
         return len(self.ranges)
@@ -120,11 +134,20 @@ def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
     if m.satellites < needed or len(m) < 3 + len(items):
         return NoFix.TOO_FEW_SATELLITES
     errors = range_errors(m, offered.budget, offered.ionosphere, offered.delays)
+    if offered.held is not None:
+        errors = replace(errors, lever_m=offered.lever_m, turned_rad=offered.held.sigma_rad)
     found = intersect(code_ranges(m, offered.lever_m, clocks, errors), items, start_m)
     if isinstance(found, NoFix):
         return found
-    covariance = found.estimate.covariance
-    return Trial(found, found.design, found.residual_m, found.weight, covariance)
+    trial = Trial(found, found.design, found.residual_m, found.weight, found.estimate.covariance)
+    prior = offered.prior
+    return trial if prior is None else trial.beside(prior.position_m - found.position_m, prior.covariance_m2)
+
+
+_REASON = {
+    Refusal.INCONSISTENT: NoFix.INCONSISTENT_RANGES,
+    Refusal.AGAINST_BEFORE: NoFix.AGAINST_ORBIT,
+}
 
 
 def _consistent(offered: Offered, start_m: F64, rules: Rules) -> Kept[Intersection] | NoFix:
@@ -137,17 +160,48 @@ def _consistent(offered: Offered, start_m: F64, rules: Rules) -> Kept[Intersecti
         trial = _trial(offered[rows], start_m)
         return None if isinstance(trial, NoFix) else trial
 
-    kept = exclusion.exclude(first, refit, offered.ranges.sat, rules)
-    return NoFix.INCONSISTENT_RANGES if kept is None else kept
+    units = Units(offered.ranges.sat, offered.ranges.receiver)
+    kept = exclusion.exclude(first, refit, units, rules)
+    return _REASON[kept] if isinstance(kept, Refusal) else kept
 
 
 def _from_starts(offered: Offered, start_m: F64 | None, rules: Rules) -> Kept[Intersection] | NoFix:
-    """From start_m if there is one; without it, or if it leads nowhere, from the Earth's centre."""
+    """From start_m if there is one; without it, or if it leads nowhere, from the Earth's centre. If that
+    leads nowhere either, without what no orbit explains."""
     if start_m is not None:
         kept = _consistent(offered, start_m, rules)
         if not isinstance(kept, NoFix) or kept is NoFix.TOO_FEW_SATELLITES:
             return kept
-    return _consistent(offered, np.zeros(3), rules)
+    kept = _consistent(offered, np.zeros(3), rules)
+    if kept not in (NoFix.NO_CONVERGENCE, NoFix.SINGULAR_GEOMETRY):
+        return kept
+    found = [
+        lesser
+        for rows in _lesser(offered, start_m, rules)
+        if not isinstance(lesser := _of_rows(offered, rows, start_m, rules), NoFix)
+    ]
+    return found[0] if len(found) == 1 else kept
+
+
+def _lesser(offered: Offered, start_m: F64 | None, rules: Rules) -> Iterator[Index]:
+    """Rows that may have a fix where all have none: those that an orbit explains, if these are not all; else
+    all but one satellite, whichever it is."""
+    z = offered.ranges
+    expected_m = None if start_m is None else rays(z.pos_sv_m, offered.lever_m + start_m[:, None]).range_m
+    near = plausible(z.pseudorange_m + z.clock_m, expected_m, offered.domain)
+    if not near.all():
+        yield np.flatnonzero(near)
+    elif rules.exclude:
+        for sat in np.unique(z.sat):
+            yield np.flatnonzero(z.sat != sat)
+
+
+def _of_rows(offered: Offered, rows: Index, start_m: F64 | None, rules: Rules) -> Kept[Intersection] | NoFix:
+    """The fix of some rows, if others check it."""
+    kept = _consistent(offered[rows], np.zeros(3) if start_m is None else start_m, rules)
+    if isinstance(kept, NoFix):
+        return kept
+    return NoFix.NO_CONVERGENCE if kept.trial.freedom < 1 else replace(kept, rows=rows[kept.rows])
 
 
 def solve(
@@ -161,6 +215,8 @@ def solve(
     rules: Rules = STRICT,
     delays: ReceiverDelays | None = None,
     unlearnt_s: float = 0.0,
+    prior: Prior | None = None,
+    held: Held | None = None,
 ) -> SnapshotFix | NoFix:
     """The fix of an epoch, or why there is none.
 
@@ -172,8 +228,11 @@ def solve(
     rules                     what becomes of measurements that disagree
     delays                    of the receivers, as far as they are known; None: not learnt
     unlearnt_s                since they were learnt
+    prior                     what the fixes before say; it judges the ranges, and is no part of the fix
+    held                      how far the attitude is known, where it is an earlier one turned on
     """
-    offered = Offered(m, lever_m, lever_rate_mps, domain, budget, ionosphere, delays)
+    prior = prior if rules.refuse else None
+    offered = Offered(m, lever_m, lever_rate_mps, domain, budget, ionosphere, delays, prior, held)
     kept = _from_starts(offered, start_m, rules)
     if isinstance(kept, NoFix):
         return kept
@@ -184,8 +243,8 @@ def solve(
     if not carriable(found.position_m, found.clock_m):
         return NoFix.NO_CONVERGENCE
     used = offered[rows]
-    moving = motion(_rates(used, found), used.ranges.sat, rules)
-    covariance = found.estimate.covariance
+    moving = motion(_rates(used, found), Units(used.ranges.sat, used.ranges.receiver), rules, prior)
+    covariance, gain = found.estimate.covariance, found.estimate.gain[:3]
     among_offered = np.zeros(len(m), bool)
     among_offered[rows] = True
     return SnapshotFix(
@@ -200,7 +259,7 @@ def solve(
         velocity_gain=None if moving is None else scattered(moving.gain, rows, len(m), 0.0),
         rate_misfit=1.0 if moving is None else moving.misfit,
         drift_variance_m2ps2=None if moving is None else moving.covariance.diagonal()[3:],
-        gain=scattered(found.estimate.gain[:3], rows, len(m), 0.0),
+        gain=scattered(gain, rows, len(m), 0.0),
         pdop=pdop,
         used=among_offered,
         satellites=used.ranges.satellites,
@@ -208,6 +267,7 @@ def solve(
         iterations=found.iterations,
         delays=_learnt(delays, used, found, unlearnt_s) if delays is not None and kept.consistent else None,
         misfit=kept.misfit,
+        tested=exclusion.tested(kept.trial, gain, covariance[:3, :3]) if kept.consistent else Tested.UNTESTED,
     )
 
 
@@ -226,6 +286,9 @@ def _rates(used: Offered, found: Intersection) -> RangeRates:
     """Range rates of the ranges of a fix, without the ionosphere where these are."""
     z = used.ranges
     rates = range_rates(z, found.design, found.rays, used.lever_rate_mps)
+    if used.held is not None:
+        turning = used.held.rate_sigma_rps * np.cross(used.lever_m.T, found.rays.los.T)
+        rates = replace(rates, common=turning)
     if used.ionosphere is None or not z.electrons.any():
         return rates
     antenna_mps = used.lever_rate_mps + rough_velocity(rates)[:, None]

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from gnss_hil.dbc.common.arrays import F64
+import numpy as np
+
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.prior import trusted_s
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S, forgotten
 from gnss_hil.flightsw.orbit.propagator import propagate
@@ -29,6 +32,7 @@ class Snapshot:
     antenna   the selected antenna, for navigators that select one; -1 none
     delays    of the receivers, for navigators that solve for all together; None before anything is learnt
     t_ns      of the epoch;  unlearnt_s  since delays were learnt
+    left_out_s   (m,) for so long each receiver's ranges were left out; None before any fix
     """
 
     orbit: OrbitState | None = None
@@ -36,6 +40,7 @@ class Snapshot:
     t_ns: int = 0
     delays: ReceiverDelays | None = None
     unlearnt_s: float = 0.0
+    left_out_s: F64 | None = None
 
     @property
     def start_m(self) -> F64 | None:
@@ -59,7 +64,8 @@ class SnapshotNavigator:
     def predict(self, state: Snapshot, t_ns: int) -> Snapshot:
         dt_s = max((t_ns - state.t_ns) * 1e-9, 0.0) if state.t_ns else EVERY_S
         orbit = coasted(state.orbit, t_ns)
-        return Snapshot(orbit, state.antenna, t_ns, state.delays, state.unlearnt_s + dt_s)
+        left_out_s = None if state.left_out_s is None else state.left_out_s + dt_s
+        return Snapshot(orbit, state.antenna, t_ns, state.delays, state.unlearnt_s + dt_s, left_out_s)
 
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
         if state.delays is not None and inputs.restarted is not None and inputs.restarted.any():
@@ -72,14 +78,35 @@ class SnapshotNavigator:
             state = _doubted(state) if fix is NoFix.INCONSISTENT_RANGES else state
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
         velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
-        orbit = OrbitState(state.t_ns, fix.position_m, velocity, state.t_ns)
+        orbit = OrbitState(
+            state.t_ns,
+            fix.position_m,
+            velocity,
+            state.t_ns,
+            fix.covariance_m2 * fix.misfit,
+            fix.velocity_covariance_m2ps2,
+            trusted_s(fix, state.orbit),
+        )
         learnt = fix.delays if isinstance(fix, SnapshotFix) else None
         if learnt is None:
             doubted = _doubted(state)
             delays, unlearnt_s = doubted.delays, doubted.unlearnt_s
         else:
             delays, unlearnt_s = learnt, 0.0
-        return Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s), Solution(NoFix.FIX, fix, orbit)
+        left_out_s = _left_out_s(state, z.receiver, fix.used, len(inputs.domain))
+        if delays is not None and (left_out_s > FORGOTTEN_S).any():
+            delays = forgotten(delays, left_out_s > FORGOTTEN_S, inputs.budget.delay_m)
+            left_out_s = np.where(left_out_s > FORGOTTEN_S, 0.0, left_out_s)
+        after = Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s, left_out_s)
+        return after, Solution(NoFix.FIX, fix, orbit)
+
+
+def _left_out_s(state: Snapshot, receiver: I64, used: Bool, receivers: int) -> F64:
+    """(m,) after a fix that used some of the ranges (n,) of these receivers: 0 of those it has any of."""
+    out_s = np.zeros(receivers) if state.left_out_s is None else state.left_out_s.copy()
+    offering = np.bincount(receiver, minlength=receivers)
+    out_s[(offering == 0) | (np.bincount(receiver[used], minlength=receivers) > 0)] = 0.0
+    return out_s
 
 
 def _doubted(state: Snapshot) -> Snapshot:
@@ -98,4 +125,4 @@ def coasted(orbit: OrbitState | None, t_ns: int) -> OrbitState | None:
         return None
     dt_s = (t_ns - orbit.t_ns) * 1e-9
     position, velocity = propagate(orbit.position_m, orbit.velocity_mps, dt_s)
-    return OrbitState(t_ns, position, velocity, orbit.fix_ns)
+    return replace(orbit, t_ns=t_ns, position_m=position, velocity_mps=velocity)

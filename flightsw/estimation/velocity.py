@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, I64, Index
+from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, scattered
+from gnss_hil.flightsw.estimation.prior import Prior
 from gnss_hil.flightsw.integrity import exclusion
-from gnss_hil.flightsw.integrity.exclusion import Rules, Trial
+from gnss_hil.flightsw.integrity.exclusion import Refusal, Rules, Trial, Units
 from gnss_hil.flightsw.measurement.range_rate import RangeRates
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, within
@@ -31,13 +32,14 @@ class Motion:
     misfit: float
 
 
-def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
+def motion(z: RangeRates, units: Units, rules: Rules, prior: Prior | None = None) -> Motion | None:
     """Velocity and clock rates, after the exclusion of satellites that contradict the others.
 
     None if the range rates contradict each other or the bus cannot carry what they give.
 
     z     along rays of a position that these measurements made observable
-    sat   (n,) satellite of each
+    units what each belongs to
+    prior what the fixes before say
     """
     design, y = z.design, z.value - z.still
     own, common = z.errors()
@@ -48,16 +50,19 @@ def motion(z: RangeRates, sat: I64, rules: Rules) -> Motion | None:
         found = least_squares(of_rows, y[rows], weights)
         if found is None:
             return None
-        return Trial(found, of_rows, y[rows] - of_rows @ found.x, weights, found.covariance)
+        trial = Trial(found, of_rows, y[rows] - of_rows @ found.x, weights, found.covariance)
+        if prior is None:
+            return trial
+        return trial.beside(prior.velocity_mps - found.x[:3], prior.velocity_covariance_m2ps2)
 
     first = fit(slice(None))
-    kept = None if first is None else exclusion.exclude(first, fit, sat, rules)
-    if kept is None:
+    kept = None if first is None else exclusion.exclude(first, fit, units, rules)
+    if kept is None or isinstance(kept, Refusal):
         return None
     found = kept.trial.found
     if not within(found.x.tolist(), FASTEST_MPS):
         return None
-    gain = scattered(found.gain[:3], kept.rows, len(sat), 0.0)
+    gain = scattered(found.gain[:3], kept.rows, len(units.sat), 0.0)
     return Motion(found.x[:3], found.x[3:], found.covariance * kept.misfit, gain, kept.misfit)
 
 

@@ -1,19 +1,23 @@
-"""Do the measurements of an epoch agree, and if not, which satellite is it? For ranges and range rates alike.
+"""Do the measurements of an epoch agree, and if not, what is it? For ranges and range rates alike.
 
-What fails in practice is a satellite (its clock, its ephemeris), and then on all antennas that track it: a
-satellite is the unit of exclusion. It is excluded only if it can be isolated from all others and if something
-is left to test the rest by; else there is no solution rather than a guess.
+What fails in practice is a satellite (its clock, its ephemeris), and then on all antennas that track it, or a
+receiver, and then in all that it measures. These are what is excluded: only if they can be isolated from all
+others and if something is left to test the rest by; else there is no solution rather than a guess. What the
+fixes before say of the craft (`estimation.prior`) is judged beside the measurements, and is never excluded:
+where it stands alone against them, all of them may be of another time.
 
 Real receivers err in ways that no model of noise has, and a bench may want their fixes all the same: `Rules`
-say how many satellites may be excluded and whether measurements that disagree still make a solution.
+say how much may be excluded and whether measurements that disagree still make a solution.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
-from math import sqrt
+from itertools import combinations
+from math import comb, sqrt
 from statistics import NormalDist
 from typing import Any, Generic, TypeVar
 
@@ -21,6 +25,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.flightsw.measurement.weights import times
+from gnss_hil.flightsw.records.solution import Tested
 
 FALSE_ALARM = 1e-5
 """Rate of false alarms of a fit: half of it for each of its two tests."""
@@ -53,14 +58,33 @@ def outlier_limit(tests: int) -> float:
 @dataclass(frozen=True, slots=True)
 class Rules:
     """exclude   so many satellites may be excluded from an epoch's ranges, and from its range rates
+    receivers so many receivers may
     refuse    no solution from measurements that disagree; else from all that could not be excluded
     """
 
-    exclude: int = 1
+    exclude: int = 3
+    receivers: int = 1
     refuse: bool = True
 
 
 STRICT = Rules()
+
+BEFORE = -1
+"""The unit of what was known before, beside satellites and receivers by their numbers."""
+
+OF_SATELLITES = 6
+"""One of so many satellites may be excluded: where more of them are wrong, what is left agrees by chance."""
+
+MOST_SETS = 3000
+"""So many sets of units are looked at; where there are more, fewer are taken together."""
+
+
+class Refusal(Enum):
+    """Why measurements make no solution."""
+
+    INCONSISTENT = "they contradict each other, and what it is cannot be told"
+    AGAINST_BEFORE = "they contradict what was known before, and nothing among them stands out"
+
 
 T = TypeVar("T")
 
@@ -71,6 +95,7 @@ class Trial(Generic[T]):
 
     design (n, u), residual (n,); weight the inverse of the measurements' covariance, (n, n), or (n,) its
     diagonal; covariance (u, u) of the unknowns
+    before  so many of the rows, the last ones, are what was known before
     """
 
     found: T
@@ -78,6 +103,7 @@ class Trial(Generic[T]):
     residual: F64
     weight: F64
     covariance: F64
+    before: int = 0
 
     @property
     def chi_square(self) -> float:
@@ -86,6 +112,25 @@ class Trial(Generic[T]):
     @property
     def freedom(self) -> int:
         return self.design.shape[0] - self.design.shape[1]
+
+    def beside(self, offset: F64, known: F64) -> Trial[T]:
+        """The same fit, judged by what was known before of its first unknowns as well.
+
+        offset (k,), known (k, k)   what was known less what was found, and its covariance
+        What was found stays; residuals are those of a fit of both.
+        """
+        u, k = self.design.shape[1], len(offset)
+        information = np.linalg.inv(known)
+        of_both = np.linalg.inv(known + self.covariance[:k, :k])
+        gain = self.covariance[:, :k] @ of_both
+        step = gain @ offset
+        residual = np.concatenate((self.residual - self.design @ step, offset - step[:k]))
+        n = len(self.residual)
+        weight = np.zeros((n + k, n + k))
+        weight[:n, :n] = self.weight if self.weight.ndim == 2 else np.diag(self.weight)
+        weight[n:, n:] = information
+        design = np.concatenate((self.design, np.eye(k, u)))
+        return Trial(self.found, design, residual, weight, self.covariance - gain @ self.covariance[:k], k)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,29 +149,67 @@ class Kept(Generic[T]):
         return 1.0 if self.consistent else max(self.trial.chi_square / self.trial.freedom, 1.0)
 
 
-def exclude(
-    first: Trial[T], refit: Callable[[Index], Trial[T] | None], sat: I64, rules: Rules
-) -> Kept[T] | None:
-    """The fit of the measurements that agree, or None if what is left disagrees and is refused. Satellites
-    are excluded one by one while one can be isolated.
+@dataclass(frozen=True, slots=True, eq=False)
+class Units:
+    """What each measurement (n,) belongs to: sat, receiver (n,) numbers."""
 
-    first   the fit of all n measurements
-    refit   of rows (k,); None where these cannot be fitted
-    sat     (n,) satellite of each row
+    sat: I64
+    receiver: I64
+
+
+Refit = Callable[[Index], Trial[T] | None]
+"""The fit of rows (k,); None where these cannot be fitted."""
+
+
+def exclude(first: Trial[T], refit: Refit[T], units: Units, rules: Rules) -> Kept[T] | Refusal:
+    """The fit of the measurements that agree, or why there is none.
+
+    Satellites are excluded one by one while one can be isolated, then some together; if the rest still
+    disagrees, a receiver is, and one satellite after it.
+
+    first   the fit of all n measurements, with what was known before
     """
-    kept = Kept(first, np.arange(len(sat)), agree(first))
-    for _ in range(rules.exclude):
-        if kept.consistent:
+    every = Kept(first, np.arange(len(units.sat)), agree(first))
+    if every.consistent:
+        return every
+    most = min(rules.exclude, max(1, len(np.unique(units.sat)) // OF_SATELLITES))
+    best = _without_satellites(every, refit, units.sat, most)
+    if best.consistent:
+        return best
+    for _ in range(rules.receivers):
+        found = _without(every, refit, units.receiver, 1, several=True)
+        if found is None:
             break
-        suspect = isolate(sat[kept.rows], kept.trial)
-        if suspect is None:
-            break
-        rows = kept.rows[sat[kept.rows] != suspect]
-        trial = refit(rows)
-        if trial is None:
-            break
-        kept = Kept(trial, rows, agree(trial))
-    return kept if kept.consistent or not rules.refuse else None
+        rest = _without_satellites(found, refit, units.sat, min(most, 1))
+        if rest.consistent:
+            return rest
+        every = found
+    if not rules.refuse:
+        return best
+    alone = first.before and isolate(units.sat, first) == {BEFORE}
+    return Refusal.AGAINST_BEFORE if alone else Refusal.INCONSISTENT
+
+
+def _without_satellites(kept: Kept[T], refit: Refit[T], sat: I64, most: int) -> Kept[T]:
+    """Without satellites that can be isolated, `most` of them: one by one, and where none stands out by
+    itself, several that do together, if the rest then agrees."""
+    while most and not kept.consistent:
+        lesser = _without(kept, refit, sat, 1)
+        if lesser is None:
+            together = (_without(kept, refit, sat, size) for size in range(2, most + 1))
+            return next((found for found in together if found is not None and found.consistent), kept)
+        kept, most = lesser, most - 1
+    return kept
+
+
+def _without(kept: Kept[T], refit: Refit[T], unit: I64, size: int, several: bool = False) -> Kept[T] | None:
+    """Without so many units of these, if they can be isolated and the rest be fitted."""
+    suspects = isolate(unit[kept.rows], kept.trial, size, several or size > 1)
+    if suspects is None or BEFORE in suspects:
+        return None
+    rows = kept.rows[~np.isin(unit[kept.rows], list(suspects))]
+    trial = refit(rows)
+    return None if trial is None else Kept(trial, rows, agree(trial))
 
 
 def agree(trial: Trial[Any]) -> bool:
@@ -152,26 +235,61 @@ def outlier_test(trial: Trial[Any]) -> bool:
     return bool((pull * pull <= outlier_limit(len(own)) * left)[tested].all())
 
 
-def isolate(sat: I64, trial: Trial[Any]) -> int | None:
-    """The satellite without which the others agree distinctly better than without any other; None if none
-    stands out or nothing would be left to test the others by.
+TOLERATED, UNSEEN = 5.33, 1.43
+"""So many sigmas of a fix (1e-7, two-sided) a fault may move it unseen; so many of them are left to noise:
+then one in twenty of the worst faults moves it farther and is not seen."""
 
-    sat   (n,) of the rows fitted. With the weight W, the residuals r and Q = W - W A (A'W A)^-1 A'W, what
-    the fit leaves of it, removing rows S lowers the sum of squares by (W r)_S' Q_SS^+ (W r)_S and the freedom
-    by the rank of Q_SS: least squares with one bias for each of these rows.
+
+def tested(trial: Trial[Any], gain: F64, covariance: F64) -> Tested:
+    """How well measurements that agree are checked by each other, and by what was known before.
+
+    gain (k, n), covariance (k, k)   of what is published: what it moves by with each measurement
+    Source: Baarda (1968), external reliability: a fault is seen where it is d sigmas of its residual
     """
+    n = gain.shape[1]
+    along = times(trial.weight, trial.design)[:n]
+    own = (trial.weight if trial.weight.ndim == 1 else trial.weight.diagonal())[:n]
+    left = own - np.add.reduce((along @ trial.covariance) * along, axis=1)
+    moved2 = np.add.reduce(gain * np.linalg.solve(covariance, gain))
+    if trial.freedom < 1 or not (left > _NOTHING * own)[moved2 > _NOTHING * own].all():
+        return Tested.UNTESTED
+    seen2 = outlier_limit(len(trial.residual))
+    bounded = moved2 * seen2 <= (TOLERATED - UNSEEN) ** 2 * np.maximum(left, 0.0)
+    return Tested.TESTED if bounded.all() else Tested.CHECKED
+
+
+def isolate(unit: I64, trial: Trial[Any], size: int = 1, several: bool = False) -> frozenset[int] | None:
+    """The units, so many, without which the others agree distinctly better than without any other so many;
+    None if none stand out or nothing would be left to test the others by.
+
+    unit     (n,) of the measurements fitted: satellites or receivers; what was known before is one as well
+    several  faults of their own are assumed: then more must be left to test than is taken out
+    With the weight W, the residuals r and Q = W - W A (A'W A)^-1 A'W, what the fit leaves of it, removing
+    rows S lowers the sum of squares by (W r)_S' Q_SS^+ (W r)_S and the freedom by the rank of Q_SS: least
+    squares with one bias for each of these rows.
+    """
+    unit = np.concatenate((unit, np.full(trial.before, BEFORE)))
+    names = sorted(set(unit.tolist()))
+    if size > 1 and trial.before:
+        names.remove(BEFORE)  # a fault of its own: that of all measurements, not of one among several
+    if len(names) <= size or comb(len(names), size) > MOST_SETS:
+        return None
     weight = trial.weight if trial.weight.ndim == 2 else np.diag(trial.weight)
     scale = 1 / np.sqrt(weight.diagonal())
     along_fit = weight @ trial.design
     left = weight - along_fit @ trial.covariance @ along_fit.T
     left *= scale[:, None] * scale
     pull = (weight @ trial.residual) * scale
-    found = []
-    for suspect in sorted(set(sat.tolist())):
-        rows = np.flatnonzero(sat == suspect)
-        share, axes = np.linalg.eigh(left[np.ix_(rows, rows)])
-        tested = share > _NOTHING
-        gain = float(((pull[rows] @ axes[:, tested]) ** 2 / share[tested]).sum())
-        found.append((gain, suspect, int(tested.sum())))
-    (gain, suspect, tested), (second, *_) = sorted(found, reverse=True)[:2]
-    return suspect if gain - second > DISTINCT and trial.freedom - tested >= 1 else None
+    rows_of = {name: np.flatnonzero(unit == name) for name in names}
+
+    def gains() -> Iterator[tuple[float, tuple[int, ...], int]]:
+        for suspects in combinations(names, size):
+            rows = np.concatenate([rows_of[name] for name in suspects])
+            share, axes = np.linalg.eigh(left[np.ix_(rows, rows)])
+            tested = share > _NOTHING
+            gain = float(((pull[rows] @ axes[:, tested]) ** 2 / share[tested]).sum())
+            yield gain, suspects, int(tested.sum())
+
+    (gain, suspects, tested), (second, *_) = sorted(gains(), reverse=True)[:2]
+    checks = trial.freedom - tested >= (tested + 1 if several else 1)
+    return frozenset(suspects) if gain - second > DISTINCT and checks else None

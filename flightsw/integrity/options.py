@@ -14,6 +14,10 @@ class IntegrityOptions(Strict):
     exclude_satellites: Annotated[
         int,
         Field(ge=0, le=16, description="so many satellites that contradict the others are left out at most"),
+    ] = 3
+    exclude_receivers: Annotated[
+        int,
+        Field(ge=0, le=7, description="so many receivers that contradict the others are left out at most"),
     ] = 1
     inconsistent: Annotated[
         Literal["refuse", "fix"],
@@ -22,4 +26,4 @@ class IntegrityOptions(Strict):
 
     @property
     def rules(self) -> Rules:
-        return Rules(self.exclude_satellites, self.inconsistent == "refuse")
+        return Rules(self.exclude_satellites, self.exclude_receivers, self.inconsistent == "refuse")

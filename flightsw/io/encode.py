@@ -9,17 +9,22 @@ from math import sqrt
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, U8, U32
+from gnss_hil.dbc.common.arrays import F64, I64, U8, U32, Bool
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, batch, concat
-from gnss_hil.dbc.contract.messages import FLIGHT_NODE, raw_of
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, raw_of, values_of
 from gnss_hil.flightsw.records.commands import Commands
-from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, Solution
+from gnss_hil.flightsw.records.ranges import Ranges, distinct
+from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, Solution, Tested
 
 _NODE_STATE = raw_of("NodeState")
+
+REFUSALS = values_of("NAV_REFUSED", "slot")
+"""So many kinds of refusal are told of an epoch."""
+
+LONGEST_WITHOUT_FIX = values_of("NAV_STATE", "without_fix") - 1
 
 
 class NodeState(IntEnum):
@@ -30,6 +35,31 @@ class NodeState(IntEnum):
     RUNNING = _NODE_STATE["RUNNING"]
     DEGRADED = _NODE_STATE["DEGRADED"]
     STOPPING = _NODE_STATE["STOPPING"]
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How the flight software flies, as NAV_STATE has it.
+
+    mode              raw value of the contract's table "FlightMode"
+    silent_receivers  bit r: receiver r, 0-based, was heard before and closed nothing in this epoch
+    without_fix       epochs
+    """
+
+    mode: int
+    without_time: bool
+    without_attitude: bool
+    attitude_held: bool
+    unheeded: bool
+    silent_receivers: int
+    without_fix: int
+
+    @property
+    def values(self) -> list[float]:
+        return [
+            self.mode, self.without_time, self.without_attitude, self.attitude_held, self.unheeded,
+            self.silent_receivers, self.without_fix,
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +94,7 @@ def _page(
         kinds += ["NAV_CLOCK"] * items + ["NAV_DRIFT"] * (items * moving) + ["NAV_SIGMA", "NAV_CORR"]
         kinds += ["NAV_USED"] * receivers
         kinds += ["NAV_VSIGMA", "NAV_VCORR"] * with_velocity + ["NAV_CLOCK_SIGMA"] * (items * with_clock)
+    kinds.append("NAV_STATE")
     can_id = [codec.can_id_of[kind, 0] for kind in kinds] + [codec.can_id_of["HEARTBEAT", FLIGHT_NODE]]
     kinds.append("HEARTBEAT")
     return Page(form(codec, kinds), np.array(can_id, np.uint32), np.full(len(kinds), WIDTH, np.uint8))
@@ -82,6 +113,11 @@ def _masks(receivers_used: bytes, channels_used: bytes, receivers: int) -> tuple
     for number, channel in zip(receiver, channels, strict=True):
         masks[number] |= channel
     return tuple(value for number, mask in enumerate(masks, 1) for value in (number, mask))
+
+
+def _left_out(receiver: I64, used: Bool) -> int:
+    """How many receivers have no range in the fix, of those that have any."""
+    return 0 if used.all() else distinct(receiver) - distinct(receiver[used])
 
 
 def _pairs(items: tuple[int, ...], values: F64 | None) -> list[float]:
@@ -117,6 +153,7 @@ def _fix_values(m: Ranges, fix: Fix, mode: FixMode, receivers: int) -> list[floa
     velocity = [] if fix.velocity_mps is None else fix.velocity_mps.tolist()
     return [
         mode, NoFix.FIX, fix.satellites, sum(mask.bit_count() for mask in used[1::2]), fix.pdop,
+        fix.tested, m.satellites - fix.satellites, _left_out(m.receiver, fix.used),
         *fix.position_m.tolist(), *velocity,
         *_pairs(fix.items, fix.clock_m), *_pairs(fix.items, fix.drift_mps),
         *_spread(fix.covariance_m2), *used, *_spread(fix.velocity_covariance_m2ps2), *_clock_sigmas(fix),
@@ -152,14 +189,19 @@ def encode(
     solution: Solution,
     commands: Commands | None,
     node_state: NodeState,
+    standing: Standing,
+    refused: I64 | None,
     t_ns: int,
 ) -> FrameBatch:
-    """Navigation, commands, heartbeat; unprotected yet. `m` are the ranges offered to the navigator; None
-    where there are none, and hence no fix."""
+    """Navigation, commands, heartbeat; unprotected yet.
+
+    m         ranges offered to the navigator; None where there are none, and hence no fix
+    refused   (reasons, identifiers) how often in this epoch; None: never
+    """
     fix = solution.fix
     if fix is None or m is None:
         page = _page(codec, FixMode.NO_FIX, 0, 0)
-        values = [FixMode.NO_FIX, solution.reason, 0, 0, 0.0, node_state]
+        values = [FixMode.NO_FIX, solution.reason, 0, 0, 0.0, Tested.UNTESTED, 0, 0]
     else:
         page = _page(
             codec,
@@ -169,8 +211,24 @@ def encode(
             fix.velocity_covariance_m2ps2 is not None,
             fix.clock_variance_m2 is not None,
         )
-        values = [*_fix_values(m, fix, solution.mode, codec.receivers), node_state]
-    frames = page.frames([*values, boot_count, codec.hash], t_ns)
-    if commands is None or not len(commands):
-        return frames
-    return concat([frames[:-1], _command_frames(codec, commands, t_ns), frames[-1:]])
+        values = _fix_values(m, fix, solution.mode, codec.receivers)
+    frames = page.frames([*values, *standing.values, node_state, boot_count, codec.hash], t_ns)
+    more = [] if refused is None else [_refusals(codec, refused, t_ns)]
+    if commands is not None and len(commands):
+        more.append(_command_frames(codec, commands, t_ns))
+    return concat([frames[:-1], *more, frames[-1:]]) if more else frames
+
+
+def _refusals(codec: Codec, refused: I64, t_ns: int) -> FrameBatch:
+    """The most frequent of what was refused."""
+    reason, identifier = refused.nonzero()
+    count = refused[reason, identifier]
+    most = np.argsort(-count, kind="stable")[:REFUSALS]
+    values = {
+        "slot": np.arange(len(most)),
+        "reason": reason[most],
+        "identifier": identifier[most],
+        "count": np.minimum(count[most], values_of("NAV_REFUSED", "count") - 1),
+    }
+    can_id = np.full(len(most), codec.can_id_of["NAV_REFUSED", 0], np.uint32)
+    return batch(can_id, codec.encode("NAV_REFUSED", values), t_ns=t_ns)

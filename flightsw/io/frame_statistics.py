@@ -25,6 +25,10 @@ class Reason(IntEnum):
     TIMED_OUT = 22
     CONTRADICTED = 23
     STREAM_NOT_VALID = 24
+    JUMPED = 25
+    NO_ORBIT = 26
+    MOVED = 27
+    TURNED = 28
 
 
 REASONS = max(Reason) + 1
@@ -39,6 +43,10 @@ CONSEQUENCE: dict[int, str] = {
     Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
     Reason.STREAM_NOT_VALID: "frame ignored, too little of its stream was sound of late",
     Reason.CONTRADICTED: "frame ignored, more receivers, or else a lower one, say something else",
+    Reason.JUMPED: "frame ignored, its time does not follow from the marks before: the epoch has no time",
+    Reason.NO_ORBIT: "channel ignored, where it says that its satellite is there is no orbit",
+    Reason.MOVED: "channel ignored, its satellite reported something else before",
+    Reason.TURNED: "attitude ignored, the craft cannot have turned so far; the last one is turned on",
     Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not send is not used",
 }
 

@@ -60,6 +60,8 @@ class RangeErrors:
     common_m     (n, k) 1 sigma of k other errors that several have in common; without any, k is 0
     ionosphere   over the craft, with the ranges' share of it (n,); None where no range has any
     late_m       (n,) what is known of the delays of their receivers
+    lever_m      (3, n) of their antennas, where the attitude is not quite known: by turned_rad, 1 sigma about
+                 each axis
     """
 
     own_m2: F64
@@ -69,6 +71,8 @@ class RangeErrors:
     electrons: F64 | None = None
     ionosphere: Ionosphere | None = None
     late_m: F64 | float = 0.0
+    lever_m: F64 | None = None
+    turned_rad: float = 0.0
 
     @property
     def variance_m2(self) -> F64:
@@ -87,9 +91,13 @@ class RangeErrors:
         return delay_m, weight(own_m2, common_m)
 
     def _along(self, rays: Rays) -> tuple[F64 | float, F64, F64]:
+        common_m = self.common_m
+        if self.lever_m is not None:
+            turning_m = self.turned_rad * np.cross(self.lever_m.T, rays.los.T)
+            common_m = _side_by_side(common_m, turning_m)
         if self.ionosphere is None or self.electrons is None:
             own_m2, of_satellites_m = self.shares.split(self.own_m2, self.sat_sigma_m)
-            return self.late_m, own_m2, _side_by_side(of_satellites_m, self.common_m)
+            return self.late_m, own_m2, _side_by_side(of_satellites_m, common_m)
         electrons = self.electrons
         found = delay(self.ionosphere, rays.antenna_m, rays.los, rays.distance_m)
         # Rays from one satellite to antennas metres apart go through the same electrons.
@@ -97,7 +105,7 @@ class RangeErrors:
         own_m2, of_satellites_m = self.shares.split(self.own_m2, sat_sigma_m)
         in_common = (electrons * found.common_m)[:, None]
         late_m = self.late_m + electrons * found.modelled_m
-        return late_m, own_m2, _side_by_side(of_satellites_m, self.common_m, in_common)
+        return late_m, own_m2, _side_by_side(of_satellites_m, common_m, in_common)
 
 
 def independent(own_m2: F64) -> RangeErrors:

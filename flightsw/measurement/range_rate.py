@@ -59,7 +59,7 @@ class RangeRates:
             self,
             value=self.value + electrons * advance.modelled_m,
             sat_sigma=np.sqrt(self.sat_sigma**2 + electrons**2 * advance.own_m2),
-            common=(electrons * advance.common_m)[:, None],
+            common=np.column_stack((self.common, electrons * advance.common_m)),
         )
 
     def predict(self, x: Point) -> F64:

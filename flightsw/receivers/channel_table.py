@@ -121,6 +121,11 @@ class ChannelTable:
         due = anew | (epoch - self.sent_epoch[rows] >= resend_epochs)
         return rows[due], anew[due]
 
+    def unanswered(self, epoch: int, resend_epochs: int) -> bool:
+        """Whether a command that was to be answered by now is under way."""
+        under_way = (self.transaction != NO_TRANSACTION) & (self.target != self.held)
+        return bool(under_way.any()) and bool((epoch - self.sent_epoch[under_way] >= resend_epochs).any())
+
     def sent(self, rows: Index, transaction: I64, epoch: int) -> ChannelTable:
         """After commands for the targets of rows (n,) in this epoch."""
         asked, numbers, sent_epoch = self.asked.copy(), self.transaction.copy(), self.sent_epoch.copy()

@@ -20,7 +20,7 @@ MAX_PDOP = 655.35
 """The contract cannot state more; a geometry this poor is called singular."""
 
 
-_NO_FIX, _NAV_MODE = raw_of("NoFix"), raw_of("NavMode")
+_NO_FIX, _NAV_MODE, _TESTED = raw_of("NoFix"), raw_of("NavMode"), raw_of("Tested")
 
 
 class NoFix(IntEnum):
@@ -34,6 +34,7 @@ class NoFix(IntEnum):
     NO_ATTITUDE = _NO_FIX["NO_ATTITUDE"]
     INCONSISTENT_RANGES = _NO_FIX["INCONSISTENT_RANGES"]
     NO_VELOCITY = _NO_FIX["NO_VELOCITY"]
+    AGAINST_ORBIT = _NO_FIX["AGAINST_ORBIT"]
 
 
 _FIX = NoFix.FIX
@@ -41,6 +42,20 @@ _FIX = NoFix.FIX
 
 class SolutionError(ValueError):
     """A navigator's author has made it wrong; no measurement does that."""
+
+
+class Tested(IntEnum):
+    """What contradicts a fix that is wrong, as in the contract's value table.
+
+    UNTESTED   nothing, for some measurement of it
+    CHECKED    others, or the fixes before; a fault may be too small for them and too large for the sigma
+    TESTED     others, so well that no fault moves the fix by more than 5.33 of its sigmas and stays unseen,
+               but for one in twenty of the worst there are
+    """
+
+    UNTESTED = _TESTED["UNTESTED"]
+    CHECKED = _TESTED["CHECKED"]
+    TESTED = _TESTED["TESTED"]
 
 
 class FixMode(IntEnum):
@@ -66,6 +81,7 @@ class Fix:
     residual_m   (n,) measured minus predicted pseudorange, nan where not used
     pdop         over the measurements used; None where the navigator has none: `estimation.dilution` does
     misfit       chi-square for each degree of freedom where ranges that disagree made the fix; else 1
+    tested       whether a range that is wrong would have been seen
     """
 
     position_m: F64
@@ -82,6 +98,7 @@ class Fix:
     clock_variance_m2: F64 | None = None
     drift_variance_m2ps2: F64 | None = None
     misfit: float = 1.0
+    tested: Tested = Tested.UNTESTED
 
 
 def without_motion(fix: Fix) -> Fix:
@@ -127,12 +144,17 @@ class OrbitState:
 
     velocity_mps   of the last fix that had one, propagated; None if there was none
     fix_ns         GPS time of the last fix [ns]
+    covariance_m2, velocity_covariance_m2ps2   (3, 3) at the last fix; None where that is not known
+    trusted_s      so long after its fix it is asked whether measurements agree with it
     """
 
     t_ns: int
     position_m: F64
     velocity_mps: F64 | None
     fix_ns: int
+    covariance_m2: F64 | None = None
+    velocity_covariance_m2ps2: F64 | None = None
+    trusted_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
