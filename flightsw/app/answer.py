@@ -40,7 +40,7 @@ def answer(
         after.solution,
         commands,
         NODE_STATE[after.mode],
-        _standing(config, after, refused, number),
+        _standing(config, after, refused),
         refused if refused is not None and refused.any() else None,
         t_ns,
     )
@@ -48,7 +48,7 @@ def answer(
     return replace(after, sent=sent), frames
 
 
-def _standing(config: FlightConfig, state: FlightState, refused: I64 | None, epoch: int) -> Standing:
+def _standing(config: FlightConfig, state: FlightState, refused: I64 | None) -> Standing:
     attitude, silent = state.attitude, 0
     if refused is not None:
         first = config.codec.can_id_of["HEARTBEAT", 1]
@@ -59,7 +59,7 @@ def _standing(config: FlightConfig, state: FlightState, refused: I64 | None, epo
         without_time=state.solution.reason is NoFix.NO_TIME_MARK,
         without_attitude=attitude is None,
         attitude_held=attitude is not None and attitude.age > 0,
-        unheeded=state.channels.channels.unanswered(epoch, config.options.resend_epochs),
+        unheeded=state.channels.channels.unheeded,
         silent_receivers=silent,
         without_fix=min(state.without_fix, LONGEST_WITHOUT_FIX),
     )

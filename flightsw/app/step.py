@@ -198,7 +198,12 @@ def _received(
         inbox, rejected, restarted = decode.admitted(config.codec, inbox, session, rejected)
         if restarted:
             # What was counted stays counted; all else belongs to the session.
-            state = replace(initial_state(config), lost=state.lost, single_fixes=state.single_fixes)
+            state = replace(
+                initial_state(config),
+                rejected=state.rejected,
+                lost=state.lost,
+                single_fixes=state.single_fixes,
+            )
     decoded, received, rejected = decode.decode(config.codec, config.limits, inbox, state.received, rejected)
     return state, received, rejected, decoded
 

@@ -243,7 +243,8 @@ def solve(
     if not carriable(found.position_m, found.clock_m):
         return NoFix.NO_CONVERGENCE
     used = offered[rows]
-    moving = motion(_rates(used, found), Units(used.ranges.sat, used.ranges.receiver), rules, prior)
+    sat = used.ranges.sat
+    moving = motion(_rates(used, found), Units(sat, used.ranges.receiver), rules, prior)
     covariance, gain = found.estimate.covariance, found.estimate.gain[:3]
     among_offered = np.zeros(len(m), bool)
     among_offered[rows] = True
@@ -267,8 +268,14 @@ def solve(
         iterations=found.iterations,
         delays=_learnt(delays, used, found, unlearnt_s) if delays is not None and kept.consistent else None,
         misfit=kept.misfit,
-        tested=exclusion.tested(kept.trial, gain, covariance[:3, :3]) if kept.consistent else Tested.UNTESTED,
+        tested=_tested(kept, gain, covariance[:3, :3], sat),
     )
+
+
+def _tested(kept: Kept[Intersection], gain: F64, covariance: F64, sat: I64) -> Tested:
+    if not kept.consistent:
+        return Tested.UNTESTED
+    return exclusion.tested(kept.trial, gain, covariance, sat)
 
 
 def _learnt(delays: ReceiverDelays, used: Offered, found: Intersection, dt_s: float) -> ReceiverDelays | None:

@@ -240,22 +240,43 @@ TOLERATED, UNSEEN = 5.33, 1.43
 then one in twenty of the worst faults moves it farther and is not seen."""
 
 
-def tested(trial: Trial[Any], gain: F64, covariance: F64) -> Tested:
-    """How well measurements that agree are checked by each other, and by what was known before.
+def tested(trial: Trial[Any], gain: F64, covariance: F64, sat: I64) -> Tested:
+    """How well measurements that agree are checked by each other, and by what was known before, whichever of
+    them is wrong, or all of a satellite alike.
 
     gain (k, n), covariance (k, k)   of what is published: what it moves by with each measurement
-    Source: Baarda (1968), external reliability: a fault is seen where it is d sigmas of its residual
+    sat (n,)   satellites of the measurements
+    Source: Baarda (1968), external reliability: a fault is seen, half of the time, where it lifts a residual
+    or the sum of all squares to its limit
     """
-    n = gain.shape[1]
-    along = times(trial.weight, trial.design)[:n]
-    own = (trial.weight if trial.weight.ndim == 1 else trial.weight.diagonal())[:n]
-    left = own - np.add.reduce((along @ trial.covariance) * along, axis=1)
-    moved2 = np.add.reduce(gain * np.linalg.solve(covariance, gain))
-    if trial.freedom < 1 or not (left > _NOTHING * own)[moved2 > _NOTHING * own].all():
+    if trial.freedom < 1:
         return Tested.UNTESTED
-    seen2 = outlier_limit(len(trial.residual))
-    bounded = moved2 * seen2 <= (TOLERATED - UNSEEN) ** 2 * np.maximum(left, 0.0)
-    return Tested.TESTED if bounded.all() else Tested.CHECKED
+    fault, n = _faults(sat), len(sat)
+    weight = trial.weight if trial.weight.ndim == 2 else np.diag(trial.weight)
+    along_fit = weight @ trial.design
+    left = weight - along_fit @ trial.covariance @ along_fit.T
+    pull, moved = left[:, :n] @ fault, gain @ fault
+    own = np.add.reduce(fault * (weight[:n, :n] @ fault))
+    moved2 = np.add.reduce(moved * np.linalg.solve(covariance, moved))
+    on_the_whole = np.add.reduce(fault * pull[:n])
+    if not (on_the_whole > _NOTHING * own)[moved2 > _NOTHING * own].all():
+        return Tested.UNTESTED
+    of_one = left.diagonal()[:, None]
+    by_one = np.divide(
+        pull**2, of_one, out=np.zeros_like(pull), where=of_one > _NOTHING * np.diag(weight)[:, None]
+    )
+    seen = np.maximum(
+        by_one.max(axis=0) / outlier_limit(len(left)),
+        on_the_whole / (chi2_limit(trial.freedom) - trial.freedom),
+    )
+    return Tested.TESTED if (moved2 <= (TOLERATED - UNSEEN) ** 2 * seen).all() else Tested.CHECKED
+
+
+def _faults(sat: I64) -> F64:
+    """(n, f) what a metre of each fault adds to each measurement: of one, or of a satellite that has more."""
+    of_satellite = sat[:, None] == np.unique(sat)
+    several = of_satellite[:, np.add.reduce(of_satellite) > 1]
+    return np.concatenate((np.eye(len(sat)), several), axis=1)
 
 
 def isolate(unit: I64, trial: Trial[Any], size: int = 1, several: bool = False) -> frozenset[int] | None:

@@ -31,6 +31,7 @@ class ChannelTable:
     asked        what the last command asked for
     transaction  of the command under way; NO_TRANSACTION if there is none
     sent_epoch   of the last command
+    repeated     whether it had been sent before
     not_before   epoch before which it is not commanded
     commanded    whether any channel of the table acknowledged a command
     paired       whether any is to track a second signal, or does; else tracks are satellites
@@ -43,6 +44,7 @@ class ChannelTable:
     asked: I64
     transaction: I64
     sent_epoch: I64
+    repeated: Bool
     not_before: I64
     commanded: bool
     paired: bool
@@ -121,16 +123,18 @@ class ChannelTable:
         due = anew | (epoch - self.sent_epoch[rows] >= resend_epochs)
         return rows[due], anew[due]
 
-    def unanswered(self, epoch: int, resend_epochs: int) -> bool:
-        """Whether a command that was to be answered by now is under way."""
-        under_way = (self.transaction != NO_TRANSACTION) & (self.target != self.held)
-        return bool(under_way.any()) and bool((epoch - self.sent_epoch[under_way] >= resend_epochs).any())
+    @property
+    def unheeded(self) -> bool:
+        """Whether a command is under way that had to be repeated."""
+        return bool((self.repeated & (self.transaction != NO_TRANSACTION) & (self.target != self.held)).any())
 
     def sent(self, rows: Index, transaction: I64, epoch: int) -> ChannelTable:
         """After commands for the targets of rows (n,) in this epoch."""
         asked, numbers, sent_epoch = self.asked.copy(), self.transaction.copy(), self.sent_epoch.copy()
+        repeated = self.repeated.copy()
+        repeated[rows] = numbers[rows] != NO_TRANSACTION
         asked[rows], numbers[rows], sent_epoch[rows] = self.target[rows], transaction, epoch
-        return replace(self, asked=asked, transaction=numbers, sent_epoch=sent_epoch)
+        return replace(self, asked=asked, transaction=numbers, sent_epoch=sent_epoch, repeated=repeated)
 
 
 @lru_cache(maxsize=64)
@@ -150,8 +154,8 @@ def searching(channels: I64) -> ChannelTable:
     width = int(channels.max())
     exists = (np.arange(width) < channels[:, None]).ravel()
     auto, never = np.full(len(exists), AUTO, np.int64), np.full(len(exists), NEVER, np.int64)
-    none = np.full(len(exists), NO_TRANSACTION, np.int64)
-    return ChannelTable(width, exists, auto, auto, auto, none, never, never, False, False)
+    none, no = np.full(len(exists), NO_TRANSACTION, np.int64), np.zeros(len(exists), bool)
+    return ChannelTable(width, exists, auto, auto, auto, none, never, no, never, False, False)
 
 
 def assigned(table: ChannelTable, permitted: I64, second: I64, measured: I64) -> I64:

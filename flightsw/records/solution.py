@@ -49,8 +49,8 @@ class Tested(IntEnum):
 
     UNTESTED   nothing, for some measurement of it
     CHECKED    others, or the fixes before; a fault may be too small for them and too large for the sigma
-    TESTED     others, so well that no fault moves the fix by more than 5.33 of its sigmas and stays unseen,
-               but for one in twenty of the worst there are
+    TESTED     others, so well that no fault of a range, or of a satellite in all its ranges, moves the fix by
+               more than 5.33 of its sigmas and stays unseen, but for one in twenty of the worst there are
     """
 
     UNTESTED = _TESTED["UNTESTED"]

@@ -2,9 +2,10 @@
 
     python -m tests.support.masquerades RUN [--satellites 4 5 6 8 12 24]
 
-takes the record of a run, leaves so many satellites of it, lets the flight software settle, and then plays one
-epoch again and again with one bit of one frame of one channel turned and the CRC made right. A fix that calls
-itself tested and is farther than 5.33 of its own sigmas from the truth is a failure; others are counted.
+takes the record of a run, leaves so many satellites of it, lets the flight software settle, and then plays
+one epoch again and again with one bit of one frame of one channel turned and the CRC made right. A fix that
+calls itself tested and is farther than 5.33 of its own sigmas from the truth is a failure; others are
+counted.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
 
 takes the record of a run (`bus.log`, `truth.parquet`), replaces frames of sixty epochs by those of `lag`
 epochs earlier, as they were, CRC and counter with them, under time marks that are fresh, and plays it to the
-flight software. A fix is *false* if it is farther from the truth than five of its own sigmas, along any axis of
-its covariance. Reads logs by itself; the flight software is all it takes from the bench.
+flight software. A fix is *false* if it is farther from the truth than five of its own sigmas, along any axis
+of its covariance. Reads logs by itself; the flight software is all it takes from the bench.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     python -m tests.support.time_jumps RUN
 
-takes the record of a run and plays thirty epochs whose marks are off by a time, from 10 ms to 1,024 weeks, once
-or for good, and thirty whose whole blocks, marks with them, are of an earlier epoch. No fix may be published of
-an epoch whose mark is wrong, and each must be told as one without time.
+takes the record of a run and plays thirty epochs whose marks are off by a time, from 10 ms to 1,024 weeks,
+once or for good, and thirty whose whole blocks, marks with them, are of an earlier epoch. No fix may be
+published of an epoch whose mark is wrong, and each must be told as one without time.
 """
 
 from __future__ import annotations

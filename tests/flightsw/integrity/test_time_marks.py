@@ -1,0 +1,112 @@
+"""Time marks one after another: which are believed."""
+
+from __future__ import annotations
+
+from itertools import accumulate
+
+import pytest
+
+from gnss_hil.flightsw.integrity.time_marks import (
+    DOUBTED_S,
+    SHOWN_NS,
+    TOLERANCE_NS,
+    TimeMarks,
+    advanced,
+)
+from gnss_hil.flightsw.records.epoch import Mark
+
+pytestmark = pytest.mark.verifies(
+    "flightsw/integrity/time_marks.py",
+    what="Time marks that follow from those before",
+    by="rules of ours, mark by mark: jumps of a millisecond to 1,024 weeks, gaps, a first one that is wrong",
+    status="modelled",
+)
+
+S = 10**9
+WEEK_S = 604_800
+T0_NS = 10**18
+
+
+def marks(*ns, epochs=None):
+    """At ns after the first, of these epochs."""
+    numbers = range(len(ns)) if epochs is None else epochs
+    return [Mark(7, epoch, T0_NS + t_ns, 18) for epoch, t_ns in zip(numbers, ns, strict=True)]
+
+
+def believed(sequence, agree=False, state=None):
+    """After the last, and of each whether it is."""
+    state, found = state or TimeMarks(), []
+    for mark in sequence:
+        state, yes = advanced(state, mark, agree)
+        found.append(yes)
+    return state, found
+
+
+def flown(interval_ns=S, count=4):
+    return believed(marks(*(k * interval_ns for k in range(count))))[0]
+
+
+@pytest.mark.parametrize("interval_ns", [10**8, S, 30 * S])
+def test_marks_as_far_apart_as_ever_are_believed(interval_ns):
+    state, found = believed(marks(*(k * interval_ns for k in range(20))))
+    assert all(found) and state.interval_ns == interval_ns and state.refused == 0
+
+
+def test_marks_that_a_receivers_clock_shows_are():
+    """It drifts by 20 us a second, and is set back by a millisecond every fifty."""
+    shown = [k * S + 20_000 * (k % 50) for k in range(500)]
+    assert all(believed(marks(*shown))[1])
+
+
+def test_after_missing_epochs_time_has_advanced_by_as_many():
+    assert believed(marks(20 * S, 21 * S, epochs=[20, 21]), state=flown())[1] == [True, True]
+    assert believed(marks(5 * S, epochs=[20]), state=flown())[1] == [False]
+
+
+@pytest.mark.parametrize("agree", [True, False])
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("jump_s", [0.0011, 0.01, 0.1, 0.249])
+def test_a_step_too_short_for_satellites_to_show_is_not_believed(jump_s, sign, agree):
+    jump_ns = round(sign * jump_s * S)
+    assert TOLERANCE_NS < abs(jump_ns) < SHOWN_NS
+    state, found = believed(marks(4 * S + jump_ns, 5 * S, epochs=[4, 5]), agree, flown())
+    assert found == [False, True] and state.refused == 0
+
+
+@pytest.mark.parametrize("jump_s", [1, 18, 1200, 3600, WEEK_S, 1023 * WEEK_S, 1024 * WEEK_S])
+def test_a_jump_is_believed_only_where_satellites_show_it(jump_s):
+    ahead = marks(*((4 + k + jump_s) * S for k in range(3)), epochs=range(4, 7))
+    assert believed(ahead, False, flown())[1] == [False] * 3
+    state, found = believed(ahead, True, flown())
+    assert found == [True] * 3 and state.interval_ns == S
+
+
+@pytest.mark.parametrize("agree", [True, False])
+def test_none_goes_back_or_stands(agree):
+    back = [*marks(2 * S, epochs=[5]), *marks(4 * S, epochs=[2]), *marks(3 * S, epochs=[3])]
+    assert believed(back, agree, flown())[1] == [False] * 3
+
+
+def test_a_first_one_that_is_wrong_is_got_rid_of():
+    """After five minutes; what follows it is then what counts."""
+    state = believed(marks(-WEEK_S * S, S - WEEK_S * S, 2 * S - WEEK_S * S))[0]
+    right = marks(*(k * S for k in range(3, 400)), epochs=range(3, 400))
+    state, found = believed(right, False, state)
+    assert found.index(True) == DOUBTED_S and all(found[int(DOUBTED_S) :])
+    assert state.interval_ns == S
+
+
+def test_what_is_doubted_is_so_in_a_row():
+    """One of two marks is wrong: it is never believed, however long that lasts."""
+    state = flown()
+    for k in range(4, 1000):
+        state, yes = advanced(state, *marks(k * S + (k % 2) * S * 50, epochs=[k]), False)
+        assert yes == (k % 2 == 0)
+
+
+def test_the_interval_is_known_when_two_advances_are_the_same():
+    """Until then a mark is believed whatever it says: the first may have been late."""
+    advances = (3 * S, S, S, S)
+    state, found = believed(marks(0, *accumulate(advances)))
+    assert all(found) and state.interval_ns == S
+    assert believed(marks(0, 3 * S, 4 * S))[0].interval_ns == 0

@@ -1,0 +1,98 @@
+"""Frames that are valid and wrong: of another time, altered, off by a step. Is a wrong fix published?
+
+A run's record is played to the flight software with such frames put in, by judges that share no code with
+what injects faults on a bus. Here they make a part of their sweeps: `python -m tests.support.replays`,
+`.time_jumps`, `.masquerades` and `.steps` make all of them.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from gnss_hil.tools.command_line.main import main
+from tests.support import masquerades, steps, time_jumps
+from tests.support.replays import EPOCHS, STREAMS, Judge
+
+pytestmark = [
+    pytest.mark.slow(seconds=40),
+    pytest.mark.verifies(
+        "flightsw/integrity/exclusion.py",
+        "flightsw/integrity/time_marks.py",
+        "flightsw/integrity/satellite_reports.py",
+        "flightsw/estimation/prior.py",
+        "flightsw/attitude/attitude.py",
+        what="Frames of another time, altered or off by a step",
+        by="records rewritten by separate code: 0 fixes beyond 5 sigma of replays, 0 marks that jump believed",
+        status="validated",
+    ),
+]
+
+LAGS = (1, 5, 16, 48, 150, 240, 480)
+
+
+@pytest.fixture(scope="session")
+def judge(tmp_path_factory) -> Judge:
+    run = tmp_path_factory.mktemp("fooled") / "run"
+    assert main(["run", "soyuz", "--duration", "570", "--bus", "inline", "--out", str(run), "--quiet"]) == 0
+    return Judge(run)
+
+
+@pytest.mark.parametrize("streams", STREAMS)
+def test_of_frames_of_another_time_no_wrong_fix_is_published(judge, streams):
+    found = [judge.replay(lag, STREAMS[streams]) for lag in LAGS]
+    assert sum(one.false for one in found) == 0
+    if "receiver 2" in streams or streams == "attitude":
+        assert min(one.fixes for one in found) >= 58 and EPOCHS == 60
+        assert max(one.worst_m for one in found) <= 3.0
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("lasts", [False, True], ids=["once", "for good"])
+def test_no_time_mark_that_jumps_is_believed_and_each_is_told(judge, lasts, sign):
+    def faulty(number, jump_s):
+        if lasts or number == time_jumps.FIRST:
+            return time_jumps.jumped(judge.epochs[number], sign * jump_s)
+        return None
+
+    for jump_s in time_jumps.JUMPS_S:
+        found = time_jumps.outcome(judge, partial(faulty, jump_s=jump_s))
+        assert found == time_jumps.Outcome(believed=0, untold=0), f"{sign * jump_s:+g} s"
+
+
+@pytest.mark.parametrize("lag", time_jumps.LAGS)
+def test_no_whole_block_of_an_epoch_before_is_believed(judge, lag):
+    found = time_jumps.outcome(judge, lambda number: time_jumps.old(judge, number, lag))
+    assert found == time_jumps.Outcome(believed=0, untold=0)
+
+
+@pytest.mark.parametrize(("satellites", "step"), [(5, 5), (8, 11), (12, 13), (24, 29)])
+def test_no_altered_signal_makes_a_tested_fix_wrong(judge, satellites, step):
+    """Of those that were checked less well, hardly one is wrong, and by tens of metres, not by kilometres."""
+    found = masquerades.sweep(judge, satellites, step)
+    print(satellites, dict(found.most_common(12)))
+    fixes = found["tested"] + found["checked"]
+    assert fixes > 100 and found["tested, false"] == found["untested, false"] == 0
+    assert found["checked, false"] <= 0.01 * fixes
+    off_m = [int(what.split()[-2]) for what in found if what.endswith(" m")]
+    assert max(off_m, default=0) < 100
+
+
+@pytest.mark.parametrize("satellites", [12, 22])
+@pytest.mark.parametrize("place", steps.PLACES)
+def test_a_step_or_a_ramp_is_not_missed(judge, place, satellites):
+    rng, found = np.random.default_rng(satellites), []
+    for metres in (lambda k: 15.0, lambda k: 30.0, lambda k: -100.0, lambda k: 500.0, lambda k: 5.0 * k):
+        for _ in range(2):
+            first = int(rng.integers(steps.FIRST, len(judge.epochs) - steps.EPOCHS))
+            of = steps.satellites_of(judge.epochs[first])
+            channels = sorted(of, key=lambda rc: (rc[1], rc[0]))[:satellites]
+            suspects = steps.PLACES[place]({rc: of[rc] for rc in channels}, rng)
+            found.append(steps.play(judge, first, set(channels), suspects, metres))
+    fixes = sum(one.fixes for one in found) / sum(one.epochs for one in found)
+    print(f"{place}, {satellites}: {fixes:.3f} fixes, {sum(one.false for one in found)} false")
+    assert sum(one.missed for one in found) == 0
+    if place != "two satellites":
+        assert fixes >= 0.99
