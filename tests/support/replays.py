@@ -98,8 +98,9 @@ class Judge:
     def begin(self, number: int) -> FlightState:
         """The flight software's state before an epoch."""
         if number not in self._states:
-            state = initial_state(self.config)
-            for frames in self.epochs[:number]:
+            known = max((k for k in self._states if k < number), default=0)
+            state = self._states.get(known) or initial_state(self.config)
+            for frames in self.epochs[known:number]:
                 state, _ = flight_step(self.config, state, as_batch(frames))
             self._states[number] = state
         return self._states[number]

@@ -25,7 +25,7 @@ pytestmark = [
         "flightsw/estimation/prior.py",
         "flightsw/attitude/attitude.py",
         what="Frames of another time, altered or off by a step",
-        by="records rewritten by separate code: 0 fixes beyond 5 sigma of replays, 0 marks that jump believed",
+        by="records rewritten by separate code: no fix of a replay beyond 5 sigma, no jump of time believed",
         status="validated",
     ),
 ]
@@ -84,13 +84,13 @@ def test_no_altered_signal_makes_a_tested_fix_wrong(judge, satellites, step):
 @pytest.mark.parametrize("place", steps.PLACES)
 def test_a_step_or_a_ramp_is_not_missed(judge, place, satellites):
     rng, found = np.random.default_rng(satellites), []
-    for metres in (lambda k: 15.0, lambda k: 30.0, lambda k: -100.0, lambda k: 500.0, lambda k: 5.0 * k):
-        for _ in range(2):
-            first = int(rng.integers(steps.FIRST, len(judge.epochs) - steps.EPOCHS))
-            of = steps.satellites_of(judge.epochs[first])
-            channels = sorted(of, key=lambda rc: (rc[1], rc[0]))[:satellites]
-            suspects = steps.PLACES[place]({rc: of[rc] for rc in channels}, rng)
-            found.append(steps.play(judge, first, set(channels), suspects, metres))
+    shapes = (lambda k: 15.0, lambda k: 30.0, lambda k: -100.0, lambda k: 500.0, lambda k: 5.0 * k)
+    for trial, metres in enumerate(shapes * 2):
+        first = steps.FIRST + steps.EPOCHS * trial
+        of = steps.satellites_of(judge.epochs[first])
+        channels = sorted(of, key=lambda rc: (rc[1], rc[0]))[:satellites]
+        suspects = steps.PLACES[place]({rc: of[rc] for rc in channels}, rng)
+        found.append(steps.play(judge, first, set(channels), suspects, metres))
     fixes = sum(one.fixes for one in found) / sum(one.epochs for one in found)
     print(f"{place}, {satellites}: {fixes:.3f} fixes, {sum(one.false for one in found)} false")
     assert sum(one.missed for one in found) == 0
