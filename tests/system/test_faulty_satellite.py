@@ -56,10 +56,11 @@ def recording(tmp_path_factory):
 
 
 def verdicts(recording, fault_m, monkeypatch, tries=4):
-    """Of all faults: how many were excluded, and how many times a sound satellite was."""
+    """Of all faults: how many were excluded, how many times a sound satellite was, and how many times the
+    receiver that measured the faulty one, with all its satellites."""
     config, state, blocks = recording
     rng, solve = np.random.default_rng(1), all_in_view.solve
-    right = wrong = count = 0
+    right = wrong = receivers = count = 0
     for block in blocks:
         for _ in range(tries):
             seen = []
@@ -68,25 +69,27 @@ def verdicts(recording, fault_m, monkeypatch, tries=4):
                 sat = m.sat[rng.integers(len(m))]
                 off_m = fault_m * rng.choice((-1, 1)) * (m.sat == sat)
                 fix = solve(replace(m, pseudorange_m=m.pseudorange_m + off_m), *more)
-                seen.append((sat, m.sat, fix))
+                seen.append((m.sat == sat, m, fix))
                 return fix
 
             with monkeypatch.context() as patch:
                 patch.setattr(all_in_view, "solve", faulty)
                 flight_step(config, state, block)
-            ((sat, sats, fix),) = seen
-            out = set(sats[~fix.used].tolist()) if isinstance(fix, SnapshotFix) else set()
-            right, wrong, count = right + (out == {sat}), wrong + bool(out - {sat}), count + 1
+            ((is_off, m, fix),) = seen
+            out = ~fix.used if isinstance(fix, SnapshotFix) else np.zeros(len(m), bool)
+            whole = np.array_equal(out, np.isin(m.receiver, m.receiver[is_off])) and out.sum() > is_off.sum()
+            right, receivers, count = right + np.array_equal(out, is_off), receivers + whole, count + 1
+            wrong += bool((out & ~is_off).any()) and not whole
         state, _ = flight_step(config, state, block)
-    return right / count, wrong
+    return right / count, wrong, receivers / count
 
 
 @pytest.mark.parametrize(("fault_m", "found"), [(15.0, 0.6), (20.0, 0.95)])
 def test_a_fault_is_found_and_no_sound_satellite_is_taken_for_it(recording, fault_m, found, monkeypatch):
-    right, wrong = verdicts(recording, fault_m, monkeypatch)
-    print(f"{fault_m} m: {right:.3f} excluded")
-    assert right > found and wrong == 0
+    right, wrong, receivers = verdicts(recording, fault_m, monkeypatch)
+    print(f"{fault_m} m: {right:.3f} excluded, {receivers:.4f} with all of its receiver")
+    assert right > found and wrong == 0 and receivers < 0.01
 
 
 def test_without_a_fault_nothing_is_excluded(recording, monkeypatch):
-    assert verdicts(recording, 0.0, monkeypatch, tries=1) == (0.0, 0)
+    assert verdicts(recording, 0.0, monkeypatch, tries=1) == (0.0, 0, 0.0)
