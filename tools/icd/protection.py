@@ -169,8 +169,9 @@ _ORDER_OF_CHECKS = (
     Verdict.ERROR_FRAME, Verdict.EXTENDED, Verdict.REMOTE, Verdict.WRONG_LENGTH, Verdict.UNKNOWN_ID,
     Reason.OTHER_SESSION, Verdict.CORRUPTED, Verdict.MIXED_EPOCH, Reason.OTHER_CONTRACT,
     Verdict.REPEATED, Verdict.WRONG_SEQUENCE, Verdict.LOST, Reason.STREAM_NOT_VALID,
-    Reason.BAD_TIME_MARK, Reason.NO_TIME_MARK,
-    Reason.SURPLUS, Reason.INCOMPLETE, Reason.CONTRADICTED, Reason.TIMED_OUT,
+    Reason.BAD_TIME_MARK, Reason.NO_TIME_MARK, Reason.JUMPED,
+    Reason.SURPLUS, Reason.INCOMPLETE, Reason.CONTRADICTED, Reason.NO_ORBIT, Reason.MOVED, Reason.TURNED,
+    Reason.TIMED_OUT,
 )  # fmt: skip
 
 

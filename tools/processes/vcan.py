@@ -347,7 +347,7 @@ class _Kernel:
             preexec_fn=_take_terminal if self.terminal else None,
             env={key: value for key, value in os.environ.items() if key not in _TEMPORARY}
             | {"TMPDIR": memory_folder(self.memory_bytes) or _MEMORY[0]}
-            | self.environment,
+            | dict(self.environment),
         )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.bits import TRAILER_BITS, frame_bits
 from gnss_hil.dbc.contract.frames import batch
-from gnss_hil.dbc.contract.messages import BIT_RATE, MEASUREMENT_KINDS
+from gnss_hil.dbc.contract.messages import BIT_RATE, MEASUREMENT_KINDS, values_of
 
 LIMIT_PERCENT = 80.0
 
@@ -51,8 +51,11 @@ def rows(
     yield Row("measurements, ten a channel", len(MEASUREMENT_KINDS) * channels)
     yield Row("tags and status", 2 * m)
     yield Row("almanac, a slice for each receiver", 3 * m * slice_satellites)
-    navigation = 1 + 3 + 3 + 2 * (domains + 1) + 2 + m
+    # Status, state; position, velocity; clocks, rates, their sigmas; sigmas, correlations; channels used.
+    navigation = 2 + 3 + 3 + 3 * (domains + 1) + 4 + m
     yield Row("navigation", navigation, flight=navigation)
+    refusals = values_of("NAV_REFUSED", "slot")
+    yield Row("refusals", refusals, flight=refusals, event=True)
     yield Row("heartbeats", m + 3, flight=1)
     yield Row("commands and answers, all channels at once", 4 * channels, flight=2 * channels, event=True)
 
