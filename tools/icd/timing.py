@@ -13,7 +13,7 @@ _WIDTH, _LEFT, _RIGHT = 900, 60, 90
 _BAR, _GAP_SHARE = 34, 0.12
 _TONE = {
     "time mark": 0, "commands and answers": 1, "attitude": 4, "measurements": 5, "tags and status": 2,
-    "almanac": 6, "heartbeats": 7, "navigation": 3,
+    "almanac": 6, "heartbeats": 7, "navigation": 3, "refusals": 3,
 }  # fmt: skip
 _ORDER = {
     "emulator": ("time mark", "attitude", "measurements", "tags and status", "almanac", "heartbeats"),
