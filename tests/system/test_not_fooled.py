@@ -68,7 +68,7 @@ def test_no_whole_block_of_an_epoch_before_is_believed(judge, lag):
     assert found == time_jumps.Outcome(believed=0, untold=0)
 
 
-@pytest.mark.parametrize(("satellites", "step"), [(5, 5), (8, 11), (12, 13), (24, 29)])
+@pytest.mark.parametrize(("satellites", "step"), [(5, 5), (6, 1), (8, 11), (12, 13), (24, 29)])
 def test_no_altered_signal_makes_a_tested_fix_wrong(judge, satellites, step):
     """Of those that were checked less well, hardly one is wrong, and by tens of metres, not by kilometres."""
     found = masquerades.sweep(judge, satellites, step)
@@ -77,7 +77,7 @@ def test_no_altered_signal_makes_a_tested_fix_wrong(judge, satellites, step):
     assert fixes > 100 and found["tested, false"] == found["untested, false"] == 0
     assert found["checked, false"] <= 0.01 * fixes
     off_m = [int(what.split()[-2]) for what in found if what.endswith(" m")]
-    assert max(off_m, default=0) < 100
+    assert max(off_m, default=0) < 50
 
 
 @pytest.mark.parametrize("satellites", [12, 22])
