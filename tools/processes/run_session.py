@@ -125,7 +125,7 @@ def play(
             *remarks,
             *(line for row in told for line in account.notes(*row, disturbed)),
             *(_by_one_carrier(plan, digests) if config.flight == OURS else ()),
-            *_empty_skies(summary),
+            *(_empty_skies(summary) if config.emulator == OURS else ()),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
         ),
     )
@@ -141,7 +141,8 @@ def _by_one_carrier(plan: Plan, digests: Mapping[str, Digest]) -> Iterator[str]:
 
 
 def _empty_skies(summary: Mapping[str, Any]) -> Iterator[str]:
-    """A line for each craft that had no satellite in view, ever or at times: nothing else may tell why."""
+    """A line for each craft that had no satellite in view, ever or at times: nothing else may tell why. Only our
+    emulator says which are."""
     for craft, figures in summary["craft"].items():
         seen = figures["satellites_visible"]
         if seen["max"] == 0:
