@@ -141,8 +141,8 @@ def _by_one_carrier(plan: Plan, digests: Mapping[str, Digest]) -> Iterator[str]:
 
 
 def _empty_skies(summary: Mapping[str, Any]) -> Iterator[str]:
-    """A line for each craft that had no satellite in view, ever or at times: nothing else may tell why. Only our
-    emulator says which are."""
+    """A line for each craft that had no satellite in view, ever or at times: nothing else may tell why. Only
+    our emulator says which are."""
     for craft, figures in summary["craft"].items():
         seen = figures["satellites_visible"]
         if seen["max"] == 0:
