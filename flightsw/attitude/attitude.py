@@ -10,6 +10,7 @@ held no longer it is believed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import acos, cos, sin, sqrt
 
 import numpy as np
 
@@ -61,20 +62,20 @@ def dcm_from_quaternion(q: F64) -> F64:
 
 def turn(rate_rps: F64, dt_s: float) -> F64:
     """DCM (3, 3) from axes before to axes after turning at a constant rate (3,) for dt_s, exactly."""
-    half = 0.5 * dt_s * np.sqrt(rate_rps @ rate_rps)
-    axis = rate_rps * (0.5 * dt_s * np.sinc(half / np.pi))
-    return dcm_from_quaternion(np.array([np.cos(half), *axis]))
+    half = 0.5 * dt_s * sqrt(rate_rps @ rate_rps)
+    axis = rate_rps * (0.5 * dt_s * (sin(half) / half if half else 1.0))
+    return dcm_from_quaternion(np.array([cos(half), *axis.tolist()]))
 
 
 def attitude_now(
     report: AttitudeReport | None, last: Attitude | None, t_ns: int, hold: int
 ) -> Attitude | None:
     """This epoch's attitude from its report, else from the last one while it may be held, else None."""
-    held = None if last is None or last.age >= hold else _turned_on(last, t_ns, last.rate_body_rps)
-    if report is not None and (held is None or not turned(report, last, t_ns)):
+    may_hold = last is not None and last.age < hold
+    if report is not None and not (may_hold and turned(report, last, t_ns)):
         dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
         return Attitude(dcm, report.rate_body_rps, t_ns, 0)
-    return held
+    return _turned_on(last, t_ns, last.rate_body_rps) if last is not None and may_hold else None
 
 
 def turned(report: AttitudeReport, last: Attitude | None, t_ns: int) -> bool:
@@ -84,9 +85,9 @@ def turned(report: AttitudeReport, last: Attitude | None, t_ns: int) -> bool:
     dt_s = (t_ns - last.t_ns) * 1e-9
     faster_rps = report.rate_body_rps - last.rate_body_rps
     expected = _turned_on(last, t_ns, last.rate_body_rps + 0.5 * faster_rps).dcm_body_from_ecef
-    between = expected @ dcm_from_quaternion(report.quaternion_body_from_ecef).T
-    angle_rad = np.arccos(np.clip((np.trace(between) - 1) / 2, -1.0, 1.0))
-    return bool(angle_rad > NOT_TURNED_RAD + np.sqrt(faster_rps @ faster_rps) * dt_s)
+    dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
+    cosine = (float(np.add.reduce(expected * dcm, axis=None)) - 1) / 2  # of the angle between them
+    return acos(min(max(cosine, -1.0), 1.0)) > NOT_TURNED_RAD + sqrt(faster_rps @ faster_rps) * dt_s
 
 
 def _turned_on(last: Attitude, t_ns: int, rate_rps: F64) -> Attitude:

@@ -25,6 +25,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Index
 from gnss_hil.flightsw.measurement.weights import times
+from gnss_hil.flightsw.records.ranges import distinct
 from gnss_hil.flightsw.records.solution import Tested
 
 FALSE_ALARM = 1e-5
@@ -227,10 +228,8 @@ def outlier_test(trial: Trial[Any]) -> bool:
     the sum of all squares stands out here. Source: Baarda, A testing procedure for use in geodetic networks
     (1968): normalised residuals
     """
-    weight, along = trial.weight, times(trial.weight, trial.design)
-    own = weight if weight.ndim == 1 else weight.diagonal()
-    left = own - np.add.reduce((along @ trial.covariance) * along, axis=1)
-    pull = times(weight, trial.residual)
+    left, own = _left(trial)
+    pull = times(trial.weight, trial.residual)
     tested = left > _NOTHING * own
     return bool((pull * pull <= outlier_limit(len(own)) * left)[tested].all())
 
@@ -251,32 +250,49 @@ def tested(trial: Trial[Any], gain: F64, covariance: F64, sat: I64) -> Tested:
     """
     if trial.freedom < 1:
         return Tested.UNTESTED
-    fault, n = _faults(sat), len(sat)
-    weight = trial.weight if trial.weight.ndim == 2 else np.diag(trial.weight)
-    along_fit = weight @ trial.design
-    left = weight - along_fit @ trial.covariance @ along_fit.T
-    pull, moved = left[:, :n] @ fault, gain @ fault
-    own = np.add.reduce(fault * (weight[:n, :n] @ fault))
-    moved2 = np.add.reduce(moved * np.linalg.solve(covariance, moved))
-    on_the_whole = np.add.reduce(fault * pull[:n])
-    if not (on_the_whole > _NOTHING * own)[moved2 > _NOTHING * own].all():
+    limits = outlier_limit(len(trial.residual)), chi2_limit(trial.freedom) - trial.freedom
+    moves = np.linalg.solve(covariance, gain)
+    left, own = _left(trial)
+    n = len(sat)
+    moved2, of_one = np.add.reduce(gain * moves), left[:n]
+    # Of a fault of one range its own residual is the worst, and the sum of squares is that residual's.
+    found = [_told(of_one, own[:n], moved2, of_one / min(limits))]
+    if distinct(sat) < n:
+        found.append(_of_satellites(trial, left, gain, moves, sat, limits))
+    return min(found)
+
+
+def _told(checked: F64, own: F64, moved2: F64, seen: F64) -> Tested:
+    """Of faults (f,) of a metre: what is left of their squares, of how much; the square of what they move, in
+    sigmas; and of what they are seen by, over its limit."""
+    if not (checked > _NOTHING * own)[moved2 > _NOTHING * own].all():
         return Tested.UNTESTED
-    of_one = left.diagonal()[:, None]
-    by_one = np.divide(
-        pull**2, of_one, out=np.zeros_like(pull), where=of_one > _NOTHING * np.diag(weight)[:, None]
-    )
-    seen = np.maximum(
-        by_one.max(axis=0) / outlier_limit(len(left)),
-        on_the_whole / (chi2_limit(trial.freedom) - trial.freedom),
-    )
     return Tested.TESTED if (moved2 <= (TOLERATED - UNSEEN) ** 2 * seen).all() else Tested.CHECKED
 
 
-def _faults(sat: I64) -> F64:
-    """(n, f) what a metre of each fault adds to each measurement: of one, or of a satellite that has more."""
+def _left(trial: Trial[Any]) -> tuple[F64, F64]:
+    """(n,) of each measurement: what the fit leaves of its weight, and that."""
+    weight, along = trial.weight, times(trial.weight, trial.design)
+    own = weight if weight.ndim == 1 else weight.diagonal()
+    return own - np.add.reduce((along @ trial.covariance) * along, axis=1), own
+
+
+def _of_satellites(
+    trial: Trial[Any], left: F64, gain: F64, moves: F64, sat: I64, limits: tuple[float, float]
+) -> Tested:
+    """As `tested`, of faults of satellites in all their ranges, where they have more than one."""
     of_satellite = sat[:, None] == np.unique(sat)
-    several = of_satellite[:, np.add.reduce(of_satellite) > 1]
-    return np.concatenate((np.eye(len(sat)), several), axis=1)
+    fault = of_satellite[:, np.add.reduce(of_satellite) > 1].astype(float)
+    rows = np.concatenate((fault, np.zeros((trial.before, fault.shape[1]))))
+    weighted = times(trial.weight, rows)
+    along = times(trial.weight, trial.design)
+    pull = weighted - along @ (trial.covariance @ (along.T @ rows))
+    on_the_whole = np.add.reduce(rows * pull)
+    own = np.add.reduce(rows * weighted)
+    checked = left > _NOTHING * (trial.weight if trial.weight.ndim == 1 else trial.weight.diagonal())
+    by_one = (pull[checked] ** 2 / left[checked, None]).max(axis=0, initial=0.0)
+    moved2 = np.add.reduce((gain @ fault) * (moves @ fault))
+    return _told(on_the_whole, own, moved2, np.maximum(by_one / limits[0], on_the_whole / limits[1]))
 
 
 def isolate(unit: I64, trial: Trial[Any], size: int = 1, several: bool = False) -> frozenset[int] | None:
