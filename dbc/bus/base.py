@@ -41,6 +41,11 @@ class Link(Protocol):
         """At least one frame, or EMPTY after `timeout_s` (0: what is here). LinkClosed if it is gone."""
         ...
 
+    def fileno(self) -> int:
+        """What poll() tells arrivals of, for who waits on several buses; -1: there is none. What `receive(0)`
+        has not handed over yet may be here already."""
+        ...
+
     def close(self) -> None:
         """Leaves the bus; may be called twice."""
 

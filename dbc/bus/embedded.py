@@ -138,6 +138,9 @@ class EmbeddedLink:
         self._malformed += malformed
         return frames
 
+    def fileno(self) -> int:
+        return self._sock.fileno()
+
     def close(self) -> None:
         self._closed = True
         self._sock.close()

@@ -62,6 +62,9 @@ class InlineLink:
             self._queue.clear()
             return frames
 
+    def fileno(self) -> int:
+        return -1
+
     def close(self) -> None:
         with self._bus._changed:
             if not self._closed:

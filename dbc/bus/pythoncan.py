@@ -100,6 +100,9 @@ class PythonCanLink:
         self._too_long += len(messages) - len(classical)
         return from_messages(classical)
 
+    def fileno(self) -> int:
+        return -1  # some interfaces have none, and others read ahead of theirs
+
     def close(self) -> None:
         if not self._closed:
             self._closed = True

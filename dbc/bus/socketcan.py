@@ -133,6 +133,9 @@ class SocketCanLink:
         self._malformed += malformed
         return frames
 
+    def fileno(self) -> int:
+        return self._sock.fileno()
+
     def close(self) -> None:
         if not self._closed:
             self._dropped = self.dropped - self._malformed

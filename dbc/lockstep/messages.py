@@ -70,6 +70,18 @@ def encode(can_id: int, session: int, epoch: int, count: int) -> FrameBatch:
     return FrameBatch(np.zeros(1, np.int64), identifiers, np.array([WIDTH], np.uint8), payload)
 
 
+def recounted(frame: FrameBatch, more: int) -> FrameBatch:
+    """A SYNC or DONE whose count is by so many more (fewer), from 0 to the most that it can say."""
+    can_id = int(frame.can_id[0])
+    _, _, epoch, session, count = _LAYOUT.unpack(frame.data[0].tobytes())
+    payload = frame.data.copy()
+    payload[0] = np.frombuffer(
+        _LAYOUT.pack(0, payload[0, 1], epoch, session, min(max(count + more, 0), 0xFFFF)), np.uint8
+    )
+    payload[:, 0] = e2e.crc(np.array([can_id], np.uint32), payload)
+    return FrameBatch(frame.t_ns, frame.can_id, frame.length, payload)
+
+
 def judge(frames: FrameBatch, row: int, session: int, expected: int) -> Bench | Refusal:
     """What a bench frame says, its epoch in full, or why it is not believed: one rule for all who hear it.
 

@@ -100,6 +100,13 @@ COMMANDS = {
             "faults", "kinds of faults on the bus, and fault files checked",
             ("faults list", "faults show replay", "faults check mine.toml 'rx2 off @2m+30s'"),
         ),
+        Command(
+            "inject", "a gateway between two buses: faults for a flight software of yours, unchanged",
+            (
+                "inject 'rx2 off @2m+30s' --from embedded:/tmp/a --to embedded:/tmp/b",
+                "inject replay mine.toml --from socketcan:vcan0 --to socketcan:can0 --out runs/gateway",
+            ),
+        ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
         Command(
             "schema", "JSON schemas of scenario, vehicle, structure and fault files, for editors",
