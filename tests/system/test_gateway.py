@@ -1,0 +1,127 @@
+"""`gnss-hil inject`: a run through the gateway, our flight software and the one in C on its other side."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+
+import polars
+import pytest
+
+from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.tools.command_line.main import main
+from tests.support.gateways import OURS, on_record, spoken, through
+from tests.support.programs import GNSS_HIL
+from tests.support.waiting import ended
+from tests.system.test_fsw_c import build
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.verifies(
+        "tools/gateway/session.py",
+        "tools/gateway/crossing.py",
+        "tools/gateway/loop.py",
+        what="A gateway between two buses, in lockstep",
+        by="records of runs without it and of runs whose emulator applies the same faults, byte by byte",
+        status="validated",
+    ),
+]
+
+VEHICLE = find("soyuz-ms")
+EVERYWHERE = (
+    "rx1 RANGE repetition 2 @100+8",
+    "rx3 delay 1 @90+10",
+    "command-late 2 @30+20",
+    "0x100&0x7F0 loss @1m p=0.1",
+    "mark-jump 1s @110+5",
+    "stray-bench SYNC @50+5",
+    "ATT restart @70+6",
+)
+"""More frames and fewer, both ways, held back, and bench frames of nobody."""
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """A run without a gateway."""
+    return inline(tmp_path_factory.mktemp("plain"))
+
+
+def inline(folder, *faults: str):
+    words = [word for fault in faults for word in ("--fault", fault)]
+    out = ["--out", str(folder / "inline"), "--quiet", "--no-report"]
+    assert main(["run", "soyuz", "--bus", "inline", "--duration", "130", *out, *words]) == 0
+    return folder / "inline"
+
+
+def test_without_faults_no_byte_changes(tmp_path, plain):
+    heard, said = through(tmp_path, (), OURS)
+    assert spoken(heard) == on_record(plain) == on_record(tmp_path / "run")
+    assert "no faults" in said and "the run ended after 130 epochs" in said
+
+
+def test_faults_that_never_act_change_no_byte(tmp_path, plain):
+    heard, _ = through(tmp_path, ("rx2 off @1h", "all loss @1h"), OURS)
+    assert spoken(heard) == on_record(plain) == on_record(tmp_path / "run")
+
+
+def test_the_flight_software_hears_what_it_hears_of_an_emulator_with_these_faults(tmp_path):
+    heard, said = through(tmp_path, EVERYWHERE, OURS)
+    alone = inline(tmp_path, *EVERYWHERE)
+    assert spoken(heard) == on_record(alone)
+    assert (tmp_path / "gateway" / "faults").read_bytes() == (alone / "faults").read_bytes()
+    table = polars.read_parquet(tmp_path / "gateway" / "faults.parquet")
+    assert table.equals(polars.read_parquet(alone / "faults.parquet"))
+    assert "epoch 100: repetition 1 (rx1 RANGE) acts" in said
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))
+    assert (summary["epochs_unanswered"], summary["frames"]["lost"]) == (0, 0), (
+        "counts of SYNC and DONE follow"
+    )
+
+
+@pytest.fixture(scope="module")
+def fsw(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fsw_c")
+    build(folder)
+    return folder / "fsw"
+
+
+@pytest.mark.parametrize("name", ["receiver-off", "replay", "mark-missing", "command-lost", "crc"])
+def test_the_flight_software_in_c_flies_through_it(tmp_path, fsw, name):
+    """It answers every epoch; the fix is as good as the file expects."""
+    heard, _ = through(tmp_path, (name,), (str(fsw), "--bus", "embedded:BUS", "--vehicle", str(VEHICLE)))
+    assert len(heard)
+    table = polars.read_parquet(tmp_path / "gateway" / "faults.parquet")
+    assert table["frames_touched"].sum() > 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))
+    assert summary["epochs_unanswered"] == 0
+
+
+def test_a_bus_that_goes_away_is_named(tmp_path):
+    hubs = [
+        subprocess.Popen([*GNSS_HIL, "hub", str(tmp_path / name)], stdout=subprocess.PIPE, text=True)
+        for name in "ab"
+    ]
+    for hub in hubs:
+        hub.stdout.readline()
+    buses = ["--from", f"embedded:{tmp_path / 'a'}", "--to", f"embedded:{tmp_path / 'b'}"]
+    gateway = subprocess.Popen(
+        [*GNSS_HIL, "inject", *buses], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert "no faults" in gateway.stdout.readline()
+    hubs[1].send_signal(signal.SIGINT)
+    ended(hubs[1])
+    _, err = ended(gateway)
+    assert (gateway.returncode, err) == (
+        1,
+        f"gnss-hil: bus 'embedded:{tmp_path / 'b'}' went away after 0 epochs\n",
+    )
+    gateway = subprocess.Popen(
+        [*GNSS_HIL, "inject", *buses], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert "waiting for a bench" in gateway.stdout.readline()
+    gateway.send_signal(signal.SIGINT)
+    ended(gateway)
+    assert gateway.returncode == 130
+    hubs[0].send_signal(signal.SIGINT)
+    ended(hubs[0])
