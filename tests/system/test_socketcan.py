@@ -27,8 +27,9 @@ pytestmark = pytest.mark.verifies(
     "dbc/bus/pythoncan.py",
     "tools/processes/vcan.py",
     "tools/processes/vcan_guard.py",
+    "tools/gateway/cangw.py",
     what="SocketCAN, and a kernel that has it",
-    by="Linux vcan in user-mode Linux; candump, cansend, python-can",
+    by="Linux vcan in user-mode Linux; candump, cansend, cangw, python-can",
     status="validated",
 )
 
@@ -68,6 +69,7 @@ def nothing_left() -> bool:
 def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
     suites = ["tests/conformance", "tests/system/test_socketcan_inside.py"]
     suites += ["tests/system/test_receiver_py_inside.py", "tests/system/test_replay_inside.py"]
+    suites += ["tests/system/test_cangw_inside.py"]
     done = shell(
         sys.executable, "-m", "pytest", "-q", "-rA", "-m", "socketcan", "-p", "no:cacheprovider", *suites,
         timeout_s=10 * HANG_S, cwd=ROOT,
@@ -86,6 +88,7 @@ def test_the_suites_for_a_kernel_with_can_pass_in_user_mode_linux(uml):
         "monitor_reads_vcan",
         "canplayer_plays",
         "play_it_in_lockstep",
+        "the_kernel_does_to_every_frame",
     ):
         assert must in done.stdout
 

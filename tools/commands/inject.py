@@ -32,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--craft", default="soyuz", metavar="NAME",
         help="whose bus it is, of faults that name a craft and of draws (default soyuz)")  # fmt: skip
     add("--out", type=Path, metavar="DIR", help="a new folder for what faults did: faults, faults.parquet")
+    add("--as-cangw", action="store_true", help="write rules of the kernel's gateway (can-utils) to standard "
+        "output instead: between socketcan interfaces, of what cangw can do")  # fmt: skip
     parser.description = _DESCRIPTION
 
 
@@ -39,7 +41,7 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.dbc.common import vehicle
     from gnss_hil.dbc.contract.codec import codec
     from gnss_hil.emulator.faults import engine
-    from gnss_hil.emulator.faults.kinds.row import GATEWAY
+    from gnss_hil.emulator.faults.kinds.row import CANGW, GATEWAY
     from gnss_hil.tools.gateway.session import Gateway, play
 
     _check(arguments)
@@ -47,12 +49,24 @@ def run(arguments: Namespace) -> int:
     flown = vehicle.load(vehicle.find(arguments.vehicle))
     contract = codec(flown.antennas)
     interval_ns = round(arguments.interval * 1e9)
+    link = CANGW if arguments.as_cangw else GATEWAY
 
     def arm(session: int) -> engine.FaultPlan:
         return engine.armed(
-            faults, arguments.craft, flown, contract, interval_ns, arguments.seed, session, GATEWAY, origins
+            faults, arguments.craft, flown, contract, interval_ns, arguments.seed, session, link, origins
         )
 
+    if arguments.as_cangw:
+        from gnss_hil.tools.gateway import cangw
+
+        interfaces = [_interface(arguments.source, "--from"), _interface(arguments.sink, "--to")]
+        own = [
+            origin
+            for fault, origin in zip(faults, origins, strict=True)
+            if fault.craft in (None, arguments.craft)
+        ]
+        print(cangw.script(arm(0), own, *interfaces), end="")
+        return 0
     gateway = Gateway(arguments.source, arguments.sink, contract, arm, arguments.out)
     return play(gateway, lambda text: print(f"{PROGRAM}: {text}", flush=True))
 
@@ -65,6 +79,14 @@ def _check(arguments: Namespace) -> None:
             raise Mistake(f"{option} {spec}: another process has to be able to join it; embedded:PATH")
     if arguments.source == arguments.sink:
         raise Mistake(f"--to {arguments.sink}: the same bus as --from; a gateway is between two")
+
+
+def _interface(spec: str, option: str) -> str:
+    """The kernel's name of a CAN interface."""
+    kind, _, name = spec.partition(":")
+    if kind != "socketcan":
+        raise Mistake(f"{option} {spec}: cangw is between interfaces of the kernel; socketcan:vcan0")
+    return name.partition(",")[0]
 
 
 def _faults(given: list[str]) -> tuple[list, list[str]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
+from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Bench
@@ -103,10 +103,10 @@ class Answers:
         self._held.keep(held[first:], self._held.last_s)
         yield self._close(done.epoch, frame)
 
-    def _close(self, epoch: int, *closing: FrameBatch) -> Piece:
+    def _close(self, epoch: int, closing: FrameBatch = EMPTY) -> Piece:
         assert self._run is not None
         self._answered, self._navigated = epoch, False
-        return Piece(self._held.take(), Label(self._run.session, epoch), *closing)
+        return Piece(self._held.take(), Label(self._run.session, epoch), closing)
 
     def _is_flights(self, frames: FrameBatch) -> Bool:
         """(n,) what FLIGHT counts as its answer."""
