@@ -105,6 +105,7 @@ COMMANDS = {
             (
                 "inject 'rx2 off @2m+30s' --from embedded:/tmp/a --to embedded:/tmp/b",
                 "inject replay mine.toml --from socketcan:vcan0 --to socketcan:can0 --out runs/gateway",
+                "inject 'rx1 RANGE loss' --as-cangw --from socketcan:vcan0 --to socketcan:vcan1 > rules.sh",
             ),
         ),
         Command("scenarios", "what ships with the bench", ("scenarios",)),
