@@ -13,13 +13,14 @@ import pytest
 
 from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.contract import e2e
-from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, FrameBatch, batch, concat
+from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, RTR_FLAG, FrameBatch, batch, concat
 from gnss_hil.dbc.lockstep.messages import is_bench
 from gnss_hil.emulator.faults import engine, files
 from gnss_hil.emulator.faults.base import At, Direction
 from gnss_hil.tools.command_line.main import main
 from tests.support.faulted import CODEC, VEHICLE
 from tests.support.outside import can_utils
+from tests.support.waiting import HANG_S
 
 pytestmark = pytest.mark.socketcan
 
@@ -91,12 +92,14 @@ def test_the_kernel_does_to_every_frame_what_the_faults_do(links, capsys, faults
 
 def carried(source, sink, frames: FrameBatch) -> FrameBatch:
     """What the kernel makes of frames on their way."""
-    heard = []
+    heard = EMPTY
     source.send(concat((frames, LAST)))
-    while not (heard and heard[-1].can_id[-1] == LAST.can_id[0]):
-        heard.append(sink.receive(1.0))
+    while not (len(heard) and heard.can_id[-1] == LAST.can_id[0]):
+        piece = sink.receive(HANG_S)
+        assert len(piece), f"{len(heard)} frames came, and not the last"
+        heard = concat((heard, piece))
     assert sink.dropped == 0
-    return concat(heard)[:-1]
+    return heard[:-1]
 
 
 def lines(frames: FrameBatch) -> list[str]:

@@ -97,11 +97,18 @@ def _rules(plan: FaultPlan, way: Direction) -> Iterator[str]:
                 one.kind for one in plan.armed if way in one.actions and one.where.identifiers[can_id]
             )
             raise FaultError(f"{names}: 0x{can_id:03X}: {error}") from None
-        if deed is not None:
+        if deed == _nothing(can_id):
+            placed[can_id] = False
+        elif deed is not None:
             yield f"-f {can_id:03X}:{_EXACT | SFF_MASK:X}{_modifications(can_id, deed)}"
     yield from (f"-f {value:03X}:{_EXACT | mask:X}" for value, mask in covering(~placed))
     yield f"-f {RTR_FLAG:X}:{RTR_FLAG:X}"
     yield f"-f {EFF_FLAG:X}:{_EXACT:X}"
+
+
+def _nothing(can_id: int) -> Deed:
+    """Frames that come as they are."""
+    return Deed(can_id, None, b"\xff" * WIDTH, bytes(WIDTH), None)
 
 
 def deed_of(plan: FaultPlan, can_id: int, way: Direction) -> Deed | None:

@@ -70,3 +70,10 @@ def test_every_wanted_identifier_is_matched_once_and_no_other(seed):
 def test_all_identifiers_are_one_rule():
     assert [*covering(np.ones(2048, bool))] == [(0, 0)]
     assert [*covering(np.zeros(2048, bool))] == []
+
+
+def test_identifiers_that_a_change_does_not_touch_are_no_rules_of_their_own(capsys):
+    assert main(["inject", "RANGE.pseudorange_m = 22000000", *BUSES]) == 0
+    rules = [line for line in capsys.readouterr().out.splitlines() if " -s vcan0 " in line]
+    assert [line.split(" -f ")[1][:3] for line in rules if " -m " in line] == ["100", "110", "120", "130"]
+    assert len(rules) < 50
