@@ -251,7 +251,7 @@ def tested(trial: Trial[Any], gain: F64, covariance: F64, sat: I64) -> Tested:
     if trial.freedom < 1:
         return Tested.UNTESTED
     limits = outlier_limit(len(trial.residual)), chi2_limit(trial.freedom) - trial.freedom
-    moves = np.linalg.solve(covariance, gain)
+    moves: F64 = np.linalg.solve(covariance, gain).astype(np.float64, copy=False)
     left, own = _left(trial)
     n = len(sat)
     moved2, of_one = np.add.reduce(gain * moves), left[:n]
