@@ -46,7 +46,7 @@ pytestmark = [
 ]
 
 ALL_ALIKE = (
-    "range_sigma_m=1", "exclude_satellites=0", "inconsistent=fix",
+    "range_sigma_m=1", "exclude_satellites=0", "exclude_receivers=0", "inconsistent=fix",
 )  # fmt: skip
 """Options with which our flight software weighs all ranges alike and leaves none out."""
 

@@ -95,8 +95,8 @@ def test_under_nohup_a_hangup_ends_nothing(tmp_path):
 
 def test_an_emulator_killed_before_its_first_epoch_is_the_one_to_blame(tmp_path):
     process = started(tmp_path / "run", "--flight", "sleep 3600")  # no first epoch without it
-    children = until(lambda: children_of(process.pid), process)
-    os.kill(children["emulator"], signal.SIGKILL)
+    emulator = until(lambda: children_of(process.pid).get("emulator"), process)
+    os.kill(emulator, signal.SIGKILL)
     _, err = ended(process)
     assert process.returncode == 1
     assert err == "gnss-hil: emulator killed by SIGKILL\n"

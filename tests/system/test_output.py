@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 from pathlib import Path
@@ -24,6 +25,22 @@ def test_no_room_for_the_output_is_one_line(command, desk):
     assert done.stderr == "gnss-hil: standard output: No space left on device\n"
 
 
+def run_within(room: int, command: list[str]) -> subprocess.CompletedProcess[str]:
+    """A command none of whose files may grow beyond `room` octets.
+
+    It writes no bytecode: Python 3.11 takes a file that found half its room for a whole one, and every later
+    process of the installation would read it.
+    """
+
+    def short_of_room():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=HANG_S, preexec_fn=short_of_room,
+        env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("command", "file"),
     [
@@ -32,22 +49,12 @@ def test_no_room_for_the_output_is_one_line(command, desk):
     ],
 )
 def test_no_room_for_a_file_names_it(command, file, desk):
-    def short_of_room():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-
-    done = subprocess.run(
-        [PROGRAM, *command.split()], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-        timeout=HANG_S, preexec_fn=short_of_room,
-    )  # fmt: skip
+    done = run_within(1000, [PROGRAM, *command.split()])
     assert (done.returncode, done.stderr) == (1, f"gnss-hil: {file}: File too large\n")
 
 
 def test_no_room_for_the_record_names_the_run_folder(desk):
-    def short_of_room():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
-
-    command = [PROGRAM, "run", "--bus", "inline", "--quiet", "--out", "run"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, preexec_fn=short_of_room)
+    done = run_within(200_000, [PROGRAM, "run", "--bus", "inline", "--quiet", "--out", "run"])
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "gnss-hil: run: File too large"
 
