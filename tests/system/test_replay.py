@@ -65,6 +65,45 @@ def test_a_recording_of_another_format_does_as_well(run, tmp_path):
     assert {p.name for p in tmp_path.iterdir()} == {"trace.blf", "again.asc", "again.log"}
 
 
+@pytest.mark.parametrize("suffix", ["log", "asc", "blf", "mf4"])
+def test_every_format_is_replayed(run, tmp_path, suffix, capsys):
+    """Also where the first pieces of a reader are empty, as in a file whose beginning is of another bus."""
+    trace = tmp_path / f"trace.{suffix}"
+    assert main(["convert", str(run), str(trace)]) == 0
+    words = ["--only", "emulator", "--vehicle", "soyuz-ms", "--same", "--quiet"]
+    assert main(["replay", str(trace), *words]) == 0
+    assert f"as recorded in all of {DURATION} epochs" in capsys.readouterr().out
+
+
+@pytest.mark.verifies(
+    "tools/replay/damage.py",
+    what="What a recording lacks",
+    by="records cut and altered by hand, their frames counted",
+    status="validated",
+)
+def test_what_a_recording_lacks_is_told(run, tmp_path, capsys):
+    rows = (run / "bus.log").read_text().splitlines(keepends=True)
+    marks = [place for place, row in enumerate(rows) if " 010#" in row]
+    measured = [place for place in range(marks[40], marks[41]) if " 06" in rows[place]]
+
+    def told(rows: list[str]) -> str:
+        log = tmp_path / "damaged.log"
+        log.write_text("".join(rows))
+        assert main(["replay", str(log), "--only", "emulator", "--vehicle", "soyuz-ms", "--quiet"]) == 0
+        return capsys.readouterr().err
+
+    begin = f"gnss-hil: {tmp_path / 'damaged.log'}: can0: the recording is not whole: "
+    assert told(rows) == ""
+    assert told([row for place, row in enumerate(rows) if place not in measured[:3]]).startswith(
+        f"{begin}frames missing by their counters: 3\n"
+    )
+    other = rows[measured[0]]
+    flipped = other[:-2] + ("0" if other[-2] != "0" else "1") + "\n"
+    altered = [flipped if place == measured[0] else row for place, row in enumerate(rows)]
+    assert "frames do not pass their checks: 1 CORRUPTED" in told(altered)
+    assert "1 of 50 epochs are missing" in told(rows[: marks[20]] + rows[marks[21] :])
+
+
 def test_what_is_left_out_of_a_recording_is_told(run, tmp_path, capsys):
     log = tmp_path / "more.log"
     whole = (run / "bus.log").read_bytes()

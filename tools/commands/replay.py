@@ -99,7 +99,7 @@ def _session(text: str) -> int:
 def run(arguments: Namespace) -> int:
     from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
     from gnss_hil.dbc.process.shutdown import Stop
-    from gnss_hil.tools.replay import output, peer, session, source
+    from gnss_hil.tools.replay import damage, output, peer, session, source
 
     found = source.find(arguments.run, arguments.craft, arguments.vehicle)
     config = config_of(arguments)
@@ -110,7 +110,7 @@ def run(arguments: Namespace) -> int:
     for line in output.account(config, played):
         print(line)
     recording = found.recorded.recording
-    for line in recording.found.lines(recording.path):
+    for line in (*recording.found.lines(recording.path), *damage.lines(found.recorded)):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
         print(flush=True)

@@ -6,10 +6,10 @@ from gnss_hil.dbc.lockstep.master_loop import parse_pace
 from gnss_hil.tools.processes.outcome import Outcome
 
 _KEPT = 0.98
-"""Share of its pace that a run has to reach: its begin and its end take time too."""
+"""Share of its pace that a run has to reach."""
 
-_JUDGED_S = 1.0
-"""Shorter runs [wall clock] are not judged by their rate."""
+_ENDS_S = 1.0
+"""Wall clock of a run that no pace rules: its first epoch, and the last answers."""
 
 
 def notes(pace: str, interval_s: float, outcome: Outcome) -> list[str]:
@@ -20,7 +20,7 @@ def notes(pace: str, interval_s: float, outcome: Outcome) -> list[str]:
         return []
     period_s, late_s = interval_s / factor, outcome.mark_late_s or 0.0
     reached = outcome.epochs * interval_s / outcome.wall_s
-    slow = outcome.wall_s >= _JUDGED_S and reached < _KEPT * factor
+    slow = outcome.wall_s - _ENDS_S > outcome.epochs * period_s / _KEPT
     if late_s <= period_s and not slow:
         return []
     kept = f"time marks came up to {late_s * 1e3:.3g} ms late, an epoch lasts {period_s * 1e3:.3g} ms"

@@ -85,8 +85,8 @@ def open_run(recording: Recording, bus: str | None, contract: Codec | None) -> R
 
 
 def buses(recording: Recording) -> list[str]:
-    """Names of the buses in the first piece, which has epochs of all craft of a run."""
-    first = next(recording.pieces(), None)
+    """Names of the buses in the first piece that has frames: there are epochs of all craft of a run in it."""
+    first = next((piece for piece in recording.pieces() if len(piece.frames)), None)
     return [] if first is None else [name.decode() for name in np.unique(first.bus).tolist()]
 
 

@@ -27,6 +27,7 @@ def outcome(wall_s: float, late_s: float | None, epochs: int = 100) -> Outcome:
         ("x10", 1.0, 10.1, 0.099),
         ("x1000", 1.0, 0.15, 0.0005),
         ("realtime", 1.0, 0.0, None),
+        ("x20", 1.0, 5.3, 0.003),
     ],
 )
 def test_a_pace_that_was_kept_is_no_word_worth(pace, interval_s, wall_s, late_s):

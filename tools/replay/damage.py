@@ -1,0 +1,28 @@
+"""What a recording lacks of the run that it is of: frames that are lost or refused, epochs without a time mark.
+
+Such a recording can be replayed, but the other side does not hear what was said then, and may answer otherwise.
+"""
+
+from __future__ import annotations
+
+from gnss_hil.tools.decoder.screen import Screen
+from gnss_hil.tools.replay.recorded_run import RecordedRun
+
+
+def lines(recorded: RecordedRun) -> list[str]:
+    """A line for people, if anything is missing."""
+    screen, epochs, last = Screen(recorded.codec), 0, recorded.first
+    for epoch in recorded.epochs():
+        screen.take(epoch.emulator)
+        screen.take(epoch.flight)
+        epochs, last = epochs + 1, epoch.number
+    spanned = last - recorded.first + 1
+    counters = screen.counters
+    refused = ", ".join(f"{count} {reason}" for reason, count in counters.reasons.items())
+    parts = [
+        *([f"frames missing by their counters: {counters.lost}"] if counters.lost else []),
+        *([f"frames do not pass their checks: {refused}"] if refused else []),
+        *([f"{spanned - epochs} of {spanned} epochs are missing"] if epochs < spanned else []),
+    ]
+    where = f"{recorded.recording.path}: {recorded.bus}"
+    return [f"{where}: the recording is not whole: {'; '.join(parts)}"] if parts else []
