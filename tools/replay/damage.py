@@ -1,6 +1,7 @@
-"""What a recording lacks of the run that it is of: frames that are lost or refused, epochs without a time mark.
+"""What a recording lacks of the run that it is of: frames lost or refused, epochs without a time mark.
 
-Such a recording can be replayed, but the other side does not hear what was said then, and may answer otherwise.
+Such a recording can be replayed, but the other side does not hear all that was said then, and may answer
+otherwise.
 """
 
 from __future__ import annotations
