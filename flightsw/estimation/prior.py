@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.flightsw.integrity.exclusion import chi2_limit
 from gnss_hil.flightsw.records.solution import Fix, OrbitState, Tested
 
 ACCELERATION_MPS2 = 0.5
@@ -49,6 +50,25 @@ def prior_of(orbit: OrbitState | None) -> Prior | None:
     gained_m2ps2 = (ACCELERATION_MPS2 * dt_s) ** 2 * np.eye(3)
     moved = covariance + dt_s**2 * (of_velocity + 0.25 * gained_m2ps2)
     return Prior(orbit.position_m, moved, orbit.velocity_mps, of_velocity + gained_m2ps2)
+
+
+def contradicted(fix: Fix, prior: Prior) -> bool:
+    """Whether a fix at the time mark is not where the fixes before say, or not as fast.
+
+    For every navigator: those that solve antennas one by one have no other test against what was before, and
+    a fix that was carried to its mark by its own clock has not met it yet.
+    """
+    if _apart(fix.position_m - prior.position_m, fix.covariance_m2 * fix.misfit + prior.covariance_m2):
+        return True
+    of_velocity = fix.velocity_covariance_m2ps2
+    if fix.velocity_mps is None or of_velocity is None:
+        return False
+    return _apart(fix.velocity_mps - prior.velocity_mps, of_velocity + prior.velocity_covariance_m2ps2)
+
+
+def _apart(difference: F64, covariance: F64) -> bool:
+    """Whether a difference (3,) is none of its covariance (3, 3)."""
+    return not difference @ np.linalg.solve(covariance, difference) <= chi2_limit(3)
 
 
 def trusted_s(fix: Fix, before: OrbitState | None) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.estimation.base import FixInputs
-from gnss_hil.flightsw.estimation.prior import trusted_s
+from gnss_hil.flightsw.estimation.prior import contradicted, prior_of, trusted_s
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S, forgotten
 from gnss_hil.flightsw.orbit.propagator import propagate
@@ -74,6 +74,9 @@ class SnapshotNavigator:
         last_mps = None if state.orbit is None else state.orbit.velocity_mps
         if isinstance(fix, Fix):
             fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
+        prior = prior_of(state.orbit) if inputs.rules.refuse else None
+        if isinstance(fix, Fix) and prior is not None and contradicted(fix, prior):
+            fix = NoFix.AGAINST_ORBIT
         if isinstance(fix, NoFix):
             state = _doubted(state) if fix is NoFix.INCONSISTENT_RANGES else state
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)

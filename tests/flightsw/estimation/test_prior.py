@@ -12,11 +12,12 @@ from gnss_hil.flightsw.estimation.prior import (
     LEAST_TRUSTED_S,
     MOST_TRUSTED_S,
     Prior,
+    contradicted,
     prior_of,
     trusted_s,
 )
 from gnss_hil.flightsw.integrity.exclusion import Rules
-from gnss_hil.flightsw.records.solution import NoFix, OrbitState
+from gnss_hil.flightsw.records.solution import NoFix, OrbitState, without_motion
 from gnss_hil.flightsw.records.solution import Tested as Word
 from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
@@ -79,6 +80,24 @@ def test_an_orbit_that_does_not_say_how_far_it_is_known_is_not_asked(unknown):
 @pytest.mark.parametrize(("dt_s", "asked"), [(0.0, True), (59.9, True), (60.1, False), (3600.0, False)])
 def test_it_is_asked_for_as_long_as_it_is_trusted(dt_s, asked):
     assert (prior_of(orbit(dt_s, trusted=60.0)) is not None) == asked
+
+
+def test_fixes_that_are_not_where_they_must_be_contradict_it():
+    """By the distance in sigmas of both: 5.4 make what happens once in 2e5 to one that is as it should be."""
+    fix = fix_of(craft(), measurements(s.observe(craft(), in_view(craft(), 12), SKY)))
+    assert not contradicted(fix, prior())
+    for name, known in (("position_m", fix.covariance_m2 + np.eye(3)), ("velocity_mps", None)):
+        if known is None:
+            known = fix.velocity_covariance_m2ps2 + prior().velocity_covariance_m2ps2
+        root = np.linalg.cholesky(known)
+        for direction in np.linalg.qr(RNG.normal(size=(3, 3)))[0]:
+            for sigmas, told in ((5.0, False), (5.6, True)):
+                moved = getattr(fix, name) + root @ direction * sigmas
+                at = prior(fix.position_m - POSITION, fix.velocity_mps - VELOCITY)
+                assert contradicted(replace(fix, **{name: moved}), at) == told
+    far = prior((1e3, 0.0, 0.0), (0.0, 1e3, 0.0))
+    assert not contradicted(replace(fix, misfit=1e6), replace(far, velocity_mps=VELOCITY))
+    assert contradicted(without_motion(fix), far) and not contradicted(without_motion(fix), prior())
 
 
 def test_trust_grows_with_fixes_that_agree():
