@@ -62,6 +62,7 @@ class Event:
 
     fault    its number in the plan;  since   first epoch of its window, or of the part of it
     touched  frames that it took out, put in or changed
+    missing  how many frames fewer it left than there were
     """
 
     fault: int
@@ -70,6 +71,7 @@ class Event:
     direction: Direction
     since: int
     touched: int
+    missing: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,11 +154,13 @@ def inject(
             continue
         placed = one.where.rows(frames)
         hit = _struck(one.window, placed, now, struck[number])
+        before = len(frames)
         kept, frames, count = action.step(actions[number][at.direction], frames, Rows(placed, hit), now)
         actions[number] = {**actions[number], at.direction: kept}
         struck[number] += int(hit.sum())
         if now.active or count:
-            events.append(Event(number, at.epoch, at.t_ns, at.direction, now.since, count))
+            missing = max(0, before - len(frames))
+            events.append(Event(number, at.epoch, at.t_ns, at.direction, now.since, count, missing))
     return FaultState(tuple(actions), tuple(struck), seen), frames, tuple(events)
 
 

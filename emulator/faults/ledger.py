@@ -22,6 +22,7 @@ class Stretch:
 
     active    within its window
     epochs    in which it acted;  touched  frames that it took out, put in or changed
+    missing   how many frames fewer it left than there were, over its epochs
     """
 
     craft: int
@@ -32,6 +33,7 @@ class Stretch:
     last: int
     epochs: int
     touched: int
+    missing: int = 0
 
 
 def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
@@ -44,7 +46,7 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
         if stretch is not None and since == event.since and event.epoch - stretch.last <= 1:
             grown = replace(
                 stretch, last=event.epoch, epochs=stretch.epochs + (event.epoch != stretch.last),
-                touched=stretch.touched + event.touched,
+                touched=stretch.touched + event.touched, missing=stretch.missing + event.missing,
             )  # fmt: skip
         else:
             done += [stretch] if stretch is not None else []
@@ -57,6 +59,7 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
                 event.epoch,
                 1,
                 event.touched,
+                event.missing,
             )
         open_[key] = event.since, grown
     done += [stretch for _, stretch in open_.values()]
@@ -89,8 +92,8 @@ def acting(plans: Sequence[FaultPlan], events: Sequence[Sequence[Event]]) -> lis
 
 def line(craft: int, event: Event) -> str:
     """An event as a line."""
-    way = event.direction.value
-    return f'[{craft},{event.fault},{event.epoch},{event.t_ns},"{way}",{event.since},{event.touched}]\n'
+    fields = (event.fault, event.epoch, event.t_ns, event.direction.value, event.since, event.touched)
+    return json.dumps([craft, *fields, event.missing], separators=(",", ":")) + "\n"
 
 
 def read(lines: Iterable[str]) -> tuple[list[dict[str, Any]], Iterator[tuple[int, Event]]]:
@@ -104,5 +107,5 @@ def _events(lines: Iterable[str]) -> Iterator[tuple[int, Event]]:
     for text in lines:
         if not text.endswith("\n"):
             return
-        craft, fault, epoch, t_ns, way, since, touched = json.loads(text)
-        yield craft, Event(fault, epoch, t_ns, Direction(way), since, touched)
+        craft, fault, epoch, t_ns, way, *counts = json.loads(text)
+        yield craft, Event(fault, epoch, t_ns, Direction(way), *counts)

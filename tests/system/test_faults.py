@@ -61,7 +61,7 @@ def test_a_jammer_is_on_in_its_window_alone():
         assert bool(events) is on
 
 
-def run(folder: Path, *more: str, duration: int = 130, status: int = 0) -> subprocess.CompletedProcess:
+def run(folder: Path, *more: str, duration: int = 130, status: int | None = 0) -> subprocess.CompletedProcess:
     command = [
         *GNSS_HIL,
         "run",
@@ -74,7 +74,7 @@ def run(folder: Path, *more: str, duration: int = 130, status: int = 0) -> subpr
         str(folder),
     ]
     done = subprocess.run([*command, *more], capture_output=True, text=True)
-    assert done.returncode == status, done.stderr
+    assert status in (None, done.returncode), done.stderr
     return done
 
 
@@ -91,7 +91,7 @@ def run(folder: Path, *more: str, duration: int = 130, status: int = 0) -> subpr
 )
 def test_the_same_record_inline_and_on_a_bus(tmp_path, fault):
     for bus in ("inline", "embedded"):
-        run(tmp_path / bus, "--bus", bus, "--faults", fault)
+        run(tmp_path / bus, "--bus", bus, "--faults", fault, status=None)  # of what is expected: elsewhere
     assert sha(tmp_path / "inline") == sha(tmp_path / "embedded")
     assert (tmp_path / "inline" / "faults").read_bytes() == (tmp_path / "embedded" / "faults").read_bytes()
 
@@ -109,9 +109,13 @@ def test_a_run_with_faults_has_a_ledger_and_can_be_played_again(tmp_path):
     table = polars.read_parquet(tmp_path / "run" / "faults.parquet")
     off, step = (table.filter((polars.col("kind") == kind) & (polars.col("direction") == "flight"))
                  for kind in ("receiver-off", "range-step"))  # fmt: skip
-    assert off.row(0, named=True) | {"frames_touched": 0} == {
+    found = off.row(0, named=True)
+    assert found["frames_touched"] == found["frames_missing"] > 0
+    assert found | {"frames_touched": 0, "frames_missing": 0, "fix_error_m": 0} == {
         "craft": "soyuz", "fault": "off", "kind": "receiver-off", "place": "rx2", "direction": "flight",
         "active": True, "first_epoch": 120, "last_epoch": 124, "epochs": 5, "frames_touched": 0,
+        "frames_missing": 0, "detected_by": "silence", "after_epochs": 0, "fix_error_m": 0,
+        "availability": 1.0, "met": None,
     }  # fmt: skip
     assert step["frames_touched"].to_list() == [20], "range and phase of one channel, ten epochs"
     facts = json.loads((tmp_path / "run" / "run.json").read_text())

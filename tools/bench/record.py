@@ -30,7 +30,9 @@ _EXPECTATION = {
 
 _FAULTS = {
     **dict.fromkeys(("craft", "fault", "kind", "place", "direction"), pl.String), "active": pl.Boolean,
-    **dict.fromkeys(("first_epoch", "last_epoch", "epochs", "frames_touched"), pl.Int64),
+    **dict.fromkeys(("first_epoch", "last_epoch", "epochs", "frames_touched", "frames_missing"), pl.Int64),
+    "detected_by": pl.String, "after_epochs": pl.Int64, "fix_error_m": pl.Float64,
+    "availability": pl.Float64, "met": pl.Boolean,
 }  # fmt: skip
 
 _STEP_S = 1e-6
@@ -132,7 +134,8 @@ class Run:
     @cached_property
     def faults(self) -> pl.DataFrame:
         """What faults did: one row for each stretch of epochs in which one acted, with its name and place,
-        first_epoch, last_epoch, frames_touched; no rows of a run without faults."""
+        first_epoch, last_epoch, frames_touched, and what became of it: detected_by, after_epochs,
+        fix_error_m, availability, met; no rows of a run without faults."""
         if not (self.folder / "faults.parquet").is_file():
             return pl.DataFrame(schema=_FAULTS)
         return self._table("faults")

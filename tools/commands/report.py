@@ -37,8 +37,7 @@ def run(arguments: Namespace) -> int:
 def _compared(first: Path, second: Path, out: Path | None) -> int:
     """Figures side by side on stdout, plots in a page."""
     from gnss_hil.tools.report import compare
-    from gnss_hil.tools.report.summary_tables import aligned
-    from gnss_hil.tools.results.text import broken_off
+    from gnss_hil.tools.results.text import aligned, broken_off
 
     runs = compare.read(first), compare.read(second)
     path = out or first / f"compare-{runs[1].name}.html"

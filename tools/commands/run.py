@@ -88,7 +88,7 @@ def _run_seeds(config: RunConfig, verdict) -> int:
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.processes.run_session import Interruptible
     from gnss_hil.tools.recording.run_folder import default_path
-    from gnss_hil.tools.report.summary_tables import aligned
+    from gnss_hil.tools.results.text import aligned
     from gnss_hil.tools.study import seeds as study
 
     folder = config.out or default_path(Path(config.scenario).stem)

@@ -33,6 +33,7 @@ from gnss_hil.tools.recording.run_folder import (
 )
 from gnss_hil.tools.results import assemble
 from gnss_hil.tools.results.run_digest import RunDigest, bus_names
+from gnss_hil.tools.results.text import idle
 from gnss_hil.tools.run_config import plan as plans
 from gnss_hil.tools.run_config import sides
 from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig
@@ -127,6 +128,7 @@ def play(
             *(_by_one_carrier(plan, digests) if config.flight == OURS else ()),
             *(_empty_skies(summary) if config.emulator == OURS else ()),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
+            *idle(summary),
         ),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -152,16 +152,6 @@ def shown(value: float | int | None, unit: str = "") -> str:
     """A count as it is, a measure with three digits, with its unit; '-' for what there is not."""
     digits = figure(value) if value is None or isinstance(value, int) else small(value)
     return digits if value is None or not unit else f"{digits} {unit}"
-
-
-def aligned(rows: Iterable[Sequence[str]]) -> str:
-    """Cells in columns for a terminal, the first flush left, the others right."""
-    rows = list(rows)
-    first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
-    return "\n".join(
-        f"{name:<{first}}" + "".join(f"  {cell:>{width}}" for cell, width in zip(cells, others, strict=True))
-        for name, *cells in rows
-    )
 
 
 NOTHING_EXPECTED = "The scenario expects nothing; this run is not judged."

@@ -16,8 +16,8 @@ from gnss_hil.emulator.config.named_files import anchor
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.recording.run_folder import FACTS, SCENARIO, SUMMARY, TRUTH, write_json
-from gnss_hil.tools.results import faults, tables, truth
+from gnss_hil.tools.recording.run_folder import FACTS, FAULTS, SCENARIO, SUMMARY, TRUTH, write_json
+from gnss_hil.tools.results import fault_verdicts, tables, truth
 from gnss_hil.tools.results.summary import build
 
 COMPLETE, INTERRUPTED, FAILED = "complete", "interrupted", "failed"
@@ -72,11 +72,20 @@ def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest])
     """Tables, run.json and summary.json of a folder; the summary."""
     stream = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     tables.write_fixes_and_truth(folder, digests, stream)
-    faults.write(folder)
-    summary = build(facts, digests, stream)
+    summary = build(facts, digests, stream) | {"faults": _faults(folder)}
     write_json(folder / FACTS, facts)
     write_json(folder / SUMMARY, summary)
     return summary
+
+
+def _faults(folder: Path) -> list[dict[str, Any]]:
+    """What became of the run's faults, in their order; beside it their table."""
+    if not (folder / FAULTS).exists():
+        return []
+    scenario, _ = read_scenario(folder)
+    judged = fault_verdicts.judge(folder, scenario.fault)
+    fault_verdicts.write(folder, judged)
+    return fault_verdicts.rows(judged)
 
 
 def read_facts(folder: Path) -> dict[str, Any] | None:

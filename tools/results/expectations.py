@@ -14,15 +14,16 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Expect
+from gnss_hil.tools.results.detectors import NOTHING
 
-NOTHING = "none"
-"""Expected of a fault that nothing tells."""
+LEAST_BEFORE = 10
+"""So many epochs before a fault have to be without a check's word for it to be the fault's, at least."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fixes:
-    """Of epochs on record (e,): number, whether there is a fix, and by how much that errs [m], nan where
-    it is not known."""
+    """Of epochs that the flight software answered (e,): number, whether there is a fix, and by how much that
+    errs [m], nan where it is not known."""
 
     epoch: I64
     valid: Bool
@@ -32,8 +33,7 @@ class Fixes:
 @dataclass(frozen=True, slots=True)
 class Finding:
     """What became of a fault: by which check it was seen, and how many epochs after its first one, None if it
-    was not; the largest error of a fix [m], nan without one; share of epochs with a fix, nan without an
-    epoch."""
+    was not; the largest error of a fix [m], nan without one; share of its epochs with a fix."""
 
     detected_by: str | None
     after_epochs: int | None
@@ -60,31 +60,40 @@ def span(stretches: Sequence[Stretch], frames: bool = True) -> tuple[int, int] |
     return (min(one.first for one in acting), max(one.last for one in acting)) if acting else None
 
 
+def behind(first: int, last: int) -> int:
+    """The last epoch that is still a fault's own: as long behind it as it lasted."""
+    return last + (last - first + 1)
+
+
 def finding(
     expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, seen: Mapping[str, I64], frames: bool = True
 ) -> Finding | None:
     """What became of a fault, from its stretches; None if it never acted.
 
-    seen     epochs in which each check saw something; of those that the fault may be seen by the first counts
+    seen     epochs in which each check saw something
     frames   whether the fault's kind acts on frames (`Row.frames`)
+
+    Of the checks that the fault may be seen by the first counts. Where none is expected to see it, any may
+    that said nothing before.
     """
     found = span(stretches, frames)
     if found is None:
         return None
     first, last = found
-    by, after = _detected([name for name in expect.detected_by if name != NOTHING], seen, first)
-    behind = last + (last - first + 1)
-    lasts = (fixes.epoch >= first) & (fixes.epoch <= last)
-    near = (fixes.epoch >= first) & (fixes.epoch <= behind) & fixes.valid & np.isfinite(fixes.error_m)
+    named = [name for name in expect.detected_by if name != NOTHING]
+    by, after = _first_of(named, seen, first) if named else _newly(seen, first, last)
+    fixed = np.unique(fixes.epoch[fixes.valid & (fixes.epoch >= first) & (fixes.epoch <= last)])
+    near = (fixes.epoch >= first) & (fixes.epoch <= behind(first, last))
+    errors_m = fixes.error_m[near & fixes.valid & np.isfinite(fixes.error_m)]
     return Finding(
         by,
         after,
-        float(fixes.error_m[near].max()) if near.any() else float("nan"),
-        float(fixes.valid[lasts].mean()) if lasts.any() else float("nan"),
+        float(errors_m.max()) if len(errors_m) else float("nan"),
+        len(fixed) / (last - first + 1),
     )
 
 
-def _detected(names: Sequence[str], seen: Mapping[str, I64], first: int) -> tuple[str | None, int | None]:
+def _first_of(names: Sequence[str], seen: Mapping[str, I64], first: int) -> tuple[str | None, int | None]:
     """The check that saw it first, and how many epochs after the first."""
     times = {}
     for name in names:
@@ -93,6 +102,18 @@ def _detected(names: Sequence[str], seen: Mapping[str, I64], first: int) -> tupl
             times[name] = int(epochs[epochs >= first].min()) - first
     by = min(times, key=lambda name: times[name]) if times else None
     return by, None if by is None else times[by]
+
+
+def _newly(seen: Mapping[str, I64], first: int, last: int) -> tuple[str | None, int | None]:
+    """The same of all checks that saw something in a fault's own epochs and nothing in as many before."""
+    quiet = max(LEAST_BEFORE, last - first + 1)
+    until = behind(first, last)
+    fresh = {
+        name: epochs[epochs <= until]
+        for name, epochs in seen.items()
+        if not ((epochs >= first - quiet) & (epochs < first)).any()
+    }
+    return _first_of(list(fresh), fresh, first)
 
 
 def verdicts(expect: Expect, found: Finding | None) -> list[Verdict]:
@@ -120,6 +141,7 @@ def _detection(expect: Expect, found: Finding | None) -> Verdict:
         return Verdict("detected_by", expected, "not seen", NOTHING in expect.detected_by)
     assert found.after_epochs is not None
     met = expect.within_epochs is None or found.after_epochs <= expect.within_epochs
+    met &= found.detected_by in expect.detected_by
     return Verdict("detected_by", expected, f"{found.detected_by} after {found.after_epochs} epochs", met)
 
 

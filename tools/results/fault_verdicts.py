@@ -6,28 +6,49 @@ a wrong time and is believed, the fix is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.emulator.faults.kinds.registry import KINDS
+from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Fault
-from gnss_hil.tools.results import faults, parquet
-from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, finding, verdicts
+from gnss_hil.tools.results import detectors, faults, parquet
+from gnss_hil.tools.results.checks import REJECTIONS
+from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, behind, finding, span, verdicts
+from gnss_hil.tools.results.summary import number
 
 _AXES = ("x_ecef_m", "y_ecef_m", "z_ecef_m")
 
 
 @dataclass(frozen=True, slots=True)
+class Frames:
+    """Of a fault: frames that it touched, those that did not come for it, those that the protection refused
+    while it lasted and as long behind it, and those that were left, to be used."""
+
+    touched: int
+    missing: int
+    refused: int
+    let_through: int
+
+
+@dataclass(frozen=True, slots=True)
 class Judged:
-    """A fault on a craft's bus: what became of it, None if it never acted, and its expectations."""
+    """A fault on a craft's bus: what became of it, None if it never acted, and its expectations.
+
+    acted   first and last epoch
+    """
 
     craft: str
     fault: str
     kind: str
+    place: str
+    acted: tuple[int, int] | None
+    frames: Frames
     found: Finding | None
     verdicts: tuple[Verdict, ...]
 
@@ -37,6 +58,16 @@ class Judged:
         return all(one.met for one in self.verdicts)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What checks.parquet has of a craft: epochs in which something was seen by each word, and how many
+    frames were refused in which epochs (k,)."""
+
+    by_word: Mapping[str, I64]
+    refused_epoch: I64
+    refused: I64
+
+
 def judge(folder: Path, given: Sequence[Fault]) -> list[Judged]:
     """Of each fault on each craft's bus; none without faults.
 
@@ -44,16 +75,80 @@ def judge(folder: Path, given: Sequence[Fault]) -> list[Judged]:
     """
     armed, stretches = faults.read(folder)
     found: list[Judged] = []
-    for number, bus in enumerate(armed):
+    for section, bus in enumerate(armed):
         craft = bus["craft"]
         mine = [one for one in given if one.craft in (None, craft)]
         fixes, seen = fixes_of(folder, craft), seen_in(folder, craft)
         for place, (fault, about) in enumerate(zip(mine, bus["faults"], strict=True)):
-            own = [one for one in stretches if (one.craft, one.fault) == (number, place)]
-            what = finding(fault.expect, own, fixes, seen, KINDS[fault.kind].frames)
+            own = [one for one in stretches if (one.craft, one.fault) == (section, place)]
+            on_frames = KINDS[fault.kind].frames
+            what = finding(fault.expect, own, fixes, seen.by_word, on_frames)
             rows = tuple(verdicts(fault.expect, what))
-            found.append(Judged(craft, about["name"], fault.kind, what, rows))
+            acted = span(own, on_frames)
+            said = (about["name"], about["kind"], about["place"])
+            found.append(Judged(craft, *said, acted, _frames(own, acted, seen), what, rows))
     return found
+
+
+def _frames(own: Sequence[Stretch], acted: tuple[int, int] | None, seen: Seen) -> Frames:
+    """Counts of a fault's stretches; what it still did behind its windows counts as well."""
+    if acted is None:
+        return Frames(0, 0, 0, 0)
+    first, last = acted
+    lasts = (seen.refused_epoch >= first) & (seen.refused_epoch <= behind(first, last))
+    touched, missing = sum(one.touched for one in own), sum(one.missing for one in own)
+    refused = int(seen.refused[lasts].sum())
+    return Frames(touched, missing, refused, max(0, touched - missing - refused))
+
+
+def rows(judged: Sequence[Judged]) -> list[dict[str, Any]]:
+    """As summary.json has them; null for what is not known."""
+    return [
+        {
+            "craft": one.craft,
+            "fault": one.fault,
+            "kind": one.kind,
+            "place": one.place,
+            "first_epoch": one.acted[0] if one.acted else None,
+            "last_epoch": one.acted[1] if one.acted else None,
+            "frames": asdict(one.frames),
+            "detected_by": one.found.detected_by if one.found else None,
+            "after_epochs": one.found.after_epochs if one.found else None,
+            "fix_error_m": number(one.found.fix_error_m) if one.found else None,
+            "availability": number(one.found.availability) if one.found else None,
+            "expectations": [asdict(verdict) for verdict in one.verdicts],
+            "met": one.met,
+        }
+        for one in judged
+    ]
+
+
+def write(folder: Path, judged: Sequence[Judged]) -> None:
+    """faults.parquet with what became of each fault beside its stretches; where there were faults."""
+    armed, stretches = faults.read(folder)
+    if not armed:
+        return
+    keys = [(section, place) for section, bus in enumerate(armed) for place in range(len(bus["faults"]))]
+    fate = dict(zip(keys, judged, strict=True))
+    of = [fate[one.craft, one.fault] for one in stretches]
+    parquet.write(folder / faults.TABLE, [{**faults.columns(armed, stretches), **_found(of)}])
+
+
+def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
+    """Columns (n,) of what became of faults: detected_by, after_epochs, fix_error_m, availability, met."""
+    found = [one.found or Finding(None, None, float("nan"), float("nan")) for one in of]
+    words = sorted({one.detected_by for one in found if one.detected_by})
+    after = np.array([-1 if one.after_epochs is None else one.after_epochs for one in found], np.int64)
+    by = np.array([words.index(one.detected_by) if one.detected_by else -1 for one in found], np.int64)
+    return {
+        "detected_by": parquet.Labelled(by, tuple(words)),
+        "after_epochs": parquet.Partial(after, after >= 0),
+        "fix_error_m": np.array([one.fix_error_m for one in found], float),
+        "availability": np.array([one.availability for one in found], float),
+        "met": parquet.Partial(
+            np.array([one.met for one in of], bool), np.array([bool(one.verdicts) for one in of], bool)
+        ),
+    }
 
 
 def fixes_of(folder: Path, craft: str) -> Fixes:
@@ -74,14 +169,21 @@ def fixes_of(folder: Path, craft: str) -> Fixes:
     return Fixes(epoch, valid, error_m)
 
 
-def seen_in(folder: Path, craft: str) -> dict[str, I64]:
-    """Epochs in which each check of checks.parquet saw something, by the names that faults are expected to be
-    detected by: WRONG_SEQUENCE is wrong-sequence."""
+def seen_in(folder: Path, craft: str) -> Seen:
+    """What checks.parquet has of a craft."""
+    none = np.zeros(0, np.int64)
     epochs: dict[str, list[I64]] = {}
-    for batch in parquet.batches_of_craft(folder / "checks.parquet", craft, ("check", "epoch")):
+    refused: list[tuple[I64, I64]] = [(none, none)]
+    for batch in parquet.batches_of_craft(folder / "checks.parquet", craft, ("check", "epoch", "count")):
         check, epoch = parquet.text(batch, "check"), parquet.numbers(batch, "epoch")
+        count, known = parquet.numbers(batch, "count"), np.isfinite(epoch)
         for code in np.unique(check.codes).tolist():
-            name = check.labels[code].lower().replace("_", "-")
-            own = epoch[check.codes == code]
-            epochs.setdefault(name, []).append(own[np.isfinite(own)].astype(np.int64))
-    return {name: np.concatenate(pieces) for name, pieces in epochs.items()}
+            name = check.labels[code]
+            mine = (check.codes == code) & known
+            own = epoch[mine].astype(np.int64)
+            epochs.setdefault(name, []).append(own)
+            if name in REJECTIONS:
+                refused.append((own, count[mine].astype(np.int64)))
+    by_check = {name: np.concatenate(pieces) for name, pieces in epochs.items()}
+    refused_epoch, many = (np.concatenate(column) for column in zip(*refused, strict=True))
+    return Seen(detectors.by_word(by_check), refused_epoch, many)

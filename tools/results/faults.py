@@ -27,7 +27,7 @@ def read(folder: Path) -> tuple[list[dict[str, Any]], list[Stretch]]:
 
 
 def write(folder: Path) -> None:
-    """faults.parquet of a run that had faults: a row for each stretch of epochs."""
+    """faults.parquet of faults that nothing judges, those of a gateway: a row for each stretch of epochs."""
     if not (folder / FAULTS).exists():
         return
     armed, rows = read(folder)
@@ -36,7 +36,7 @@ def write(folder: Path) -> None:
 
 def columns(armed: Sequence[dict[str, Any]], rows: Sequence[Stretch]) -> dict[str, parquet.Column]:
     """The table: craft, fault, kind, place, direction, active, first_epoch, last_epoch, epochs,
-    frames_touched."""
+    frames_touched, frames_missing."""
     of = [armed[row.craft]["faults"][row.fault] for row in rows]
     text = {
         "craft": [armed[row.craft]["craft"] for row in rows],
@@ -50,6 +50,7 @@ def columns(armed: Sequence[dict[str, Any]], rows: Sequence[Stretch]) -> dict[st
         "last_epoch": [row.last for row in rows],
         "epochs": [row.epochs for row in rows],
         "frames_touched": [row.touched for row in rows],
+        "frames_missing": [row.missing for row in rows],
     }
     return {
         **{name: np.array(values, str) for name, values in text.items()},

@@ -1,4 +1,5 @@
-"""The verdict for CI systems: the run and each expectation as a JUnit test case."""
+"""The verdict for CI systems: the run, each expectation and each fault of which something was expected, as a
+JUnit test case."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from gnss_hil.tools.results.text import missed
+from gnss_hil.tools.results.text import fault_missed, missed
 
 Case = tuple[str, str]
 """Name, and what is wrong; "" if nothing is."""
@@ -57,7 +58,12 @@ def suite(run: Run, summary: Mapping[str, Any], failures: Sequence[str]) -> Elem
     """The verdict of one run."""
     rows = summary["expectations"]
     judged = [(row["name"], "; ".join(missed({"expectations": [row]}))) for row in rows]
-    return _suite(run, [("run", "; ".join(failures)), *judged], "failure")
+    faults = [
+        (f"fault {row['craft']} {row['fault']}", "; ".join(fault_missed(row)))
+        for row in summary.get("faults", ())
+        if row["expectations"]
+    ]
+    return _suite(run, [("run", "; ".join(failures)), *judged, *faults], "failure")
 
 
 def _write(path: Path, root: ElementTree.Element) -> None:

@@ -17,7 +17,7 @@ from gnss_hil.tools.results import consistency, outages
 from gnss_hil.tools.results.truth import Truth
 
 
-def _number(value) -> float | int | None:
+def number(value) -> float | int | None:
     """A figure as JSON carries it: nan becomes null, floats keep seven digits."""
     if value is None or not np.isfinite(value):
         return None
@@ -37,7 +37,7 @@ _STATISTICS = {
 _SPREAD = ("mean", "min", "max")
 _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
-_OF_THE_RUN_ALONE = ("expect", "frames_sent", "latency_histogram", "about", "fixes_flown")
+_OF_THE_RUN_ALONE = ("expect", "faults", "frames_sent", "latency_histogram", "about", "fixes_flown")
 """Of run.json, what summary.json does not repeat."""
 _NEES = ("position", "velocity", "clock")
 LIGHT_MPS = 299_792_458.0
@@ -48,7 +48,7 @@ def statistics(values, names: Sequence[str]) -> dict[str, float | int | None]:
     """Named statistics of the values that are there; null where there are none."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
-    return {name: _number(_STATISTICS[name](values)) if len(values) else None for name in names}
+    return {name: number(_STATISTICS[name](values)) if len(values) else None for name in names}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +101,7 @@ def craft_summary(
     after_s = None if first_s is None else first_s + outages.CONVERGENCE_S
     return {
         **fix_figures(digest, rows, epochs),
-        "first_fix_s": _number(first_s),
+        "first_fix_s": number(first_s),
         "outages": outages.outages(stretches, first_ns, interval_ns),
         "without_fix": {
             "epochs_with_refused_frames": int((timeline["faults"][lacking] > 0).sum()) if timeline else 0,
@@ -109,7 +109,7 @@ def craft_summary(
                 timeline["satellites_measured"][lacking] if timeline else [], _SPREAD
             ),
         },
-        "converged": {"after_s": _number(after_s), **figures_after(digest, rows, after_s)},
+        "converged": {"after_s": number(after_s), **figures_after(digest, rows, after_s)},
         "assignment": {
             "commands": log.commands,
             "repeats": log.repeats,

@@ -67,6 +67,14 @@ def test_who_acts_is_named_once_and_not_behind_its_window():
 
 
 def test_an_event_has_its_own_epoch_and_count():
-    assert ledger.stretches([(1, Event(2, 9, 0, Direction.FLIGHT, 9, 3))])[0] == ledger.Stretch(
-        1, 2, Direction.FLIGHT, True, 9, 9, 1, 3
+    assert ledger.stretches([(1, Event(2, 9, 0, Direction.FLIGHT, 9, 3, 2))])[0] == ledger.Stretch(
+        1, 2, Direction.FLIGHT, True, 9, 9, 1, 3, 2
     )
+
+
+def test_frames_are_missing_where_fewer_are_left_than_there_were():
+    missing = {
+        line: sum(event.missing for _, event in events(line))
+        for line in ("ATT loss @100+5", "ATT corruption @100+5", "ATT repetition @100+5", "ATT delay @100+5")
+    }
+    assert list(missing.values()) == [20, 0, 0, 4], "a delay holds back the first epoch's; then one for one"

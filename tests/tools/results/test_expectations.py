@@ -49,6 +49,8 @@ def test_detection_is_by_one_of_the_checks_in_time(seen, found):
 
 def test_nothing_may_be_what_is_expected():
     assert judged(detected_by="none")["detected_by"] == ("not seen", True)
+    assert judged({"silence": [51]}, detected_by="none")["detected_by"] == ("silence after 1 epochs", False)
+    assert judged({"silence": [45, 51]}, detected_by="none")["detected_by"] == ("not seen", True)
     assert judged(detected_by=("none", "range"))["detected_by"] == ("not seen", True)
 
 
@@ -67,7 +69,17 @@ def test_no_fix_errs_by_nothing_and_is_not_available():
     assert found == {"fix_error_m": ("no fix", True), "availability": ("0", False)}
 
 
+def test_where_nothing_is_expected_any_check_may_see_it_that_was_quiet_before():
+    seen = {"silence": np.array([45, 50]), "mark": np.array([20, 52]), "lost": np.array([64])}
+    found = finding(Expect(), FAULT, FIXES, seen)
+    assert (found.detected_by, found.after_epochs) == ("mark", 2)
+    assert finding(Expect(), FAULT, FIXES, {"lost": np.array([64])}).detected_by is None, "after its time"
+
+
 def test_availability_is_of_the_epochs_while_it_lasts():
+    answered = EPOCHS != 53
+    unanswered = Fixes(EPOCHS[answered], FIXES.valid[answered], FIXES.error_m[answered])
+    assert judged(fixes=unanswered, availability=0.8)["availability"] == ("0.7143", False)
     assert judged(availability=6 / 7)["availability"] == ("0.8571", True)
     assert judged(availability=0.9)["availability"] == ("0.8571", False)
 

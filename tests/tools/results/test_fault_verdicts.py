@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
+from xml.etree import ElementTree
 
 import numpy as np
 import polars
@@ -26,30 +28,86 @@ LINES = (
     "ATT off @100+10 name=quiet detected_by=silence within_epochs=3 availability=0.9 fix_error_m=20",
     "rx1 RANGE crc wrong @115+5 name=crc detected_by=corrupted within_epochs=0 availability=1.0",
     "rx2 loss @500 name=never detected_by=lost",
-    "mark-jump 1h @122+2 name=jump fix_error_m=5",
+    "rx3 loss @500 name=idle",
+    "mark-jump 1h @127+2 name=jump fix_error_m=5",
 )
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    path = tmp_path_factory.mktemp("faults") / "run"
+def played(tmp_path_factory):
+    """Run folder, exit status, stdout and stderr, verdict as JUnit has it."""
+    path = tmp_path_factory.mktemp("faults")
     faults = [word for line in LINES for word in ("--fault", line)]
     command = [*GNSS_HIL, "run", "soyuz", "--duration", "130", "--bus", "inline", "--quiet", "--no-report"]
-    subprocess.run([*command, *faults, "--out", str(path)], check=True, capture_output=True)
-    return path
+    told = ["--out", str(path / "run"), "--junit", str(path / "verdict.xml")]
+    done = subprocess.run([*command, *faults, *told], capture_output=True, text=True)
+    return path / "run", done, ElementTree.parse(path / "verdict.xml").getroot()
+
+
+@pytest.fixture(scope="module")
+def folder(played):
+    return played[0]
 
 
 def test_faults_are_judged_by_what_is_on_record(folder):
     rows = {one.fault: one for one in judge(folder, [of_line(line) for line in LINES])}
-    assert list(rows) == ["quiet", "crc", "never", "jump"]
+    assert list(rows) == ["quiet", "crc", "never", "idle", "jump"]
     assert rows["never"].found is None and not rows["never"].met
     crc = rows["crc"]
     assert (crc.found.detected_by, crc.found.after_epochs, crc.met) == ("corrupted", 0, True)
+    refused = polars.read_parquet(folder / "checks.parquet").filter(where="RX1_RANGE")["count"].sum()
+    assert (crc.frames.refused, crc.frames.missing, crc.frames.let_through) == (refused, 0, 0)
+    assert refused > crc.frames.touched == 30, "counters do not follow in the epoch behind"
     quiet = {one.key: one for one in rows["quiet"].verdicts}
     assert quiet["detected_by"].met and quiet["detected_by"].found.startswith("silence after")
     fixes = polars.read_parquet(folder / "fixes.parquet")
     share = fixes[100:110]["valid"].mean()
     assert rows["quiet"].found.availability == pytest.approx(share)
+    assert rows["quiet"].frames.touched == rows["quiet"].frames.missing == 40
+
+
+def test_a_miss_is_an_exit_status_a_line_and_a_failed_case_of_junit(played):
+    _, done, suite = played
+    assert done.returncode == 1
+    never = "fault 'never' (rx2, craft soyuz) never acted: nothing of what was expected of it is met"
+    assert done.stderr.splitlines() == [
+        "gnss-hil: note: fault 'idle' (rx3, craft soyuz) never acted: its window, trigger or place never "
+        "came",
+        f"gnss-hil: {never}",
+    ]
+    failures = {case.get("name"): case.find("failure") for case in suite.iter("testcase")}
+    assert list(failures) == ["run", *(f"fault soyuz {name}" for name in ("quiet", "crc", "never", "jump"))]
+    assert [name for name, failure in failures.items() if failure is not None] == ["fault soyuz never"]
+    assert failures["fault soyuz never"].get("message") == never
+
+
+def test_the_terminal_has_a_ledger(played):
+    _, done, _ = played
+    head, *lines = done.stdout[done.stdout.index("fault  ") :].splitlines()[:6]
+    assert head.split()[:5] == ["fault", "kind", "place", "acted", "seen"]
+    words = {line.split()[0]: line.split() for line in lines}
+    assert words["quiet"][1:6] == ["silence", "ATT", "100..109", "silence", "0"]
+    assert words["quiet"][-1] == "met" and words["never"][-1] == "MISSED"
+    assert words["never"][3] == words["idle"][3] == "never"
+
+
+def test_the_summary_and_the_table_have_what_became_of_each_fault(folder):
+    rows = {row["fault"]: row for row in json.loads((folder / "summary.json").read_text())["faults"]}
+    table = polars.read_parquet(folder / "faults.parquet")
+    assert set(table["fault"]) == {"quiet", "crc", "jump"}
+    for found in table.iter_rows(named=True):
+        row = rows[found["fault"]]
+        assert found["detected_by"] == row["detected_by"] and found["after_epochs"] == row["after_epochs"]
+        assert found["fix_error_m"] == pytest.approx(row["fix_error_m"]) and found["met"] is row["met"]
+    assert rows["never"]["first_epoch"] is None and not rows["never"]["met"]
+    assert {one["found"] for one in rows["never"]["expectations"]} == {"never acted"}
+
+
+def test_a_report_made_again_misses_the_same(folder):
+    before = (folder / "faults.parquet").read_bytes(), (folder / "summary.json").read_bytes()
+    done = subprocess.run([*GNSS_HIL, "report", str(folder)], capture_output=True, text=True)
+    assert done.returncode == 1 and "fault 'never' (rx2, craft soyuz) never acted" in done.stderr
+    assert before == ((folder / "faults.parquet").read_bytes(), (folder / "summary.json").read_bytes())
 
 
 def test_errors_are_against_the_truth_of_the_epoch(folder):
@@ -63,6 +121,6 @@ def test_errors_are_against_the_truth_of_the_epoch(folder):
 
 
 def test_checks_have_the_names_of_the_bench(folder):
-    seen, checks = seen_in(folder, "soyuz"), polars.read_parquet(folder / "checks.parquet")
+    seen, checks = seen_in(folder, "soyuz").by_word, polars.read_parquet(folder / "checks.parquet")
     assert sorted(seen["corrupted"].tolist()) == sorted(checks.filter(check="CORRUPTED")["epoch"].to_list())
-    assert {"silence", "corrupted"} <= seen.keys()
+    assert len(seen["silence"]) and len(seen["mark"]) and not len(seen["restart"])
