@@ -110,6 +110,10 @@ def of_product(
     if product.predicted is not None and product.predicted[rows].any():
         first = int(product.t_ns[rows[np.argmax(product.predicted[rows])]])
         yield f"orbits are predicted, not measured, from {gpstime.iso(first)} on"
+    mine = {product.name[k] for k in column.tolist()}
+    for t_ns, name, what in product.breaks:
+        if name in mine and begin_ns - _HOUR_NS <= t_ns <= end_ns + _HOUR_NS:
+            yield f"{name} has {what} before {gpstime.iso(t_ns)}: nothing is interpolated across it"
     yield from _motion(orbits, minutes_ns(begin_ns, end_ns), index)
 
 

@@ -28,6 +28,23 @@ _NEEDED = ("OBJECT_NAME", "REF_FRAME", "TIME_SYSTEM")
 _EARTH = ("EARTH", "399")
 """Values of CENTER_NAME that are the Earth: its name, and its number at JPL."""
 
+_OTHERS = {
+    "OPM": "one state",
+    "OMM": "mean elements",
+    "OCM": "an orbit in the comprehensive notation",
+    "AEM": "attitudes",
+    "APM": "one attitude",
+    "ACM": "attitudes in the comprehensive notation",
+    "CDM": "a conjunction",
+    "TDM": "tracking data",
+    "RDM": "a re-entry",
+}
+"""Messages of CCSDS that are no OEM, and what they tell."""
+
+_VERSION = re.compile(r"\A\s*(?:COMMENT\b.*\s+)*CCSDS_([A-Z]{3})_VERS\b", re.I)
+_ROOT = re.compile(r"\A\s*(?:<[?!][^>]*>\s*)*<(?:\w+:)?([a-z]{3})\b", re.I)
+"""Beginning of a message in keyword notation, and in XML, with its kind."""
+
 _COMMENT = re.compile(r"comment\b", re.I)
 _USEABLE = ("USEABLE_START_TIME", "USEABLE_STOP_TIME")
 _EPOCH = re.compile(r"(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(\d{2}):(\d{2})(?::(\d{2})(\.\d*)?)?Z?", re.I)
@@ -64,6 +81,10 @@ def read(path: Path) -> Ephemeris:
 
 def parse(text: str, origin: str) -> Ephemeris:
     """The ephemeris in the text of an OEM; `origin` names it in errors."""
+    other = _VERSION.search(text) or _ROOT.search(text)
+    if other is not None and other[1].upper() in _OTHERS:
+        kind = other[1].upper()
+        raise FileError(f"{origin}: is a CCSDS {kind}, {_OTHERS[kind]}; an OEM, states in time, is read")
     segments = list(_xml(text, origin) if text.lstrip().startswith("<") else _keywords(text, origin))
     if not segments:
         raise FileError(f"{origin}: no segment (META_START or <segment>)")

@@ -64,6 +64,8 @@ class Sp3:
     clock_s     (t, n) satellite clock against GPS time, without its periodic relativity [s]; nan where absent
     frame       coordinate system as written, such as IGS20
     predicted   (t,) whether some position of an instant is predicted, not measured; None where none is
+    breaks      what a flag says to have happened since the instant before: GPS time [ns], satellite, what;
+                orbit or clock of that instant is absent, so that nothing is interpolated across it
     apart_m     how far the files of a joined product disagree at most where several have a position [m]
     """
 
@@ -74,6 +76,7 @@ class Sp3:
     clock_s: F64
     frame: str = ""
     predicted: Bool | None = None
+    breaks: tuple[tuple[int, str, str], ...] = ()
     apart_m: float = 0.0
 
     @property
@@ -140,9 +143,20 @@ def _gathered(lines: Lines, t_ns: list[int], rows: list[tuple[int, int, str]], f
     grid[epoch, column, 3] = np.where(_no_clock(clock_us, column), np.nan, 1e-6 * clock_us)
     _check_distances(lines, at, pos_km, absent)
     predicted = np.zeros(len(t_ns), bool)
-    predicted[epoch[lines.field(at, _PREDICTED, 1)[:, 0] == ord("P")]] = True
+    predicted[epoch[_flagged(lines, at, *_PREDICTED)]] = True
+    breaks = []
+    for flag, items, what in _BREAKS:
+        for row in np.flatnonzero(_flagged(lines, at, *flag)).tolist():
+            grid[epoch[row], column[row], items] = np.nan
+            breaks.append((t_ns[epoch[row]], str(names[row]), what))
     instants, names = np.array(t_ns), tuple(name.tolist())
-    return Sp3(lines.origin, instants, names, grid[..., :3], grid[..., 3], frame, predicted)
+    pos_m, clock_s = grid[..., :3], grid[..., 3]
+    return Sp3(lines.origin, instants, names, pos_m, clock_s, frame, predicted, tuple(sorted(breaks)))
+
+
+def _flagged(lines: Lines, at: I64, place: int, letter: str) -> Bool:
+    """(p,) whether the lines `at` have a letter in a column."""
+    return lines.field(at, place, 1)[:, 0] == ord(letter)
 
 
 def _no_clock(clock_us: F64, column: I64) -> Bool:
@@ -152,8 +166,12 @@ def _no_clock(clock_us: F64, column: I64) -> Bool:
     return absent | ((clock_us == 0) & np.isin(column, moving))
 
 
-_PREDICTED = 79
-"""Column, from 0, of a P where an orbit is predicted. SP3-c, table 1."""
+_PREDICTED = 79, "P"
+"""Column, from 0, and letter of a flag, here that an orbit is predicted. SP3-c, table 1."""
+
+_BREAKS = (((78, "M"), slice(0, 3), "a manoeuvre"), ((74, "E"), slice(3, 4), "a jump of its clock"))
+"""Flags of what happened since the instant before, which of a satellite's numbers do not go on then, in
+words."""
 
 _NEAREST_KM, _FARTHEST_KM = 6_200.0, 100_000.0
 """From the Earth's centre: satellites of navigation systems are well within."""
@@ -247,6 +265,7 @@ def joined(products: Sequence[Sp3]) -> Sp3:
     name = tuple(sorted({name for product in products for name in product.name}))
     pos, clock = np.full((len(t_ns), len(name), 3), np.nan), np.full((len(t_ns), len(name)), np.nan)
     predicted, apart_m = np.zeros(len(t_ns), bool), 0.0
+    breaks = tuple(sorted({one for product in products for one in product.breaks}))
     for product in products:
         columns = np.array([name.index(one) for one in product.name], np.int64)
         at = np.ix_(np.searchsorted(t_ns, product.t_ns), columns)
@@ -259,4 +278,4 @@ def joined(products: Sequence[Sp3]) -> Sp3:
             predicted[at[0].ravel()] = product.predicted
     frames = ", ".join(dict.fromkeys(filter(None, (product.frame for product in products))))
     origin = ", ".join(product.origin for product in products)
-    return Sp3(origin, t_ns, name, pos, clock, frames, predicted, apart_m)
+    return Sp3(origin, t_ns, name, pos, clock, frames, predicted, breaks, apart_m)

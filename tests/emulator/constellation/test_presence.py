@@ -112,6 +112,14 @@ def test_other_axes_predictions_coarse_steps_and_strange_motions_are_told():
     )
 
 
+def test_manoeuvres_and_jumps_of_clocks_near_the_run_are_told():
+    breaks = tuple((START_NS + hour * 3600 * 10**9, "R11", "a manoeuvre") for hour in (5, 11))
+    assert of_product(replace(product(), breaks=breaks)) == [
+        "R11 has a manoeuvre before 2023-03-23T11:00:00: nothing is interpolated across it"
+    ]
+    assert not of_product(replace(product(), breaks=breaks), satellites.GPS)
+
+
 def test_files_that_disagree_are_told():
     assert not of_product(replace(product(), apart_m=0.5))
     assert of_product(replace(product(), apart_m=123.4)) == [

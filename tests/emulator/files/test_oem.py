@@ -50,6 +50,20 @@ def test_both_notations(text):
     assert np.allclose(found.vel_mps, [[100.0, 7500.0, -300.0], [-400.0, 7400.0, -200.0]])
 
 
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("COMMENT made by hand\n\nCCSDS_OPM_VERS = 3.0\nX = 6789.1 [km]\n", "OPM, one state"),
+        (KEYWORDS.replace("OEM_VERS", "AEM_VERS"), "AEM, attitudes"),
+        (XML.replace("oem>", "opm>"), "OPM, one state"),
+        (XML.replace("<oem>", "<!-- by hand --><ndm:aem id='CCSDS_AEM_VERS'>"), "AEM, attitudes"),
+    ],
+)
+def test_another_message_is_named(text, kind):
+    with pytest.raises(FileError, match=f"^x: is a CCSDS {kind}; an OEM, states in time, is read$"):
+        oem.parse(text, "x")
+
+
 @pytest.mark.parametrize(("system", "ahead_s"), [("GPS", 0.0), ("TAI", 19.0), ("TT", 51.184)])
 def test_time_systems(system, ahead_s):
     found = oem.parse(KEYWORDS.replace("= UTC", f"= {system}"), "x")

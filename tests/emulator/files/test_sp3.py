@@ -235,6 +235,19 @@ def test_predicted_orbits_are_noted():
     assert not sp3.joined([found, sp3.parse(C_FILE, "x")]).predicted.any()
 
 
+def test_nothing_goes_on_across_a_manoeuvre_or_a_jump_of_a_clock():
+    """Flags of SP3-c, table 1, columns 79 and 75, as a product of an agency has them."""
+    line = "PG05  -4780.000001 -25700.000002   3525.000003    120.500000"
+    sound, g05 = sp3.parse(C_FILE, "x"), 1
+    moved = sp3.parse(C_FILE.replace(line, f"{line:78}M"), "x")
+    assert moved.breaks == ((int(sound.t_ns[1]), "G05", "a manoeuvre"),)
+    assert np.isnan(moved.pos_ecef_m[1, g05]).all() and moved.clock_s[1, g05] == sound.clock_s[1, g05]
+    jumped = sp3.parse(C_FILE.replace(line, f"{line:74}E"), "x")
+    assert jumped.breaks == ((int(sound.t_ns[1]), "G05", "a jump of its clock"),)
+    assert np.isnan(jumped.clock_s[1, g05]) and (jumped.pos_ecef_m[1] == sound.pos_ecef_m[1])[g05].all()
+    assert sound.breaks == () and sp3.joined([sound, moved, moved]).breaks == moved.breaks
+
+
 def test_a_time_system_in_small_letters_is_read():
     assert (
         sp3.parse(C_FILE.replace(" GPS ", " gps "), "x").t_ns.tolist() == sp3.parse(C_FILE, "x").t_ns.tolist()
