@@ -204,6 +204,25 @@ def test_a_run_without_a_fix_has_a_page(copied, tmp_path):
     drawn(copied / "report.html", tmp_path)
 
 
+def test_a_flight_software_that_sends_no_lists_is_not_shown_with_0_satellites(run, copied, tmp_path, capsys):
+    lines = (copied / "bus.log").read_bytes().splitlines(keepends=True)
+    kept = [line for line in lines if b" can0 04B#" not in line]
+    assert len(kept) < len(lines)
+    (copied / "bus.log").write_bytes(b"".join(kept))
+    assert main(["report", str(copied)]) == 0
+    out = capsys.readouterr().out
+    assert re.search(r"^  not sent +NAV_USED \(satellites as NAV_STATUS counts them\)$", out, re.MULTILINE)
+    assert re.search(r"^  PDOP, each satellite once +-$", out, re.MULTILINE)
+    whole, bare = (json.loads((folder / "summary.json").read_text()) for folder in (run, copied))
+    whole, bare = (s["craft"]["soyuz"]["satellites_tracked"] for s in (whole, bare))
+    assert bare == whole and bare["min"] >= 4
+    text = (copied / "report.html").read_text("utf-8")
+    assert "Not sent with its fixes: NAV_USED" in text
+    assert f"<b>{whole['mean']:.1f}</b><span>satellites in the fix" in text
+    assert "rms of all, as fixes do not say" in text
+    drawn(copied / "report.html", tmp_path)
+
+
 def test_a_run_of_which_nothing_was_heard_has_a_page(copied, tmp_path):
     (copied / "bus.log").write_bytes(b"")
     assert main(["report", str(copied)]) == 0

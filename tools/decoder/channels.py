@@ -82,3 +82,8 @@ def used_in_fix(block: Block) -> Bool:
     bits = frames["channels"][inside, None] >> np.arange(CHANNELS) & 1
     used[frames.epoch[inside], receiver[inside] - 1] = bits.astype(bool)
     return used
+
+
+def lists_used(block: Block) -> Bool:
+    """(e,) whether any NAV_USED came: without one nobody says which channels are in the fix."""
+    return np.bincount(block["NAV_USED"].epoch, minlength=block.epochs) > 0

@@ -13,7 +13,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.tools.decoder.almanac import AlmanacLog
 from gnss_hil.tools.decoder.block import Block, Columns, GrowingTable
-from gnss_hil.tools.decoder.channels import Channels, channels_of, used_in_fix
+from gnss_hil.tools.decoder.channels import Channels, channels_of, lists_used, used_in_fix
 from gnss_hil.tools.decoder.command_log import CommandLog
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
@@ -28,7 +28,8 @@ _CARRIER_HZ: F64 = signals.column(lambda signal: signal.carrier_hz, 0.0)
 class Digest:
     """The digest of one bus, frames fed in bus order in pieces of any size.
 
-    on_channels  is handed the channel table piece by piece (it is large)
+    on_channels  is handed the channel table piece by piece (it is large); `used` where `used_told`: a fix
+                 without a NAV_USED does not say
     tags         one row per TAG at a known time: t_ns, receiver (1-based), tag_offset_ns, clock_domain
     nodes        which fell silent, which started again
     """
@@ -61,7 +62,8 @@ class Digest:
         navigation = fixes(block)
         used = used_in_fix(block)[channels.epoch, channels.receiver, channels.channel]
         used &= navigation["valid"][channels.epoch]
-        navigation |= _distinct(block, channels, used, navigation)
+        told = lists_used(block) | ~navigation["valid"]
+        navigation |= _distinct(block, channels, used, told, navigation)
         reported = navigation.pop("reported") & known
         self._fixes.add({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
         measured = distinct_satellites(channels.epoch, channels.sat, block.epochs)
@@ -75,7 +77,8 @@ class Digest:
         if self._on_channels is not None:
             row = slice(None) if known.all() else known[channels.epoch]
             table = {"t_ns": t_ns[channels.epoch], "receiver": channels.receiver + 1}
-            table |= {"channel": channels.channel, "sat": channels.sat, "used": used, **channels.values}
+            table |= {"channel": channels.channel, "sat": channels.sat, "used": used}
+            table |= {"used_told": told[channels.epoch], **channels.values}
             self._on_channels({name: column[row] for name, column in table.items()})
 
     @property
@@ -83,7 +86,7 @@ class Digest:
         """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
         measurements, pdop, sigma_x_m .. rho_vyz, clock_drift_mps, sigma_clock_bias_m, sigma_clock_drift_mps
         and clock_domain, the lowest of the fix, which these are of, as the flight software reports them;
-        satellites_used, satellites_paired, pdop_distinct as computed here."""
+        satellites_used, satellites_paired, pdop_distinct as computed here, nan for a fix without NAV_USED."""
         return self._fixes.rows
 
     @property
@@ -126,17 +129,19 @@ class Digest:
         return self._marks.rows.get("bits", np.zeros(0, np.int64))
 
 
-def _distinct(block: Block, channels: Channels, used: Bool, fix: Columns) -> dict[str, NDArray]:
+def _distinct(block: Block, channels: Channels, used: Bool, told: Bool, fix: Columns) -> dict[str, NDArray]:
     """Satellites in the fix of each epoch, those of them by two carriers, and their PDOP, (e,) each, by the
-    channels (k,) used in it."""
+    channels (k,) used in it; nan where that is not told (e,)."""
     epoch, sat, receiver = channels.epoch[used], channels.sat[used], channels.receiver[used]
     domain = block.grid("TAG", "clock_domain", 0)[epoch, receiver]
     carrier_hz = _CARRIER_HZ[channels.values["signal"][used].astype(np.int64)]
     craft_m = np.stack([fix[f"{axis}_m"] for axis in "xyz"], axis=-1)
     los_m = channels.position_m[used] - craft_m[epoch]
+    distinct = distinct_satellites(epoch, sat, block.epochs)
+    paired = paired_satellites(epoch, receiver, sat, carrier_hz, block.epochs)
     return {
-        "satellites_used": distinct_satellites(epoch, sat, block.epochs),
-        "satellites_paired": paired_satellites(epoch, receiver, sat, carrier_hz, block.epochs),
+        "satellites_used": np.where(told, distinct, np.nan),
+        "satellites_paired": np.where(told, paired, np.nan),
         "pdop_distinct": distinct_pdop(epoch, sat, domain, los_m, block.epochs),
     }
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import F64, Bool
+from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.block import EPOCHS, Block
-from gnss_hil.tools.decoder.channels import used_in_fix
+from gnss_hil.tools.decoder.channels import lists_used, used_in_fix
 from gnss_hil.tools.decoder.navigation import attitudes
 from gnss_hil.tools.decoder.time_marks import mark_times_ns
 
@@ -40,7 +40,7 @@ class EpochSnapshot:
     lock     Lock code, nan where the channel delivered nothing
     cn0_dbhz carrier to noise density, likewise
     off_rad  angle of the satellite off the antenna's boresight, nan without fix or attitude
-    used     whether the channel's pseudorange is in the fix
+    used     whether the channel's pseudorange is in the fix; nan where no NAV_USED came
     """
 
     epoch: int
@@ -50,7 +50,7 @@ class EpochSnapshot:
     lock: F64
     cn0_dbhz: F64
     off_rad: F64
-    used: Bool
+    used: F64
 
 
 def snapshot(block: Block, epoch: int, boresight_body: F64) -> EpochSnapshot:
@@ -67,7 +67,7 @@ def snapshot(block: Block, epoch: int, boresight_body: F64) -> EpochSnapshot:
         block.grid("RATE", "lock")[0],
         block.grid("RATE", "cn0_dbhz")[0],
         off_boresight_rad(satellite - position, _quaternion(block), boresight_body),
-        used_in_fix(block)[0],
+        np.where(lists_used(block)[0], used_in_fix(block)[0], np.nan),
     )
 
 

@@ -53,6 +53,14 @@ class Cell:
         return "ASKED" if self.track("asked") >= 0 else "-"
 
     @property
+    def in_fix(self) -> str:
+        """Whether the fix has it; "?": there is a fix, and it does not say."""
+        fix, used = self.craft.snapshot.fix, self.seen("used")
+        if math.isnan(used):
+            return "?" if self.delivers and fix is not None and fix.mode != "NO_FIX" else "-"
+        return "yes" if used else "-"
+
+    @property
     def satellite(self) -> str:
         sat = self.track("sat" if self.delivers else "asked")
         return satellites.name(sat) if sat >= 0 else "-"
@@ -94,7 +102,7 @@ COLUMNS = {
         Column("C/N0", 5, lambda cell: number(cell.seen("cn0_dbhz"), 1), "dBHz"),
         Column("off", 5, lambda cell: number(math.degrees(cell.seen("off_rad")), 1), "deg"),
         Column("age", 5, lambda cell: age(cell.age_s) if cell.delivers else "-"),
-        Column("fix", 3, lambda cell: "yes" if cell.seen("used") else "-"),
+        Column("fix", 3, lambda cell: cell.in_fix),
     )
 }
 SETS = (
@@ -213,7 +221,8 @@ def _fix_parts(craft: CraftSummary) -> list[str | Span]:
     if fix.mode == "NO_FIX":
         return [Span("no fix", "warn"), fix.no_fix]
     error = "-" if craft.error_m is None else f"{craft.error_m:.2f} m"
-    return [f"error {error}", f"PDOP {fix.pdop:.2f}", f"in fix {fix.satellites}", fix.mode]
+    pdop = f"{fix.pdop:.2f}" if fix.pdop else "-"
+    return [f"error {error}", f"PDOP {pdop}", f"in fix {fix.satellites or '-'}", fix.mode]
 
 
 def _fault_parts(craft: CraftSummary) -> list[str | Span]:

@@ -25,7 +25,8 @@ def last_fix(codec: Codec, frames: FrameBatch) -> str:
         return "waiting"
     if VALUES["NavMode"].get(int(status["mode"][0])) == "NO_FIX":
         return "no fix yet"
-    return f"{status['satellites'][0]} satellites  PDOP {status['pdop'][0]:.2f}"
+    satellites, pdop = int(status["satellites"][0]), float(status["pdop"][0])
+    return f"{satellites or '-'} satellites  PDOP {f'{pdop:.2f}' if pdop else '-'}"
 
 
 class Progress:

@@ -112,7 +112,7 @@ def read_channels(path: Path, craft: str, marks_ns: I64, instants: I64) -> Chann
         rows.append((mark, receiver, satellite, strength.astype(np.float32)))
         at = np.flatnonzero(ranged[mark])
         at = at[_first_signals(parquet.text(batch, "signal"))[at]]
-        ranges.append((mark[at], receiver[at], satellite[at], used[at] == 1, range_m[at] + clock_m[at],
+        ranges.append((mark[at], receiver[at], satellite[at], used[at] != 0, range_m[at] + clock_m[at],
                        np.column_stack([axis[at] for axis in axes[:3]])))  # fmt: skip
         at = np.flatnonzero(wanted[mark])
         vectors = np.column_stack([axis[at] for axis in axes])

@@ -20,7 +20,7 @@ from gnss_hil.tools.report.summary_tables import setting, shown
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH
 from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.assemble import read_facts
-from gnss_hil.tools.results.summary import metrics
+from gnss_hil.tools.results.summary import metrics, satellites_in_fix, stated
 
 _PERCENT = np.linspace(0, 100, 401)
 
@@ -140,7 +140,7 @@ def _course(folder: Path, craft: str) -> Course | None:
     fixes, truth = folder / "fixes.parquet", folder / "truth.parquet"
     if not fixes.exists():
         return None
-    columns = _table(fixes, craft, ("t_gps_s", "valid", "satellites_used", "pdop", *_AXES))
+    columns = _table(fixes, craft, ("t_gps_s", "valid", "satellites_used", "satellites", "pdop", *_AXES))
     t_s = columns["t_gps_s"]
     if not len(t_s):
         return None
@@ -156,7 +156,8 @@ def _course(folder: Path, craft: str) -> Course | None:
         error = np.full(len(t_s), np.nan)
         error[at] = np.linalg.norm([columns[name][at] - true[name][there] for name in _AXES], axis=0)
         error = of_fixes(error)
-    return Course((t_s - t_s[0]) / 60, of_fixes(columns["satellites_used"]), of_fixes(columns["pdop"]), error)
+    satellites = satellites_in_fix(columns["satellites_used"], columns["satellites"])
+    return Course((t_s - t_s[0]) / 60, of_fixes(satellites), of_fixes(stated(columns["pdop"])), error)
 
 
 def rows(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[tuple[str, str, str, str, str]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.report.channels import Channels, Strength, read_channels
@@ -29,6 +29,7 @@ from gnss_hil.tools.report.sky_plot import Sightings, instants, look, places
 from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
 from gnss_hil.tools.results.consistency import clock_of_fix
 from gnss_hil.tools.results.outages import Stretches, stretches
+from gnss_hil.tools.results.summary import satellites_in_fix, stated
 
 Columns = Mapping[str, NDArray]
 
@@ -49,7 +50,9 @@ class Craft:
     truth_m                    (e, 3) ECEF, None without truth
     quaternion                 (e, 4) body from ECEF, on the bus
     truth_quaternion           (e, 4), None without truth
-    counts                     satellites_used, pdop, pdop_distinct, bits, faults: (e,) each
+    counts                     satellites_used, pdop, pdop_distinct, bits, faults: (e,) each; satellites as
+                               NAV_STATUS counts them where no NAV_USED came
+    listed                     (e,) whether the fix says which channels are in it
     by_antenna                 by receiver: satellites it measured, (e,)
     residuals                  of the ranges at `looked_at` marks
     holds, by_antenna, strength, sightings, residuals are None where no channels were kept
@@ -76,6 +79,7 @@ class Craft:
     quaternion: F64
     truth_quaternion: F64 | None
     counts: dict[str, F64]
+    listed: Bool
     holds: Holds | None
     bridge_ns: int
     by_antenna: dict[int, F64] | None
@@ -100,6 +104,8 @@ def gather(
     fixes = {name: np.where(fixes["valid"] == 1, column, np.nan) for name, column in fixes.items()}
     position = vectors(fixes, "{}_m")
     counts = {k: fixes[k] for k in _COUNTS}
+    counts["satellites_used"] = satellites_in_fix(fixes["satellites_used"], fixes["satellites"])
+    counts["pdop"] = stated(fixes["pdop"])
     counts |= {k: _column(timeline, k)[first].astype(float) for k in ("bits", "faults")}
     here, visible, errors = position, None, (None, None, None)
     truth_m, turned = None, None
@@ -130,7 +136,8 @@ def gather(
     return Craft(
         name=name, vehicle=vehicle, interval_ns=interval_ns, t_ns=t_ns, position_m=position, here_m=here,
         visible=visible, position=errors[0], velocity=errors[1], clock=errors[2], fixes=fixes, axes=axes,
-        truth_m=truth_m, quaternion=quaternion, truth_quaternion=turned, counts=counts, holds=held,
+        truth_m=truth_m, quaternion=quaternion, truth_quaternion=turned, counts=counts,
+        listed=~np.isnan(fixes["satellites_used"]), holds=held,
         bridge_ns=bridge, by_antenna=by_antenna, residuals=left, looked_at=looked_at,
         strength=strength, sightings=sightings, handed=digest.commands.handed,
         commands={name: np.array(column) for name, column in digest.commands.events.items()},
@@ -144,7 +151,7 @@ def _column(table: Columns, name: str) -> NDArray:
 
 _COUNTS = ("satellites_used", "pdop", "pdop_distinct")
 _FIX_COLUMNS = (
-    "valid", *_COUNTS, "clock_bias_m", "clock_domain", "clock_drift_mps", "sigma_clock_bias_m",
+    "valid", "satellites", *_COUNTS, "clock_bias_m", "clock_domain", "clock_drift_mps", "sigma_clock_bias_m",
     *(f"{a}_m" for a in "xyz"), *(f"v{a}_mps" for a in "xyz"),
     *(f"sigma_{a}_m" for a in "xyz"), *(f"sigma_v{a}_mps" for a in "xyz"),
     *(f"rho_{v}{pair}" for v in ("", "v") for pair in PAIRS),

@@ -25,7 +25,7 @@ _LEAST = 3
 class Ranges:
     """Code ranges of the systems' first signals, with what their channels sent beside them, (n,) rows.
 
-    mark         row of the time mark;  receiver 1-based;  used  in the fix
+    mark         row of the time mark;  receiver 1-based;  used  in the fix, or nobody says
     corrected_m  pseudorange, satellite clock added
     place_m      (n, 3) satellite at transmission, ECEF of that instant
     """
@@ -82,9 +82,9 @@ def _median_of(group: I64, value: F64, counts: Bool) -> F64:
     return np.where(names[at] == group, middle[at], np.nan)
 
 
-def picture(t_ns: I64, found: Residuals, marks: int, shapes: list[Json]) -> Plot:
+def picture(t_ns: I64, found: Residuals, marks: int, shapes: list[Json], listed: bool = True) -> Plot:
     """A row for each satellite, a column for each stretch of time: means as colours. `marks` of the run's
-    t_ns (e,) were looked at."""
+    t_ns (e,) were looked at; `listed` is whether fixes say which ranges they are of."""
     title = "Residuals"
     known = np.flatnonzero(np.isfinite(found.value_m))
     if not len(known):
@@ -112,10 +112,11 @@ def picture(t_ns: I64, found: Residuals, marks: int, shapes: list[Json]) -> Plot
     y = axis("satellite", tickvals=list(range(len(rows))), ticktext=names, showgrid=False, zeroline=False,
              range=[-0.5, len(rows) - 0.5], tickfont={"size": 10})  # fmt: skip
     rms = np.sqrt(np.mean(value[found.used[known]] ** 2)) if found.used[known].any() else np.nan
+    of = "in the fix" if listed else "of all, as fixes do not say which they are of,"
     return Plot(
         title,
-        f"Pseudorange minus what the fix predicts, by satellite, mean of stretches of time; rms in "
-        f"the fix {small(float(rms))} m; {_worst(rows, found.satellite[known], value)}. Clocks are taken off "
+        f"Pseudorange minus what the fix predicts, by satellite, mean of stretches of time; rms {of} "
+        f"{small(float(rms))} m; {_worst(rows, found.satellite[known], value)}. Clocks are taken off "
         f"by the median of each oscillator and system. Grey: not measured.{_looked(marks, len(t_ns))}",
         {"data": data, "layout": {"xaxis": time_axis(t_ns, showgrid=False), "yaxis": y, "shapes": shapes,
                                   "plot_bgcolor": "--idle"}},

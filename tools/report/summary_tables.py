@@ -11,7 +11,7 @@ from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
 from gnss_hil.tools.results.outages import Stretches
-from gnss_hil.tools.results.text import besides, broken_off, figure, outages, percent, small
+from gnss_hil.tools.results.text import besides, broken_off, figure, not_sent, outages, percent, small
 
 Summary = Mapping[str, Any]
 
@@ -42,7 +42,9 @@ def craft_table(figures: Summary) -> Markup:
         f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), "
         f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} rejected."
     )
-    return text((table(("", *_STATISTICS), rows), assignment))
+    lacking = not_sent(figures)
+    silent = note(f"Not sent with its fixes: {lacking}.") if lacking else None
+    return text((table(("", *_STATISTICS), rows), assignment, silent))
 
 
 def _row(figures: Summary, key: str, label: str) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ def satellites(craft: Craft) -> Plot:
         return Plot.missing("Satellites", NO_MARK)
     used = craft.counts["satellites_used"]
     traces = [trace("in the fix", craft.t_ns, used, "--accent", line={"shape": "hv"})]
-    note = "Distinct satellites in the fix"
+    note = "Distinct satellites in the fix" + ("" if craft.listed.any() else ", as NAV_STATUS counts them")
     if craft.visible is not None:
         traces.insert(0, trace("in view", craft.t_ns, craft.visible, "--muted", line={"shape": "hv"}))
         note += "; in view: healthy, clear of the Earth and strong enough at some antenna, as truth has it"
@@ -75,21 +75,28 @@ def satellites_by_antenna(craft: Craft) -> Plot:
 def residuals_by_satellite(craft: Craft) -> Plot:
     if craft.residuals is None:
         return Plot.missing("Residuals", NO_CHANNELS)
-    return residuals.picture(craft.t_ns, craft.residuals, craft.looked_at, shades(craft)[0])
+    return residuals.picture(
+        craft.t_ns, craft.residuals, craft.looked_at, shades(craft)[0], bool(craft.listed.any())
+    )
 
 
 def dilution(craft: Craft) -> Plot:
     pdop = np.r_[craft.counts["pdop"], craft.counts["pdop_distinct"]]
     if np.isnan(craft.counts["pdop"]).all():
         return Plot.missing("Dilution of precision", NO_FIX)
-    traces = [
-        trace("each satellite once", craft.t_ns, craft.counts["pdop_distinct"], "--muted",
-              line={"dash": "dot"}),
-        trace("as published", craft.t_ns, craft.counts["pdop"], "--accent"),
-    ]  # fmt: skip
+    published = trace("as published", craft.t_ns, craft.counts["pdop"], "--accent")
+    once = trace("each satellite once", craft.t_ns, craft.counts["pdop_distinct"], "--muted",
+                 line={"dash": "dot"})  # fmt: skip
+    listed = craft.listed.any()
+    computed = (
+        "and as computed here with every satellite once"
+        if listed
+        else "fixes do not say which channels they are of, so nothing was computed here"
+    )
+    traces = [once, published] if listed else [published]
     return Plot(
         "Dilution of precision",
-        "Over all measurements of the fix, as published; and as computed here with every satellite once.",
+        f"Over all measurements of the fix, as published; {computed}.",
         {
             "data": traces,
             "layout": layout(

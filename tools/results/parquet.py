@@ -6,7 +6,7 @@ file, and nulls nan.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
@@ -95,11 +95,17 @@ def _watched(pieces: Iterable[Columns], faults: list[BaseException]) -> Iterator
 
 def join(path: Path, parts: Iterable[Path]) -> None:
     """One table of files with the same columns, one after the other; at least one."""
-    write(path, chain.from_iterable(map(read, parts)))
+    write(path, chain.from_iterable(_batches(part, None, _as_written) for part in parts))
 
 
 def read(path: Path, names: Sequence[str] | None = None) -> Iterator[dict[str, Column]]:
     """The columns of a file, all or some, in batches of rows; Damaged if it cannot be read."""
+    return _batches(path, names, _numbers)
+
+
+def _batches(
+    path: Path, names: Sequence[str] | None, column_of: Callable[..., Column]
+) -> Iterator[dict[str, Column]]:
     from arro3.io import read_parquet
 
     _check(path)
@@ -111,7 +117,7 @@ def read(path: Path, names: Sequence[str] | None = None) -> Iterator[dict[str, C
         raise Damaged(f"{path}: has no column {', '.join(sorted(missing))}")
     with _damage(path):
         for batch in reader:
-            yield {name: _numbers(batch.column(name)) for name in names}
+            yield {name: column_of(batch.column(name)) for name in names}
 
 
 @contextmanager
@@ -190,6 +196,19 @@ def _numbers(array) -> Column:
         coded = array.cast(DataType.utf8()).cast(DataType.dictionary(DataType.int32(), DataType.utf8()))
         return Labelled(dictionary_indices(coded).to_numpy(), tuple(dictionary_dictionary(coded).to_pylist()))
     return np.array(array.to_pylist(), float) if array.null_count else array.to_numpy()
+
+
+def _as_written(array) -> Column:
+    """The column that an Arrow array was made of: nulls of whole numbers and truths stay what they are."""
+    if not array.null_count or _is_text(array.type):
+        return _numbers(array)
+    present = np.array([value is not None for value in array.to_pylist()])
+    there = _taken(array, np.flatnonzero(present), np.ones(present.sum(), bool)).to_numpy()
+    if there.dtype.kind == "f":
+        return _numbers(array)
+    values = np.zeros(len(present), there.dtype)
+    values[present] = there
+    return Partial(values, present)
 
 
 def of_craft(path: Path, craft: str, names: Sequence[str]) -> dict[str, NDArray]:

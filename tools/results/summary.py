@@ -44,11 +44,48 @@ LIGHT_MPS = 299_792_458.0
 _NEVER_NS = 2**63 - 1
 
 
+_STATED_BY = {
+    "NAV_USED": "satellites_used",
+    "NAV_CLOCK": "clock_bias_m",
+    "NAV_DRIFT": "clock_drift_mps",
+    "NAV_SIGMA": "sigma_x_m",
+    "NAV_CORR": "rho_xy",
+    "NAV_VSIGMA": "sigma_vx_mps",
+    "NAV_VCORR": "rho_vxy",
+    "NAV_CLOCK_SIGMA": "sigma_clock_bias_m",
+}
+"""What a fix may come without, and the column of fixes that is nan then."""
+_OF_A_VELOCITY = ("NAV_DRIFT", "NAV_VSIGMA", "NAV_VCORR")
+
+
 def statistics(values, names: Sequence[str]) -> dict[str, float | int | None]:
     """Named statistics of the values that are there; null where there are none."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
     return {name: number(_STATISTICS[name](values)) if len(values) else None for name in names}
+
+
+def stated(values: np.ndarray) -> np.ndarray:
+    """Of fixes, what counts satellites or measurements or is a dilution: none is 0, so who sends 0 does not
+    state it: nan."""
+    return np.where(values > 0, values, np.nan)
+
+
+def satellites_in_fix(listed: np.ndarray, published: np.ndarray) -> np.ndarray:
+    """Distinct satellites of fixes: those that NAV_USED lists, else as NAV_STATUS counts them; nan where
+    nobody says."""
+    return np.where(np.isnan(listed), stated(published), listed)
+
+
+def not_sent(fixes: Mapping[str, np.ndarray]) -> dict[str, int]:
+    """How many of the valid fixes came without a kind of frame that says more of them."""
+    if not fixes:
+        return dict.fromkeys(_STATED_BY, 0)
+    moving = fixes["valid"] & ~np.isnan(fixes["vx_mps"])
+    return {
+        kind: int(np.isnan(fixes[name][moving if kind in _OF_A_VELOCITY else fixes["valid"]]).sum())
+        for kind, name in _STATED_BY.items()
+    }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +146,7 @@ def craft_summary(
                 timeline["satellites_measured"][lacking] if timeline else [], _SPREAD
             ),
         },
+        "fixes_without": not_sent(fixes),
         "converged": {"after_s": number(after_s), **figures_after(digest, rows, after_s)},
         "assignment": {
             "commands": log.commands,
@@ -135,10 +173,12 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
         "fixes": int(valid.sum()),
         "no_fix": outages.reasons(fixes, epochs),
         "satellites_visible": statistics(rows["satellites_visible"] if len(rows) else [], _SPREAD),
-        "satellites_tracked": statistics(of_fixes("satellites_used"), _SPREAD),
+        "satellites_tracked": statistics(
+            satellites_in_fix(of_fixes("satellites_used"), of_fixes("satellites")), _SPREAD
+        ),
         "satellites_paired": statistics(of_fixes("satellites_paired"), _SPREAD),
-        "measurements": statistics(of_fixes("measurements"), _SPREAD),
-        "pdop": statistics(of_fixes("pdop"), _QUALITY),
+        "measurements": statistics(stated(of_fixes("measurements")), _SPREAD),
+        "pdop": statistics(stated(of_fixes("pdop")), _QUALITY),
         "pdop_distinct": statistics(of_fixes("pdop_distinct"), _QUALITY),
         "position_error_m": statistics(errors.position_m, _ERROR),
         "velocity_error_mps": statistics(errors.velocity_mps, _ERROR),

@@ -18,7 +18,7 @@ from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import checks, parquet
-from gnss_hil.tools.results.parquet import Column, Columns, Labelled
+from gnss_hil.tools.results.parquet import Column, Columns, Labelled, Partial
 from gnss_hil.tools.results.truth import Truth
 
 _ROWS_PER_PART = 50_000
@@ -45,8 +45,19 @@ def _code(table: str, name: str) -> Callable[[Rows], Labelled]:
     return lambda rows: _labelled(table, rows[name])
 
 
-def _whole(name: str) -> Callable[[Rows], NDArray]:
-    return lambda rows: np.asarray(rows[name]).astype(int)
+def _whole(name: str) -> Callable[[Rows], Column]:
+    """Whole numbers, null for nan."""
+    return lambda rows: _whole_numbers(np.asarray(rows[name]))
+
+
+def _whole_numbers(values: NDArray) -> Column:
+    present = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(len(values), bool)
+    return values.astype(int) if present.all() else Partial(np.where(present, values, 0).astype(int), present)
+
+
+def _used(rows: Rows) -> Column:
+    """Whether a channel is in the fix; null where the fix does not say."""
+    return rows["used"] if rows["used_told"].all() else Partial(rows["used"], rows["used_told"])
 
 
 def _words(name: str) -> Callable[[Rows], NDArray]:
@@ -95,7 +106,7 @@ EPOCHS: Table = {
 }
 """One row per time mark: its epoch, bits, frames rejected, satellites measured, attitude as sent."""
 
-_MEASURED = ("pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz", "used")
+_MEASURED = ("pseudorange_m", "range_rate_mps", "phase_cyc", "slips", "half_cycle", "cn0_dbhz")
 _BROADCAST = ("clock_m", "clock_drift_mps", "iod", "ura", "health", "frequency")
 CHANNELS: Table = {
     "receiver": "receiver",
@@ -104,6 +115,7 @@ CHANNELS: Table = {
     "signal": _code("Signal", "signal"),
     "lock": _code("Lock", "lock"),
     **{name: name for name in _MEASURED},
+    "used": _used,
     **{f"sv_{a}_ecef_m": f"{a}_m" for a in "xyz"},
     **{f"sv_v{a}_ecef_mps": f"v{a}_mps" for a in "xyz"},
     **{f"sv_{name}": name for name in _BROADCAST},

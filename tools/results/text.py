@@ -49,6 +49,8 @@ def _spread(s: Mapping[str, Any]) -> str:
 
 
 def _errors(s: Mapping[str, Any], unit: str) -> str:
+    if s["median"] is None:
+        return "-"
     return "   ".join(f"{small(s[k]):>7} {k}" for k in ("median", "rms", "p95", "max")) + f"   [{unit}]"
 
 
@@ -88,6 +90,22 @@ def _why_no_fix(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "  outages", text
 
 
+def not_sent(c: Mapping[str, Any]) -> str:
+    """What the flight software sent with none of its fixes; "" if nothing is missing."""
+    lacking = [kind for kind, count in c["fixes_without"].items() if count >= c["fixes"] > 0]
+    known = c["satellites_tracked"]["mean"] is not None
+    counted = "satellites as NAV_STATUS counts them" if known else "and NAV_STATUS counts no satellites"
+    return ", ".join(f"NAV_USED ({counted})" if kind == "NAV_USED" else kind for kind in lacking)
+
+
+def _distinct(s: Mapping[str, Any]) -> str:
+    return _spread(s) + ("" if s["mean"] is None else "   (distinct)")
+
+
+def _quality(s: Mapping[str, Any]) -> str:
+    return "-" if s["median"] is None else f"{small(s['median']):>7} median   {small(s['p95'])} p95"
+
+
 def _of_epochs(c: Mapping[str, Any], epochs: int) -> str:
     share = f" ({percent(c['fixes'], epochs)} %)" if epochs else ""
     return f"{figure(c['fixes'])} of {figure(epochs)} epochs{share}"
@@ -99,17 +117,16 @@ def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, 
     yield "  fixes", _of_epochs(c, epochs)
     yield from _why_no_fix(c)
     yield "  satellites in view", _spread(c["satellites_visible"])
-    yield "  satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
+    yield "  satellites in the fix", _distinct(c["satellites_tracked"])
     if c["satellites_paired"]["max"]:
         yield "  of them by two carriers", _spread(c["satellites_paired"])
     yield "  measurements in the fix", _spread(c["measurements"])
-    yield "  PDOP", f"{small(c['pdop']['median']):>7} median   {small(c['pdop']['p95'])} p95"
-    yield (
-        "  PDOP, each satellite once",
-        f"{small(c['pdop_distinct']['median']):>7} median   {small(c['pdop_distinct']['p95'])} p95",
-    )
+    yield "  PDOP", _quality(c["pdop"])
+    yield "  PDOP, each satellite once", _quality(c["pdop_distinct"])
     yield "  position error, 3-D", _errors(c["position_error_m"], "m")
     yield "  velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
+    if text := not_sent(c):
+        yield "  not sent", text
     yield from _converged(c["converged"])
     yield (
         "  assignment",
@@ -123,7 +140,7 @@ def _converged(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if not c["epochs"]:
         return
     yield f"  converged, from {c['after_s']:g} s", f"fixes in {_of_epochs(c, c['epochs'])}"
-    yield "    satellites in the fix", _spread(c["satellites_tracked"]) + "   (distinct)"
+    yield "    satellites in the fix", _distinct(c["satellites_tracked"])
     yield "    position error, 3-D", _errors(c["position_error_m"], "m")
     yield "    velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
     if c["nees"]["position"] is not None:

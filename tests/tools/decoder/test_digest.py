@@ -10,8 +10,9 @@ from gnss_hil.dbc.contract import codec, e2e
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, batch, concat
 from gnss_hil.emulator.truth import TRUTH
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.results import tables
-from gnss_hil.tools.results.summary import craft_summary
+from gnss_hil.tools.results import parquet, tables
+from gnss_hil.tools.results.summary import craft_summary, judge, metrics
+from gnss_hil.tools.results.text import not_sent
 
 CODEC = codec.codec(4)
 WEEK, SECOND = 1712, 259_200
@@ -135,6 +136,54 @@ def test_a_satellite_on_two_antennas_counts_once():
     assert len(cells["sat"]) == 7
     assert more.fixes["satellites_used"][0] == 5
     assert more.fixes["pdop_distinct"][0] == pytest.approx(once.fixes["pdop_distinct"][0], rel=1e-9)
+
+
+def test_a_fix_without_lists_has_the_satellites_that_its_status_counts(tmp_path):
+    """A flight software may leave NAV_USED out: then nobody says which channels are in its fix, and none of
+    its figures is 0."""
+    import polars
+
+    sender, cells = Sender(), []
+    digest = Digest(CODEC, cells.append)
+    for epoch, answer in enumerate((navigation(mode=0), navigation(), navigation(satellites=0))):
+        digest.feed(sender.block(epoch, *FIVE, answer))
+    digest.finish()
+    tables.write_fixes_and_truth(tmp_path, {"soyuz": digest}, None)
+    fixes = polars.read_parquet(tmp_path / "fixes.parquet")
+    assert fixes["satellites_used"].to_list() == [0, None, None]
+    assert fixes["satellites_used"].dtype == polars.Int64
+    columns = [tables.columns_of(tables.CHANNELS, "soyuz", piece) for piece in cells]
+    parquet.write(tmp_path / "channels.parquet", columns)
+    used = polars.read_parquet(tmp_path / "channels.parquet")["used"]
+    assert used.dtype == polars.Boolean and used.to_list() == [False] * 5 + [None] * 10
+
+    figures = craft_summary(digest, np.zeros(0), 3)
+    assert figures["fixes"] == 2 and figures["fixes_without"]["NAV_USED"] == 2
+    assert figures["satellites_tracked"] == {"mean": 5, "min": 5, "max": 5}
+    assert figures["satellites_paired"]["max"] is None and figures["pdop_distinct"]["median"] is None
+    assert not_sent(figures).startswith(
+        "NAV_USED (satellites as NAV_STATUS counts them), NAV_DRIFT, NAV_SIGMA"
+    )
+
+
+def test_figures_that_a_fix_states_nowhere_are_not_known_and_not_judged_as_0():
+    digest, _ = digested(Sender().block(0, *FIVE, navigation(satellites=0)))
+    figures = craft_summary(digest, np.zeros(0), 1)
+    assert figures["satellites_tracked"] == {"mean": None, "min": None, "max": None}
+    assert "NAV_USED (and NAV_STATUS counts no satellites)" in not_sent(figures)
+    (row,) = judge({"satellites_tracked.max": {"max": 10}}, metrics(figures))
+    assert (row["found"], row["met"]) == (None, False)
+
+
+def test_a_fix_with_all_its_frames_lacks_nothing():
+    others = {
+        "NAV_SIGMA": {}, "NAV_CORR": {}, "NAV_VSIGMA": {}, "NAV_VCORR": {},
+        "NAV_DRIFT": {"item": 0}, "NAV_CLOCK_SIGMA": {"item": 0},
+    }  # fmt: skip
+    more = [frames_of(kind, **values) for kind, values in others.items()]
+    digest, _ = digested(Sender().block(0, *FIVE, navigation(used=USED), *more))
+    figures = craft_summary(digest, np.zeros(0), 1)
+    assert set(figures["fixes_without"].values()) == {0} and not not_sent(figures)
 
 
 def test_too_few_satellites_have_no_pdop():

@@ -113,6 +113,20 @@ def test_a_wide_window_has_the_antennas_side_by_side(tmp_path):
     assert all(name in heads for name in VEHICLE.names)
 
 
+def test_of_a_fix_without_lists_no_channel_is_said_to_be_left_out(tmp_path):
+    """Without NAV_USED nobody says which channels are in the fix: neither "yes" nor "-"."""
+    unlisted = [block[block.can_id != CODEC.can_id_of["NAV_USED", 0]] for block in epochs()[0]]
+    columns = []
+    for blocks in (None, unlisted):
+        window = Window(200, 50)
+        viewed(tmp_path, window, blocks)
+        cells = [re.findall(r" [0-5] [GR]\d\d +FULL +\S+ +\S+ +\S+ +(\S+)", text) for text in window.drawn[0]]
+        columns.append([cell for row in cells for cell in row])
+    listed, told = columns
+    assert "yes" in listed and "?" not in listed
+    assert set(told) == {"?"} and len(told) == len(listed)
+
+
 def test_a_large_window_has_charts_and_units_and_a_small_one_has_none(tmp_path):
     large, usual = Window(160, 50), Window(80, 24)
     viewed(tmp_path, large)

@@ -39,7 +39,16 @@ def fixes(*rows: tuple[int, bool, str]) -> dict:
     columns = {"t_ns": np.array(t_s) * S, "valid": np.array(valid)}
     columns |= {"no_fix": np.array([NO_FIX.get(r, 12) for r in reason], float)}
     columns |= {f"{a}_m": np.array(t_s, float) for a in "xyz"} | {f"v{a}_mps": np.zeros(n) for a in "xyz"}
-    names = ("satellites_used", "satellites_paired", "measurements", "pdop", "pdop_distinct", *UNCERTAINTY)
+    names = (
+        "satellites",
+        "satellites_used",
+        "satellites_paired",
+        "measurements",
+        "pdop",
+        "pdop_distinct",
+        "clock_drift_mps",
+        *UNCERTAINTY,
+    )
     return columns | {name: np.full(n, 5.0) for name in names}
 
 

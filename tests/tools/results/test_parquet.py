@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gnss_hil.tools.results import parquet
-from gnss_hil.tools.results.parquet import Damaged, Labelled
+from gnss_hil.tools.results.parquet import Damaged, Labelled, Partial
 
 pytestmark = pytest.mark.verifies(
     "tools/results/parquet.py",
@@ -60,6 +60,26 @@ def test_files_are_joined_in_order(table, tmp_path):
     parquet.join(tmp_path / "joined.parquet", [table, table])
     read = polars.read_parquet(table)
     assert polars.read_parquet(tmp_path / "joined.parquet").equals(polars.concat([read, read]))
+
+
+def test_nulls_of_numbers_and_truths_survive_a_join_with_parts_that_have_none(table, tmp_path):
+    """A part without a null is of the same kind as one with: they become one column."""
+    some, every = np.array([True, False, True]), np.ones(3, bool)
+    pieces = [
+        {name: Partial(np.asarray(COLUMNS[name]), present) for name in ("short", "used")}
+        | {"pdop": COLUMNS["pdop"]}
+        for present in (every, some)
+    ]
+    for k, piece in enumerate(pieces):
+        parquet.write(tmp_path / f"{k}.parquet", [piece])
+    for order in ((0, 1), (1, 0)):
+        joined = tmp_path / "joined.parquet"
+        parquet.join(joined, [tmp_path / f"{k}.parquet" for k in order])
+        read = polars.read_parquet(joined)
+        assert read.dtypes == [polars.UInt8, polars.Boolean, polars.Float64]
+        of_each = {0: ([1, 2, 255], [True, False, True]), 1: ([1, None, 255], [True, None, True])}
+        assert read["short"].to_list() == [value for k in order for value in of_each[k][0]]
+        assert read["used"].to_list() == [value for k in order for value in of_each[k][1]]
 
 
 def test_reads_tables_of_a_data_frame_library(tmp_path):
