@@ -11,6 +11,7 @@ from isal import isal_zlib
 
 from gnss_hil.tools.recording.formats.ahead import in_order
 from gnss_hil.tools.recording.formats.mf4.blocks import Block, Blocks
+from gnss_hil.tools.recording.formats.piece import LogError
 
 SLICE_BYTES = 1 << 22
 """What is read at a time of a block that is not compressed."""
@@ -48,7 +49,7 @@ def _parts(blocks: Blocks, at: int, found: list[str], open_end: bool) -> Iterato
     if block is None:
         return
     if block.name in ("##DV", "##DI", "##LD"):
-        raise blocks.fault(f"{block.name} at byte {block.at}: data by columns are not read")
+        raise LogError(f"{blocks.origin}: has data by columns ({block.name}), which are not read")
     if block.name != "##DL":
         yield from _one(blocks, block, found, open_end)
         return
