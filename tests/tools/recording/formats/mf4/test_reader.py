@@ -394,7 +394,7 @@ def outside() -> bytes:
         (broken(lambda a: a.dz(b"".join(RECORDS), length=100)), "##DZ at byte 168 amounts to 66 bytes"),
         (broken(lambda a: a.dz(RECORDS[0], length=1 << 40)), "at most 512 MiB are read"),
         (broken(rubbish), "##DZ at byte 168: "),
-        (broken(lambda a: a.put("##DV", [], bytes(66))), "data by columns are not read"),
+        (broken(lambda a: a.put("##DV", [], bytes(66))), "has data by columns .##DV., which are not read"),
         (unsorted().replace(b"\7\2\0\0\0", b"\5\2\0\0\0"), "a record of identifier 5, which no group has"),
         (unsorted().replace(b"\7\2\0\0\0", b"\7\2\0\0\xff"), "a value of 4278190082 bytes among the records"),
         (unsorted(undone=0x45), "is unfinished: where the data of frames are is not in it"),
