@@ -18,6 +18,10 @@ class LinkError(Exception):
     """The environment cannot give this bus; one line for people."""
 
 
+class UnknownBus(LinkError):
+    """A specification that names no way onto a bus: the mistake is in what was asked for."""
+
+
 class NotYet(LinkError):
     """No bench serves this bus, and one may at any time."""
 

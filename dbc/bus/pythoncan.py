@@ -8,8 +8,12 @@ from collections.abc import Iterable
 import can
 import numpy as np
 
-from gnss_hil.dbc.bus.base import LinkClosed, LinkError
+from gnss_hil.dbc.bus.base import LinkClosed, LinkError, UnknownBus
+from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, EMPTY, ERR_FLAG, RTR_FLAG, WIDTH, FrameBatch
+
+OWN = ("embedded", "python-can")
+"""What a specification may begin with besides an interface of python-can."""
 
 DRAIN = 4096
 """Frames taken in one `receive` at most: a bus that never falls silent still lets its node work."""
@@ -18,6 +22,9 @@ DRAIN = 4096
 def connect(interface: str, channel: str) -> PythonCanLink:
     """A link over `can.Bus`; interface "python-can" means: as python-can's configuration says."""
     name = f"{interface}:{channel}" if channel else interface
+    known = sorted({*OWN, *can.VALID_INTERFACES})
+    if interface not in known:
+        raise UnknownBus(f"bus '{name}': no interface '{interface}'; {did_you_mean(interface, known)}")
     try:
         if interface == "python-can":
             return PythonCanLink(can.Bus(config_context=channel or None))

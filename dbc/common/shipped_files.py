@@ -106,7 +106,8 @@ class Files(Generic[Model]):
         stem = name.removesuffix(".toml")
         if stem not in known:
             listed = f"shipped are {', '.join(known)}{hint(stem, known)}"
-            raise self.mistake(f"{self.noun} '{name}': no such file; {listed}")
+            found = "is a folder" if beside.is_dir() else "no such file"
+            raise self.mistake(f"{self.noun} '{name}': {found}; {listed}")
         return known[stem]
 
 

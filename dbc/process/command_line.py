@@ -101,11 +101,11 @@ def voice(name: str, quiet: bool) -> Callable[[str], None]:
 def guarded(name: str, work: Callable[[Stop], int]) -> int:
     """Does the work of a shell; its exit status. What goes wrong becomes lines on stderr."""
     with Stop() as stop:  # before the slow imports, so that a signal during them is heard too
-        from gnss_hil.dbc.bus.base import LinkClosed, LinkError
+        from gnss_hil.dbc.bus.base import LinkClosed, LinkError, UnknownBus
 
         try:
             return work(stop)
-        except Mistake as error:
+        except (Mistake, UnknownBus) as error:
             return _failed(name, 2, error)
         except LinkError as error:
             return _failed(name, 3, error)

@@ -57,7 +57,7 @@ def build_world(
     if not 0 <= session < 1 << 16:
         raise ScenarioError(f"session: {session} is not a 16-bit number")
     time = given.time
-    remarks: list[str] = []
+    remarks = _rounded(time)
     sky = build_sky(
         given.sky,
         time,
@@ -92,6 +92,20 @@ def build_world(
     told = tuple(dict.fromkeys(remarks))
     faults = fault_plans(given, craft, session)
     return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft, told, faults)
+
+
+_UNREMARKED_S = 1e-3
+"""A run that is longer or shorter by less has the length that was asked for."""
+
+
+def _rounded(time: scenario.Time) -> list[str]:
+    """A line where the run is longer or shorter than asked for, because it has whole epochs."""
+    if abs(time.played_s - time.duration_s) < _UNREMARKED_S:
+        return []
+    return [
+        f"duration_s {time.duration_s:g} is no whole number of epochs of {time.epoch_interval_s:g} s: "
+        f"{time.played_s:g} s are played"
+    ]
 
 
 def fault_plans(given: scenario.Scenario, craft: Sequence[Craft], session: int) -> tuple[FaultPlan, ...]:

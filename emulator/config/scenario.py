@@ -294,16 +294,17 @@ shipped = FILES.shipped
 
 def find(name: str) -> Path:
     """The file of a scenario given by path or shipped name."""
-    path = Path(name)
+    path, known = Path(name), shipped()
+    if name in known:
+        return known[name]
+    if path.is_dir():
+        own = path / "scenario.toml"
+        raise ScenarioError(f"{name}: is a folder{f'; its scenario is {own}' if own.is_file() else ''}")
     if path.suffix == ".toml" or "/" in name:
         return path
-    known = shipped()
-    if name not in known:
-        raise ScenarioError(
-            f"scenario '{name}': not found; shipped are {', '.join(known)} (or give a .toml file)"
-            f"{hint(name, known)}"
-        )
-    return known[name]
+    found = "is no .toml file" if path.exists() else "not found"
+    shipped_ones = f"shipped are {', '.join(known)} (or give a .toml file)"
+    raise ScenarioError(f"scenario '{name}': {found}; {shipped_ones}{hint(name, known)}")
 
 
 def vehicle_path(craft: Craft, scenario_path: Path) -> Path:

@@ -74,6 +74,13 @@ class Time(Strict):
             raise ValueError(f"must be from {FIRST_START:%Y-%m-%d} until {LAST_START:%Y-%m-%d}")
         return value
 
+    @model_validator(mode="after")
+    def _holds_an_epoch(self):
+        if self.duration_s < self.epoch_interval_s:
+            lengths = f"duration_s is {self.duration_s:g}, epoch_interval_s {self.epoch_interval_s:g}"
+            raise ValueError(f"{lengths}: a run has at least one epoch")
+        return self
+
     @property
     def start_ns(self) -> int:
         return gpstime.from_calendar(self.start_gps)
@@ -85,6 +92,11 @@ class Time(Strict):
     @property
     def epochs(self) -> int:
         return max(1, round(self.duration_s * gpstime.NS_PER_S / self.interval_ns))
+
+    @property
+    def played_s(self) -> float:
+        """Length of all epochs: `duration_s`, to the nearest whole number of them."""
+        return self.epochs * self.interval_ns / gpstime.NS_PER_S
 
     @property
     def span_ns(self) -> tuple[int, int]:

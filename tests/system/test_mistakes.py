@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.tools.command_line.main import main
 from tests.support.mistakes import gets_its_line_and_status, label, table
 from tests.support.programs import PROGRAM
 from tests.support.waiting import HANG_S
@@ -116,9 +117,42 @@ unknown pace
 pace without a clock
     $ run --bus inline --pace x2
     --pace x2 with --bus inline
+run shorter than an epoch
+    $ run --interval 1m --duration 30
+    --duration: time: duration_s is 30, epoch_interval_s 60: a run has at least one epoch
 bus without channel
     $ run --bus socketcan
     --bus: 'socketcan': not one of
+bus without its interface
+    $ run --bus vcan0
+    --bus: 'vcan0': .*did you mean 'socketcan:vcan0'\?
+bus of a name with a slip
+    $ run --bus embeded
+    --bus: 'embeded': .*did you mean 'embedded'\?
+interface with a slip
+    $ run --bus socketcn:vcan0
+    bus 'socketcn:vcan0': no interface 'socketcn'; did you mean 'socketcan'\?
+interface with a slip, for the flight software
+    $ fly --vehicle {vehicle}.toml --bus socketcn:vcan0
+    bus 'socketcn:vcan0': no interface 'socketcn'; did you mean 'socketcan'\?
+bus without its interface, for the flight software
+    $ fly --vehicle {vehicle}.toml --bus vcan0
+    bus 'vcan0': not of the form INTERFACE:CHANNEL; did you mean 'socketcan:vcan0'\?
+interface with a slip, for the emulator
+    $ emulate --bus socketcn:vcan0
+    no interface 'socketcn'; did you mean 'socketcan'\?
+interface with a slip, for the monitor
+    $ monitor --bus socketcn:vcan0
+    no interface 'socketcn'; did you mean 'socketcan'\?
+interface that there is not
+    $ run --bus nosuch:0
+    no interface 'nosuch'; allowed are .*socketcan
+scenario that is a folder
+    $ run {taken}
+    taken: is a folder
+vehicle that is a folder
+    $ run --vehicle {taken}
+    vehicle '.*taken': is a folder
 run folder taken
     $ run --out {taken}
     --out .*taken: exists and is not an empty folder
@@ -149,9 +183,27 @@ verdict into a folder itself
 report of nothing
     $ report nowhere
     nowhere: no such run folder
+report of a file
+    $ report {vehicle}.toml
+    vehicle\.toml: is a file; name the run folder
 report without scenario
     $ report {taken}
-    taken: has no scenario\.toml
+    taken: is no run folder: it has no scenario\.toml
+recording that there is not
+    $ convert nowhere out.blf
+    nowhere: no such run folder or recording
+recording of a folder without one
+    $ convert {taken} out.blf
+    taken: is no run folder: it has no bus\.log
+document into a folder that there is not
+    $ icd html --out nowhere/icd.html
+    --out nowhere/icd\.html: no such folder nowhere
+schemas into a file
+    $ schema --out {vehicle}.toml
+    --out .*vehicle\.toml: is a file; name a folder
+study into a folder that is taken
+    $ study factors --out {taken}
+    --out .*taken: exists and is not an empty folder; --force overwrites what is in it
 nine receivers
     $ icd dbc --receivers 9
     --receivers: 9 receivers; a contract has 1 to 8
@@ -162,9 +214,6 @@ vcan without command
 absent CAN interface
     $ run --bus socketcan:vcan77
     socketcan:vcan77
-absent python-can interface
-    $ run --bus nosuch:0
-    nosuch
 no bench at the socket
     $ fly --vehicle {vehicle}.toml --bus embedded:/nowhere/bus
     No such file
@@ -180,6 +229,25 @@ def bench(tmp_path_factory) -> Path:
     (folder / "taken").mkdir()
     (folder / "taken" / "thesis.txt").write_text("precious")
     return folder
+
+
+def test_a_run_folder_in_the_place_of_a_scenario_names_its_scenario(desk, capsys):
+    (desk / "old").mkdir()
+    (desk / "old" / "scenario.toml").touch()
+    assert main(["run", "old"]) == 2
+    assert capsys.readouterr().err == "gnss-hil: old: is a folder; its scenario is old/scenario.toml\n"
+
+
+def test_all_files_that_are_missing_are_named_at_once(desk, capsys):
+    assert main("run replay --obs day.10o --sp3 a.sp3 --sp3 b.sp3 --nav c.nav --reference d.oem".split()) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 5 and all("No such file or directory" in line for line in said)
+
+
+def test_a_run_longer_than_was_asked_for_says_so(desk, capsys):
+    assert main("run --interval 60 --duration 90 --bus inline --quiet --no-report --no-log".split()) == 0
+    said = "duration_s 90 is no whole number of epochs of 60 s: 120 s are played"
+    assert capsys.readouterr().err == f"gnss-hil: {said}\n"
 
 
 def test_the_table_is_long_enough_and_has_no_double():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.process.command_line import Value, option_value, seconds
 from gnss_hil.tools.run_config.config import Overrides
 
@@ -27,8 +28,11 @@ def bus(text: str) -> str:
     alone = ("embedded", "inline", "python-can")
     if (interface in alone and not colon) or (interface and channel and interface != "inline"):
         return text
+    from gnss_hil.dbc.bus.open_link import probably
+
+    meant = hint(text, alone) or (f"; {probably(text)}" if interface and not colon else "")
     raise argparse.ArgumentTypeError(
-        f"'{text}': not one of {', '.join(alone)}, socketcan:IFACE, INTERFACE:CHANNEL"
+        f"'{text}': not one of {', '.join(alone)}, socketcan:IFACE, INTERFACE:CHANNEL{meant}"
     )
 
 

@@ -177,8 +177,9 @@ def overview() -> str:
         "examples:",
         *(f"  {PROGRAM} {example}" for c in COMMANDS.values() for example in c.examples[:2]),
         "",
-        "exit status: 0 done; 1 run failed or an expectation missed; 2 bad usage, scenario or input;",
-        "             3 the environment lacks something; 130 interrupted; 143 terminated; 129 hung up",
+        "exit status: 0 done; 1 run failed, an expectation missed, or frames of a recording not converted;",
+        "             2 bad usage, scenario or input; 3 the environment lacks something;",
+        "             130 interrupted; 143 terminated; 129 hung up",
     ]
     return "\n".join(lines)
 
@@ -225,6 +226,7 @@ def status_and_text(error: BaseException) -> tuple[int, str] | None:
         ("gnss_hil.emulator.config.scenario", "ScenarioError", 2),
         ("gnss_hil.dbc.common.vehicle", "VehicleError", 2),
         ("gnss_hil.emulator.faults.models", "FaultError", 2),
+        ("gnss_hil.dbc.bus.base", "UnknownBus", 2),
         ("gnss_hil.dbc.bus.base", "LinkError", 3),
         ("gnss_hil.emulator.orbits.dynamics", "OrbitError", 2),
         ("gnss_hil.emulator.error_models.checked", "ModelError", 1),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
+from gnss_hil.tools.common.places import check_new_file
 
 PARQUET = ".parquet"
 
@@ -42,17 +43,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     from gnss_hil.tools.recording.formats.recording import Recording
-    from gnss_hil.tools.recording.run_folder import LOG
+    from gnss_hil.tools.recording.run_folder import LOG, check_run_folder
 
     source, out = arguments.input, arguments.output
-    source = source / LOG if source.is_dir() else source
+    if not source.exists():
+        raise Mistake(f"{source}: no such run folder or recording")
+    if source.is_dir():
+        check_run_folder(source, (LOG,))
+        source /= LOG
     signals = _check_suffix(arguments)
     recording = Recording(source)
     _check_place(source, out, arguments.force)
     lines = _signals(arguments, recording) if signals else _recording(arguments, recording)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
-    return 0
+    return 1 if recording.found.lost else 0
 
 
 def _check_suffix(arguments: Namespace) -> bool:
@@ -75,12 +80,7 @@ def _check_suffix(arguments: Namespace) -> bool:
 def _check_place(source: Path, out: Path, force: bool) -> None:
     if out.exists() and source.samefile(out):
         raise Mistake(f"{out}: is what would be read; name another file")
-    if out.is_dir():
-        raise Mistake(f"{out}: is a folder; name a file")
-    if out.exists() and not force:
-        raise Mistake(f"{out}: exists; --force overwrites it")
-    if not out.absolute().parent.is_dir():
-        raise Mistake(f"{out}: no such folder {out.parent}")
+    check_new_file(out, force)
 
 
 @contextmanager

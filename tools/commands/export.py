@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
+from gnss_hil.tools.common.places import check_folder, check_new_files, make_folder
 
 FOLDER = "export"
 KINDS = ("rinex", "oem", "sp3", "sky")
@@ -62,11 +63,8 @@ def run(arguments: Namespace) -> int:
         scenario, craft = run_data.read(folder)
         files = orbit_files.files_of(kind, folder, scenario.name, craft, arguments.truth)
     out = arguments.out or folder / FOLDER
-    taken = [out / file.name for file in files if (out / file.name).exists()]
-    if taken and not arguments.force:
-        more = f" and {len(taken) - 1} more" if len(taken) > 1 else ""
-        raise Mistake(f"{taken[0]}{more}: exists; --force overwrites")
-    out.mkdir(parents=True, exist_ok=True)
+    check_new_files((out / file.name for file in files), arguments.force)
+    make_folder(out)
     for file in files:
         _write(out / file.name, file.text)
         print(f"{out / file.name}{': ' if file.remark else ''}{file.remark}")
@@ -81,8 +79,8 @@ def _check(arguments: Namespace) -> None:
             raise Mistake(f"--{option.replace('_', '-')} belongs to export {kind}")
     if arguments.truth and arguments.kind not in ("oem", "sp3"):
         raise Mistake("--truth belongs to export oem and sp3: nothing observes the truth")
-    if arguments.out and arguments.out.exists() and not arguments.out.is_dir():
-        raise Mistake(f"--out {arguments.out}: is a file; name a folder")
+    if arguments.out:
+        check_folder(arguments.out)
 
 
 def _write(path: Path, text: Iterable[str]) -> None:

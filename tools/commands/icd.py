@@ -8,6 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.common.places import check_new_file
 from gnss_hil.tools.common.whole_file import draft_of
 
 PARTS = ("html", "dbc", "hash", "budget")
@@ -43,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help=f"where html goes (default {DEFAULT_FILE} on a terminal, else standard output)",
     )
+    add("--force", action="store_true", help="overwrite FILE")
 
 
 def _receivers(text: str) -> int:
@@ -62,7 +64,7 @@ def run(arguments: Namespace) -> int:
     if arguments.out and part != "html":
         raise Mistake(f"icd {part} writes to standard output; --out is for html")
     if part == "html":
-        _write_html(scenario, arguments.receivers, arguments.out)
+        _write_html(scenario, arguments.receivers, arguments.out, arguments.force)
     elif part == "budget":
         _print_budget(scenario or DEFAULT_SCENARIO)
     else:
@@ -94,15 +96,16 @@ def _asked(arguments: Namespace) -> tuple[str, str | None]:
     return part, scenario
 
 
-def _write_html(scenario: str | None, receivers: int | None, out: Path | None) -> None:
+def _write_html(scenario: str | None, receivers: int | None, out: Path | None, force: bool) -> None:
     from gnss_hil.tools.icd.documented_buses import subject
     from gnss_hil.tools.icd.page import document
 
-    page = document(subject(scenario, receivers))
     if out is None and not sys.stdout.isatty():
-        sys.stdout.write(page)
+        sys.stdout.write(document(subject(scenario, receivers)))
         return
     path = out or Path(DEFAULT_FILE)
+    check_new_file(path, force, f"--out {out}" if out else None)
+    page = document(subject(scenario, receivers))
     with draft_of(path) as draft:
         draft.write_text(page, "utf-8")
     print(f"interface control document: {path}")

@@ -126,7 +126,7 @@ def _report(folder: Path, facts: Mapping[str, Any]) -> None:
     from gnss_hil.tools.recording.run_folder import FACTS, write_json
 
     write_json(folder / FACTS, facts)
-    report.run(Namespace(run=folder, other=None, out=None))
+    report.run(Namespace(run=folder, other=None, out=None, force=False))
 
 
 def config_of(a: Namespace) -> ReplayConfig:

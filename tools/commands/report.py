@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
+from gnss_hil.tools.common.places import check_new_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,16 +20,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="FILE",
         help="the HTML page (default RUN/report.html; of a comparison RUN/compare-RUN2.html)",
     )  # fmt: skip
+    parser.add_argument("--force", action="store_true", help="overwrite FILE")
 
 
 def run(arguments: Namespace) -> int:
-    for folder in (arguments.run, arguments.other):
-        if folder is not None and not folder.is_dir():
-            raise Mistake(f"{folder}: no such run folder")
-    if arguments.out and not arguments.out.absolute().parent.is_dir():
-        raise Mistake(f"--out {arguments.out}: no such folder {arguments.out.parent}")
-    if arguments.out and arguments.out.is_dir():
-        raise Mistake(f"--out {arguments.out}: is a folder; name a file")
+    from gnss_hil.tools.recording.run_folder import check_run_folder
+
+    for folder in filter(None, (arguments.run, arguments.other)):
+        check_run_folder(folder, needs=())
+    if arguments.out:
+        check_new_file(arguments.out, arguments.force, f"--out {arguments.out}")
     if arguments.other is None:
         return _again(arguments.run, arguments.out)
     return _compared(arguments.run, arguments.other, arguments.out)
@@ -56,14 +57,13 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
 
 def _again(folder: Path, out: Path | None) -> int:
     """Everything that a run's log tells, anew."""
-    from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
+    from gnss_hil.tools.recording.run_folder import LOG, check_run_folder
     from gnss_hil.tools.results import assemble, run_digest
     from gnss_hil.tools.results.text import missed, render
 
-    for name in (SCENARIO, LOG):
-        if not (folder / name).is_file():
-            reason = "; a run without a log cannot be reported again" if name == LOG else ""
-            raise Mistake(f"{folder}: has no {name}{reason}")
+    check_run_folder(folder)
+    if not (folder / LOG).is_file():
+        raise Mistake(f"{folder}: has no {LOG}; a run without a log cannot be reported again")
     scenario, codecs = assemble.read_scenario(folder)
     craft = [c.name for c in scenario.craft]
     digests = run_digest.from_log(folder / LOG, craft, codecs)

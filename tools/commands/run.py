@@ -86,14 +86,14 @@ def _run(config: RunConfig, verdict) -> int:
 def _run_seeds(config: RunConfig, verdict) -> int:
     """A run for each seed, each with its report; a line for each, and the table."""
     from gnss_hil.tools.commands import report
+    from gnss_hil.tools.common.places import check_new_folder
     from gnss_hil.tools.processes.run_session import Interruptible
     from gnss_hil.tools.recording.run_folder import default_path
     from gnss_hil.tools.results.text import aligned
     from gnss_hil.tools.study import seeds as study
 
     folder = config.out or default_path(Path(config.scenario).stem)
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise Mistake(f"--out {folder}: exists and is not an empty folder")
+    check_new_folder(folder)
     lines: list[str] = []
     rows: list[dict] = []
     stop = Interruptible()

@@ -8,6 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.common.places import check_new_files, make_folder
 from gnss_hil.tools.common.whole_file import draft_of
 
 KINDS = ("scenario", "vehicle", "structure", "faults")
@@ -23,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="write KIND.schema.json into a folder, instead of printing it"
     )
+    parser.add_argument("--force", action="store_true", help="overwrite schemas of another version")
 
 
 def run(arguments: Namespace) -> int:
@@ -36,10 +38,16 @@ def run(arguments: Namespace) -> int:
             raise Mistake(f"schema: one of {', '.join(KINDS)} to print, or --out DIR for all of them")
         sys.stdout.write(text(kind))
         return 0
-    out.mkdir(parents=True, exist_ok=True)
-    for one in (kind,) if kind else KINDS:
-        path = out / file_name(one)
+    wanted = {out / file_name(one): (one, text(one)) for one in ((kind,) if kind else KINDS)}
+    check_new_files((path for path, (_, schema) in wanted.items() if _differs(path, schema)), arguments.force)
+    make_folder(out)
+    for path, (one, schema) in wanted.items():
         with draft_of(path) as draft:
-            draft.write_text(text(one), "utf-8")
+            draft.write_text(schema, "utf-8")
         print(f'{path}: begin a {one} file with "#:schema ./{path.name}"')
     return 0
+
+
+def _differs(path: Path, schema: str) -> bool:
+    """Whether something else than this schema is at `path`."""
+    return path.exists() and not (path.is_file() and path.read_bytes() == schema.encode())

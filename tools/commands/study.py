@@ -8,7 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.dbc.process.command_line import seconds, whole
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM
 from gnss_hil.tools.common.whole_file import draft_of
 
 SCENARIO = "pair"
@@ -30,7 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"only this one; repeatable (default: all): {', '.join(FACTORS)}",
     )  # fmt: skip
     add("--jobs", type=whole(1, 64), default=2, metavar="N", help="runs at a time (default 2)")
-    add("--out", type=Path, default=Path("runs/study-factors"), metavar="DIR", help="folder for the results")
+    add(
+        "--out", type=Path, metavar="DIR",
+        help="a new folder for the results (default runs/study-factors-<date>-<time>)",
+    )  # fmt: skip
+    add("--force", action="store_true", help="overwrite the results of an earlier study in DIR")
     add("--quiet", action="store_true", help="no progress")
 
 
@@ -38,10 +42,15 @@ def run(arguments: Namespace) -> int:
     import json
 
     from gnss_hil.emulator.error_models.registry import FACTORS
+    from gnss_hil.tools.common.places import check_new_folder, make_folder
+    from gnss_hil.tools.recording.run_folder import default_path
     from gnss_hil.tools.study import page
     from gnss_hil.tools.study.factors import ALONE, Effect, figures
     from gnss_hil.tools.study.runs import Job, play_all
 
+    folder = arguments.out or default_path("study-factors")
+    if not arguments.force:
+        check_new_folder(folder, forceable=True)
     ready = [name for name, row in FACTORS.items() if row.ready]
     names = [ALONE, *dict.fromkeys(arguments.factor or ready)]
     jobs = [
@@ -53,10 +62,7 @@ def run(arguments: Namespace) -> int:
     remarks = [remark for job in jobs[::2] for remark in job.plan().world.remarks]
     for remark in dict.fromkeys(remarks):
         print(f"{PROGRAM}: {remark}", file=sys.stderr)
-    try:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise Mistake(f"--out {arguments.out}: {error.strerror}") from None
+    make_folder(folder)
     try:
         found = play_all(jobs, arguments.jobs, None if arguments.quiet else sys.stderr)
     except KeyboardInterrupt:
@@ -65,9 +71,9 @@ def run(arguments: Namespace) -> int:
     effects = [Effect(name, *found[2 * k : 2 * k + 2]) for k, name in enumerate(names)]
     rows = figures(effects)
     print(page.text(rows))
-    target = arguments.out / "factors.html"
+    target = folder / "factors.html"
     page.write(effects, rows, jobs[0].about(), target)
-    with draft_of(arguments.out / "factors.json") as draft:
+    with draft_of(folder / "factors.json") as draft:
         draft.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
     print(f"\nstudy: {target}")
     return 0

@@ -15,7 +15,7 @@ from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.block import Columns, GrowingTable
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.recording.run_folder import LOG, SCENARIO
+from gnss_hil.tools.recording.run_folder import LOG, SCENARIO, check_run_folder
 from gnss_hil.tools.results import assemble
 from gnss_hil.tools.results.run_digest import bus_names, feed_log
 
@@ -99,7 +99,7 @@ _ROW_NAMES = {
 
 def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
     """The scenario of a run folder and what each craft's bus carried; Mistake where it is no run folder."""
-    _check(folder)
+    check_run_folder(folder)
     if not (folder / LOG).is_file():
         raise Mistake(f"{folder}: has no {LOG}; a run without a log (--no-log) cannot be exported")
     scenario, codecs = assemble.read_scenario(folder)
@@ -119,15 +119,8 @@ def read(folder: Path) -> tuple[Scenario, list[CraftData]]:
 
 def scenario_of(folder: Path) -> Scenario:
     """The scenario of a run folder, with a log or without; Mistake where it is no run folder."""
-    _check(folder)
+    check_run_folder(folder)
     return assemble.read_scenario(folder)[0]
-
-
-def _check(folder: Path) -> None:
-    if not folder.is_dir():
-        raise Mistake(f"{folder}: no such run folder")
-    if not (folder / SCENARIO).is_file():
-        raise Mistake(f"{folder}: is no run folder: it has no {SCENARIO}")
 
 
 def _craft_data(folder: Path, name: str, craft: Vehicle, digest: Digest, channels: Columns) -> CraftData:

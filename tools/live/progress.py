@@ -37,6 +37,7 @@ class Progress:
         self._time = plan.scenario.time
         self._codec = plan.codecs[0]
         self._last: tuple[int, FrameBatch] | None = None
+        self._shown = -1
         self._stream = sys.stderr if stream is None else stream
         self._terminal = self._stream.isatty()
         self._every_s = TERMINAL_S if self._terminal else PIPE_S
@@ -54,6 +55,7 @@ class Progress:
 
     def _show(self, epoch: int, frames: FrameBatch) -> None:
         now = time.monotonic()
+        self._shown = epoch
         self._next = now + self._every_s
         simulated_s = (epoch + 1) * self._time.epoch_interval_s
         line = self._line(simulated_s, now - self._begun, last_fix(self._codec, frames))
@@ -66,12 +68,17 @@ class Progress:
 
     def note(self, text: str) -> None:
         """A line of its own."""
-        self.close()
+        self._clear()
         self._stream.write(text + "\n")
         self._stream.flush()
 
     def close(self) -> None:
-        """Leave the terminal on a fresh line."""
+        """Leave the terminal on a fresh line; in a pipe, where lines stay, the last of them is the end."""
+        if not self._terminal and self._last is not None and 0 <= self._shown < self._last[0]:
+            self._show(*self._last)
+        self._clear()
+
+    def _clear(self) -> None:
         if self._width:
             self._stream.write("\r" + " " * self._width + "\r")
             self._width = 0

@@ -15,6 +15,7 @@ from gnss_hil.dbc.common.vehicle import with_unit_vectors
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common import toml
 from gnss_hil.tools.common.errors import Mistake
+from gnss_hil.tools.common.places import check_new_folder
 from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.provenance import take_inputs
 
@@ -36,6 +37,16 @@ def default_path(scenario: str) -> Path:
     return next(path for path in candidates if not path.exists())
 
 
+def check_run_folder(path: Path, needs: Sequence[str] = (SCENARIO,)) -> None:
+    """Mistake if there is no run folder at `path`, or it lacks one of the files that are needed."""
+    if not path.is_dir():
+        wrong = "is a file; name the run folder" if path.exists() else "no such run folder"
+        raise Mistake(f"{path}: {wrong}")
+    for name in needs:
+        if not (path / name).is_file():
+            raise Mistake(f"{path}: is no run folder: it has no {name}")
+
+
 class RunFolder:
     """A new folder; `discard` removes it and the folders above that were made for it.
 
@@ -44,8 +55,7 @@ class RunFolder:
 
     def __init__(self, path: Path, option: str = "--out"):
         self.path = path
-        if path.exists() and (not path.is_dir() or any(path.iterdir())):
-            raise Mistake(f"{option} {path}: exists and is not an empty folder")
+        check_new_folder(path, option)
         self._made = [p for p in (path, *path.parents) if not p.exists()]
         try:
             path.mkdir(parents=True, exist_ok=True)

@@ -26,6 +26,7 @@ _LETTERS = {system.name: system.letter for system in systems.tracked()}
 def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, Any]:
     """A new document; Mistake, ScenarioError or FaultError where the changes contradict each other or a
     file."""
+    _check_files(overrides)
     changed = deepcopy(dict(document))
     time = changed.setdefault("time", {})
     for key, value in (("duration_s", overrides.duration_s), ("epoch_interval_s", overrides.interval_s)):
@@ -50,7 +51,20 @@ def overridden(document: Mapping[str, Any], overrides: Overrides) -> dict[str, A
     return changed
 
 
-_OPTIONS = {
+def _check_files(overrides: Overrides) -> None:
+    """ScenarioError with a line for each file that the command line names and that there is not."""
+    single = [("obs", overrides.obs), ("reference", overrides.reference)]
+    named = [
+        *(("nav", path) for path in overrides.nav),
+        *(("sp3", path) for path in overrides.sp3),
+        *((option, path) for option, path in single if path is not None),
+    ]
+    missing = [(option, path) for option, path in named if not path.exists()]
+    if missing:
+        raise ScenarioError("\n".join(f"--{o}: {path}: No such file or directory" for o, path in missing))
+
+
+OPTIONS = {
     "time.duration_s": ("duration", "duration_s"), "time.epoch_interval_s": ("interval", "interval_s"),
     "seed": ("seed", "seed"),
 }  # fmt: skip
@@ -59,7 +73,7 @@ _OPTIONS = {
 
 def _check_said_once(overrides: Overrides) -> None:
     for key, _ in overrides.sets:
-        option, field = _OPTIONS.get(".".join(map(str, set_keys.parsed(key))), ("", ""))
+        option, field = OPTIONS.get(".".join(map(str, set_keys.parsed(key))), ("", ""))
         if option and getattr(overrides, field) is not None:
             raise Mistake(f"--set {key} with --{option}: one of the two")
 

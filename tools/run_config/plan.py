@@ -23,7 +23,7 @@ from gnss_hil.tools.recording.run_folder import vehicle_name
 from gnss_hil.tools.results.summary import metric_names
 from gnss_hil.tools.run_config.config import UNCHANGED, Overrides
 from gnss_hil.tools.run_config.frame_budget import Budget, budget
-from gnss_hil.tools.run_config.overrides import overridden
+from gnss_hil.tools.run_config.overrides import OPTIONS, overridden
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,10 +96,18 @@ def resolve(name: str, overrides: Overrides = UNCHANGED) -> Resolved:
 
 def _blamed(text: str, origin: str, overrides: Overrides) -> str:
     """Faults of keys that the command line has set are the command line's."""
+    blamed = [(key.replace('"', ""), "--set ") for key, _ in overrides.sets]
+    blamed += [
+        (key, f"--{name}: ")
+        for key, (name, field) in OPTIONS.items()
+        if getattr(overrides, field) is not None
+    ]
+    # Length and step that do not fit each other.
+    blamed += [("time:", option) for key, option in blamed if key.startswith("time.")][:1]
     lines = text.splitlines()
-    for key, _ in overrides.sets:
-        begin = f"{origin}: {key.replace(chr(34), '')}"
-        lines = [f"--set {line[len(origin) + 2 :]}" if line.startswith(begin) else line for line in lines]
+    for key, option in blamed:
+        begin = f"{origin}: {key}"
+        lines = [option + line[len(origin) + 2 :] if line.startswith(begin) else line for line in lines]
     return "\n".join(lines)
 
 

@@ -97,5 +97,5 @@ def test_craft_with_different_receivers_need_a_choice(two_craft, capsys):
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path, capsys):
     path = tmp_path / "no" / "where.html"
-    assert main(["icd", "--html", "--out", str(path)]) == 1
-    assert capsys.readouterr().err == f"gnss-hil: {path}: No such file or directory\n"
+    assert main(["icd", "--html", "--out", str(path)]) == 2
+    assert capsys.readouterr().err == f"gnss-hil: --out {path}: no such folder {path.parent}\n"

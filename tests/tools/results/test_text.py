@@ -14,7 +14,7 @@ from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.dbc.contract.frames import batch
+from gnss_hil.dbc.contract.frames import EMPTY, batch
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.journal import TruthLog
 from gnss_hil.emulator.truth import TRUTH
@@ -151,3 +151,17 @@ def test_progress_is_one_line_on_a_terminal_and_plain_in_a_pipe():
         assert "00:01:00 of 00:10:00   10 %" in stream.getvalue()
         assert "24 satellites  PDOP 0.81" in stream.getvalue()
     assert clock(90061) == "1 d 01:01:01"
+
+
+def test_the_last_line_of_progress_in_a_pipe_is_the_end():
+    for shown, lines in ((False, 0), (True, 2)):
+        stream = io.StringIO()
+        progress = Progress(make("soyuz"), stream)
+        if shown:
+            progress._show(509, EMPTY)
+        progress.hear(0, 599, EMPTY)
+        progress.close()
+        progress.close()
+        said = stream.getvalue().splitlines()
+        assert len(said) == lines, "a run too short for a line of progress has none"
+        assert not lines or "00:10:00 of 00:10:00  100 %" in said[-1]

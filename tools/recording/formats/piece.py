@@ -62,6 +62,11 @@ class Findings:
     remarks: list[str] = field(default_factory=list)
     share: float | None = None
 
+    @property
+    def lost(self) -> bool:
+        """Whether frames that were recorded are not among those read: left out, or behind a cut."""
+        return bool(+self.omitted) or any(CUT in remark for remark in self.remarks)
+
     def lines(self, path: Path) -> list[str]:
         """What is to be told of a file, each for one line."""
         passed = ", ".join(f"{count} {kind}" for kind, count in sorted(self.passed.items()))

@@ -215,7 +215,7 @@ def test_fd_frames_are_counted_and_left_out(tmp_path, suffix, capsys):
         with can.Logger(source) as logger:
             for fd in (True, False):
                 logger(can.Message(1351642484, 0x123, is_extended_id=False, is_fd=fd, data=[1], channel=0))
-    assert main(["convert", str(source), str(tmp_path / "out.log")]) == 0
+    assert main(["convert", str(source), str(tmp_path / "out.log")]) == 1, "a frame is not in the new file"
     assert capsys.readouterr().err == f"gnss-hil: {source}: frames left out: 1 CAN FD\n"
     assert (tmp_path / "out.log").read_text().endswith(" can0 123#01\n")
 
@@ -240,15 +240,26 @@ def test_damaged_files_get_a_line_and_leave_nothing(run_log, tmp_path, suffix, c
         damaged.write_bytes(case)
         status = main(["convert", str(damaged), str(out), "--force"])
         said = capsys.readouterr().err
-        assert status in (0, 2), said
-        assert status == 0 or (said.count("\n") == 1 and str(damaged) in said), said
+        assert status in (0, 1, 2), said
+        assert status < 2 or (said.count("\n") == 1 and str(damaged) in said), said
         assert "internal error" not in said and "Traceback" not in said
         answers[status] += 1
-        if status:
-            assert not out.exists()
+        assert out.exists() == (status < 2)
+        assert (status == 1) == ("cut short" in said or "left out" in said), said
         out.unlink(missing_ok=True)
     assert answers[2] >= 1
     assert {p.name for p in tmp_path.iterdir()} == {"few.log", sound.name, damaged.name}
+
+
+def test_what_a_cut_takes_is_in_the_exit_status(run_log, tmp_path, capsys):
+    """Both of a log and of its signals: what is there is written, and a script hears that it is not all."""
+    cut = tmp_path / "cut.log"
+    cut.write_bytes(run_log.read_bytes()[:-60])
+    for out in (tmp_path / "out.asc", tmp_path / "out.parquet"):
+        assert main(["convert", str(run_log), str(out)]) == 0
+        assert main(["convert", str(cut), str(out), "--force"]) == 1
+        assert capsys.readouterr().err == f"gnss-hil: {cut}: frames left out: 1 cut short\n"
+        assert out.exists()
 
 
 def test_a_cut_asc_tells_no_frame_of_its_last_line(tmp_path):
@@ -268,7 +279,7 @@ def test_what_cannot_be_converted_is_told_before_anything_is_written(tmp_path, c
     taken.write_text("mine")
     for words, told in (
         ([log, tmp_path / "a.csv"], "suffix '.csv' is no recording; allowed are .log, .asc, .blf, .mf4"),
-        ([tmp_path / "none.log", taken], "no such file"),
+        ([tmp_path / "none.log", taken], "no such run folder or recording"),
         ([log, taken], "exists; --force overwrites it"),
         ([log, log], "is what would be read"),
         ([log, tmp_path / "no" / "a.asc"], "no such folder"),

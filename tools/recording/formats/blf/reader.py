@@ -16,7 +16,7 @@ from gnss_hil.tools.recording.formats.blf.objects import (
     chain,
     frames,
 )
-from gnss_hil.tools.recording.formats.piece import Findings, LogError, Piece, sound
+from gnss_hil.tools.recording.formats.piece import CUT, Findings, LogError, Piece, sound
 
 _HEADER = struct.Struct(
     "<4sL8xQQ2L8H"
@@ -44,7 +44,7 @@ def read(path: Path, found: Findings) -> Iterator[Piece]:
             found.share = file.tell() / size
             yield piece
         objects.close()
-        if size < announced and not any("cut short" in remark for remark in found.remarks):
+        if size < announced and not any(CUT in remark for remark in found.remarks):
             found.remarks.append(f"is cut short: {size} bytes of {announced}")
         if start_us == 0:
             found.remarks.append("has no start of the measurement: times count from 1970-01-01 UTC")
