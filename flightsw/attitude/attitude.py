@@ -3,13 +3,14 @@
 The rule for stale attitude: an epoch without an attitude report uses the last one, turned on by its rates,
 for at most `hold` epochs, and says how far it is known; after that there is no attitude, hence neither a fix
 (lever arms cannot be reduced) nor a new assignment. A fix without lever arms would be metres wrong without
-notice. A report that the craft cannot have turned to since the last one is none; when the last one may be
+notice. A report that the craft cannot have turned to since the last one is none; nor is one that has not gone
+along with the rates reported beside it, as the same one again and again has not. When the last one may be
 held no longer it is believed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import acos, cos, sin, sqrt
 
 import numpy as np
@@ -25,6 +26,10 @@ NOT_TURNED_RAD = 0.02
 """What a report may be off from the last one turned on, beside the change of its rate: noise of the sensors,
 and what their rates leave out."""
 
+FOLLOWED_S = 30.0
+"""Reports are followed by their rates for so long, then anew: rates that are off by 0.02 deg/s pass, one
+attitude again and again in a low orbit, which turns by 0.06 deg in a second, does not."""
+
 _EARTH_RPS = np.array([0.0, 0.0, ROTATION_RPS])
 
 
@@ -34,6 +39,7 @@ class Attitude:
 
     dcm_body_from_ecef   (3, 3)
     rate_body_rps        (3,) relative to inertial space, body axes
+    followed   an earlier report, by the rates since
     sigma_rad, rate_sigma_rps   1 sigma about each axis of what has come to it since it was reported
     """
 
@@ -41,8 +47,22 @@ class Attitude:
     rate_body_rps: F64
     t_ns: int
     age: int
+    followed: Followed
     sigma_rad: float = 0.0
     rate_sigma_rps: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """A report of `begun_ns`, turned on by all rates that were reported since.
+
+    dcm_body_from_ecef   (3, 3)
+    slack_rad            by how much changes of the rates leave it open
+    """
+
+    dcm_body_from_ecef: F64
+    begun_ns: int
+    slack_rad: float = 0.0
 
 
 def dcm_from_quaternion(q: F64) -> F64:
@@ -72,30 +92,58 @@ def attitude_now(
 ) -> Attitude | None:
     """This epoch's attitude from its report, else from the last one while it may be held, else None."""
     may_hold = last is not None and last.age < hold
-    if report is not None and not (may_hold and turned(report, last, t_ns)):
-        dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
-        return Attitude(dcm, report.rate_body_rps, t_ns, 0)
-    return _turned_on(last, t_ns, last.rate_body_rps) if last is not None and may_hold else None
-
-
-def turned(report: AttitudeReport, last: Attitude | None, t_ns: int) -> bool:
-    """Whether a report is of an attitude that the craft cannot have turned to since the last one."""
-    if last is None:
-        return False
-    dt_s = (t_ns - last.t_ns) * 1e-9
-    faster_rps = report.rate_body_rps - last.rate_body_rps
-    expected = _turned_on(last, t_ns, last.rate_body_rps + 0.5 * faster_rps).dcm_body_from_ecef
+    if report is None:
+        return _turned_on(last, t_ns) if last is not None and may_hold else None
     dcm = dcm_from_quaternion(report.quaternion_body_from_ecef)
-    cosine = (float(np.add.reduce(expected * dcm, axis=None)) - 1) / 2  # of the angle between them
-    return acos(min(max(cosine, -1.0), 1.0)) > NOT_TURNED_RAD + sqrt(faster_rps @ faster_rps) * dt_s
+    followed = Followed(dcm, t_ns)
+    if last is not None and may_hold:
+        dt_s = (t_ns - last.t_ns) * 1e-9
+        faster_rps = report.rate_body_rps - last.rate_body_rps
+        turning = _turning(last.rate_body_rps + 0.5 * faster_rps, dt_s)
+        slack_rad = sqrt(faster_rps @ faster_rps) * dt_s
+        if _angle_rad(_turned(last.dcm_body_from_ecef, turning), dcm) > NOT_TURNED_RAD + slack_rad:
+            return _turned_on(last, t_ns)
+        gone = _gone_on(last.followed, turning, slack_rad)
+        if _angle_rad(gone.dcm_body_from_ecef, dcm) > NOT_TURNED_RAD + gone.slack_rad:
+            # By its rates: what comes to agree with them again is believed at once.
+            return replace(_turned_on(last, t_ns), dcm_body_from_ecef=gone.dcm_body_from_ecef, followed=gone)
+        followed = gone if t_ns - gone.begun_ns < FOLLOWED_S * 1e9 else followed
+    return Attitude(dcm, report.rate_body_rps, t_ns, 0, followed)
 
 
-def _turned_on(last: Attitude, t_ns: int, rate_rps: F64) -> Attitude:
-    """At t_ns, after turning at a rate (3,)."""
+_Turning = tuple[F64, F64]
+"""Of the body, and of the Earth backwards: (3, 3) each."""
+
+
+def _turning(rate_rps: F64, dt_s: float) -> _Turning:
+    return turn(rate_rps, dt_s), turn(_EARTH_RPS, dt_s).T
+
+
+def _turned(dcm: F64, turning: _Turning) -> F64:
+    body, earth = turning
+    return body @ dcm @ earth
+
+
+def _angle_rad(one: F64, other: F64) -> float:
+    """Between two attitudes (3, 3)."""
+    cosine = (float(np.add.reduce(one * other, axis=None)) - 1) / 2
+    return acos(min(max(cosine, -1.0), 1.0))
+
+
+def _gone_on(before: Followed, turning: _Turning, slack_rad: float) -> Followed:
+    """What is followed, turned on with the body."""
+    return Followed(
+        _turned(before.dcm_body_from_ecef, turning), before.begun_ns, before.slack_rad + slack_rad
+    )
+
+
+def _turned_on(last: Attitude, t_ns: int) -> Attitude:
+    """At t_ns, after turning at the last rate."""
     dt_s = (t_ns - last.t_ns) * 1e-9
-    dcm = turn(rate_rps, dt_s) @ last.dcm_body_from_ecef @ turn(_EARTH_RPS, dt_s).T
+    turning = _turning(last.rate_body_rps, dt_s)
+    dcm, followed = _turned(last.dcm_body_from_ecef, turning), _gone_on(last.followed, turning, 0.0)
     sigma_rad = last.sigma_rad + HELD_RPS * abs(dt_s)
-    return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1, sigma_rad, HELD_RPS)
+    return Attitude(dcm, last.rate_body_rps, t_ns, last.age + 1, followed, sigma_rad, HELD_RPS)
 
 
 def levers_ecef(attitude: Attitude, lever_arm_body_m: F64) -> tuple[F64, F64]:

@@ -17,6 +17,7 @@ from gnss_hil.flightsw.assignment.boresight_angles import (
 )
 from gnss_hil.flightsw.attitude.attitude import (
     Attitude,
+    Followed,
     attitude_now,
     dcm_from_quaternion,
     levers_ecef,
@@ -96,7 +97,7 @@ def test_lever_rates_are_the_levers_derivative():
 def test_boresights_turn_with_the_body():
     dcm = Rotation.random(rng=1).as_matrix()
     axes = random_unit(4)
-    attitude = Attitude(dcm, np.zeros(3), 0, 0)
+    attitude = Attitude(dcm, np.zeros(3), 0, 0, Followed(dcm, 0))
     assert boresights_ecef(attitude, axes) == pytest.approx(np.array([dcm.T @ axis for axis in axes]))
 
 

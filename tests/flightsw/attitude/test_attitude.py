@@ -69,6 +69,50 @@ def test_an_attitude_that_lasts_is_believed_when_the_last_one_may_be_held_no_lon
     assert ages == [1, 2, 3, 4, 5, 0, 0]
 
 
+SLOW = 0.05 * RATE
+"""As fast as a craft turns that keeps looking down from a low orbit."""
+
+
+def ages(*reports):
+    return [now.age for now in attitudes(*reports)]
+
+
+def attitudes(body_s, rates, seconds, hold=200):
+    """By a report a second: of the body turned at SLOW for body_s(k), with rates(k)."""
+    now, found = None, []
+    for k in range(seconds):
+        dcm = s.turned(DCM, SLOW, body_s(k)) @ s.ecef_from_eci(body_s(k)).T
+        now = then(AttitudeReport(s.quaternion(dcm), rates(k)), k, now or attitude_of(0.0), hold)
+        found.append(now)
+    return found
+
+
+def attitude_of(t):
+    return attitude_now(AttitudeReport(report(t).quaternion_body_from_ecef, SLOW), None, s.T0_NS, HOLD)
+
+
+def test_one_attitude_again_and_again_is_not_believed_of_a_craft_that_says_it_turns():
+    per_s = np.linalg.norm(SLOW)
+    assert np.degrees(per_s) == pytest.approx(0.066, abs=1e-3)
+    for stuck_s in (3, 29, 40):
+        found = ages(lambda k, stuck_s=stuck_s: min(k, stuck_s), lambda _: SLOW, 100)
+        first = next(k for k, age in enumerate(found) if age)
+        assert NOT_TURNED_RAD / per_s < first - stuck_s < NOT_TURNED_RAD / per_s + 30
+        assert all(found[first:])
+    back = attitudes(lambda k: 10 if 10 < k < 70 else k, lambda _: SLOW, 90)
+    assert back[40].age > 0 and not any(now.age for now in back[70:])
+    true = s.turned(DCM, SLOW, 40.0) @ s.ecef_from_eci(40.0).T
+    assert back[40].dcm_body_from_ecef == pytest.approx(true, abs=1e-9)  # by its rates
+
+
+def test_rates_of_a_poor_gyro_are_no_contradiction():
+    """Off by 0.02 degrees a second, or noisy."""
+    off = np.radians([0.02, 0.0, 0.0])
+    assert not any(ages(lambda k: k, lambda _: SLOW + off, 200))
+    noise = np.random.default_rng(4).normal(size=(200, 3)) * np.radians(0.05)
+    assert not any(ages(lambda k: k, lambda k: SLOW + noise[k], 200))
+
+
 def test_an_attitude_turned_on_is_known_the_worse_the_longer():
     now = None
     for k in range(1, 4):

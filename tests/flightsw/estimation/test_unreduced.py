@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gnss_hil.flightsw.attitude.attitude import Attitude
+from gnss_hil.flightsw.attitude.attitude import Attitude, Followed
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.best_antenna import best_antenna
 from gnss_hil.flightsw.estimation.receiver_mean import receiver_mean
@@ -36,7 +36,7 @@ def epoch(c, count=8):
 
 def attitude_of(c):
     dcm = c.dcm_body_from_eci @ s.ecef_from_eci(0.0).T
-    return Attitude(dcm, np.asarray(c.rate_body), s.T0_NS, 0)
+    return Attitude(dcm, np.asarray(c.rate_body), s.T0_NS, 0, Followed(dcm, s.T0_NS))
 
 
 def fixed(solve, c, m, attitude, levers):
