@@ -7,18 +7,20 @@ from collections.abc import Mapping
 import polars as pl
 
 from gnss_hil.dbc.common.near import did_you_mean
-from gnss_hil.emulator.faults.checks import CHECKS as SEEN_BY_FLIGHT
 from gnss_hil.tools.bench.errors import BenchError
 from gnss_hil.tools.results.checks import CHECKS
+from gnss_hil.tools.results.detectors import ROWS
 
 
-def named(check: str) -> str:
-    """A check by the name that tables have; BenchError if there is none."""
+def named(check: str) -> tuple[str, ...]:
+    """A check by the names that tables have, or those that a word of `detected_by` means; BenchError if there
+    is none."""
     name = check.strip().upper().replace("-", "_").replace(" ", "_")
+    meant = ROWS.get(name.lower().replace("_", "-"), ())
     if name in CHECKS or name.startswith("UNKNOWN_"):
-        return name
-    if what := SEEN_BY_FLIGHT.get(name.lower().replace("_", "-")):
-        raise BenchError(f"check '{check}' ({what}): nothing on the bus tells of it")
+        return (name, *meant)
+    if meant:
+        return meant
     known = [label.lower() for label in CHECKS]
     raise BenchError(f"check '{check}': not known; {did_you_mean(check, known, 'there are')}")
 
@@ -26,7 +28,7 @@ def named(check: str) -> str:
 def seen(checks: pl.DataFrame, check: str, where: str | None = None) -> pl.DataFrame:
     """The rows of a check, of a message or node, or of any: "RX2" is the node and its messages "RX2_...".
     BenchError if there is no such check."""
-    found = checks.filter(check=named(check))
+    found = checks.filter(pl.col("check").is_in(named(check)))
     if where is None:
         return found
     name = where.strip().upper()

@@ -64,7 +64,7 @@ def _checks(run: Run) -> Iterator[str]:
     seen = (
         run.checks.drop_nulls("t_gps_s")
         .group_by("craft", "check", "where")
-        .agg(pl.len().alias("epochs"), pl.col("t_gps_s").min().alias("first_s") - begin_s)
+        .agg(pl.col("t_gps_s").n_unique().alias("epochs"), pl.col("t_gps_s").min().alias("first_s") - begin_s)
         .sort("first_s", "craft", "check", "where")
     )
     several = len(run.summary["craft"]) > 1

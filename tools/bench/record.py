@@ -18,7 +18,7 @@ from gnss_hil.tools.bench.errors import BenchError, as_bench_errors
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.run_folder import LOG, SUMMARY
 from gnss_hil.tools.results import assemble, run_digest
-from gnss_hil.tools.results.checks import REJECTIONS
+from gnss_hil.tools.results.checks import BENCH, REJECTIONS
 from gnss_hil.tools.results.outages import CONVERGENCE_S
 from gnss_hil.tools.results.text import missed
 
@@ -128,7 +128,8 @@ class Run:
 
     @cached_property
     def checks(self) -> pl.DataFrame:
-        """What each check saw, by epoch: craft, t_gps_s, check, where, count."""
+        """What each check saw, by epoch: craft, t_gps_s, check, where, count, and by
+        whom: BENCH, in the record, or FLIGHT, by the flight software's own word."""
         return self._table("checks")
 
     @cached_property
@@ -153,7 +154,7 @@ class Run:
     @cached_property
     def rejected(self) -> pl.DataFrame:
         """Frames refused in the run: craft, reason, where (message or identifier), count; most first."""
-        refused = self.checks.filter(pl.col("check").is_in(REJECTIONS))
+        refused = self.checks.filter(pl.col("check").is_in(REJECTIONS), by=BENCH)
         of_each = refused.group_by("craft", pl.col("check").alias("reason"), "where")
         counted = of_each.agg(pl.col("count").sum())
         return counted.sort("count", "craft", "reason", "where", descending=[True, False, False, False])

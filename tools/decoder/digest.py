@@ -18,6 +18,7 @@ from gnss_hil.tools.decoder.command_log import CommandLog
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
 from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
+from gnss_hil.tools.decoder.flight_checks import left_out, named, refusals_said
 from gnss_hil.tools.decoder.navigation import attitudes, fixes
 from gnss_hil.tools.decoder.nodes import Nodes
 from gnss_hil.tools.decoder.time_marks import mark_times_ns
@@ -43,6 +44,9 @@ class Digest:
         self.almanac = AlmanacLog()
         self.tags = GrowingTable()
         self.nodes = Nodes(codec)
+        self._said = GrowingTable()
+        self._left_out = GrowingTable()
+        self._unhealthy = GrowingTable()
 
     def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
         """More frames (n,), and their bits (n,) on the wire if they are known already."""
@@ -64,6 +68,9 @@ class Digest:
         used &= navigation["valid"][channels.epoch]
         told = lists_used(block) | ~navigation["valid"]
         navigation |= _distinct(block, channels, used, told, navigation)
+        out = left_out(block, channels, used, navigation)
+        navigation["excluded"] = named(out, block.epochs)
+        self._take_flight_checks(block, channels, used, out)
         reported = navigation.pop("reported") & known
         self._fixes.add({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
         measured = distinct_satellites(channels.epoch, channels.sat, block.epochs)
@@ -81,12 +88,42 @@ class Digest:
             table |= {"used_told": told[channels.epoch], **channels.values}
             self._on_channels({name: column[row] for name, column in table.items()})
 
+    def _take_flight_checks(self, block: Block, channels: Channels, used: Bool, out: Columns) -> None:
+        """Before the marks of this block are added."""
+        before = len(self.marks["epoch"])
+        shy = (channels.values["health"] != 0) & ~used
+        for table, rows in (
+            (self._said, refusals_said(block)),
+            (self._left_out, out),
+            (self._unhealthy, {"epoch": channels.epoch[shy], "sat": channels.sat[shy]}),
+        ):
+            table.add({"row": before + rows["epoch"], **{k: v for k, v in rows.items() if k != "epoch"}})
+
+    @property
+    def said(self) -> dict[str, NDArray]:
+        """What the flight software refused by its own word: row (of `marks`), reason (raw), identifier,
+        count."""
+        return self._said.rows
+
+    @property
+    def left_out(self) -> dict[str, NDArray]:
+        """Satellites and receivers that it left out of fixes: row (of `marks`), receiver (whether it is one),
+        which (satellite index, or 0-based number; `flight_checks.UNNAMED`), count."""
+        return self._left_out.rows
+
+    @property
+    def unhealthy(self) -> dict[str, NDArray]:
+        """Channels that measured a satellite which says it is unhealthy and are not in the fix: row (of
+        `marks`), sat."""
+        return self._unhealthy.rows
+
     @property
     def fixes(self) -> dict[str, NDArray]:
         """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
-        measurements, pdop, sigma_x_m .. rho_vyz, clock_drift_mps, sigma_clock_bias_m, sigma_clock_drift_mps
-        and clock_domain, the lowest of the fix, which these are of, as the flight software reports them;
-        satellites_used, satellites_paired, pdop_distinct as computed here, nan for a fix without NAV_USED."""
+        measurements, pdop, tested, excluded_satellites, excluded_receivers, sigma_x_m .. rho_vyz,
+        clock_drift_mps, sigma_clock_bias_m, sigma_clock_drift_mps and clock_domain, the lowest of the fix,
+        which these are of, as the flight software reports them; satellites_used, satellites_paired,
+        pdop_distinct, nan for a fix without NAV_USED, and excluded, names of what was, as computed here."""
         return self._fixes.rows
 
     @property

@@ -14,12 +14,15 @@ _POSITION, _POSITION_VELOCITY = 1, 2  # NavMode
 _FIX_SIGNALS = {
     **{f"NAV_{a}": (f"{a.lower()}_m",) for a in "XYZ"},
     **{f"NAV_V{a}": (f"v{a.lower()}_mps",) for a in "XYZ"},
-    "NAV_STATUS": ("mode", "no_fix", "satellites", "measurements", "pdop"),
+    "NAV_STATUS": (
+        "mode", "no_fix", "satellites", "measurements", "pdop", "tested", "excluded_satellites",
+        "excluded_receivers",
+    ),
     "NAV_SIGMA": ("sigma_x_m", "sigma_y_m", "sigma_z_m"),
     "NAV_CORR": ("rho_xy", "rho_xz", "rho_yz"),
     "NAV_VSIGMA": ("sigma_vx_mps", "sigma_vy_mps", "sigma_vz_mps"),
     "NAV_VCORR": ("rho_vxy", "rho_vxz", "rho_vyz"),
-}
+}  # fmt: skip
 _CLOCK_SIGNALS = {
     "NAV_CLOCK": {"clock_bias_m": "bias_m", "clock_domain": "item"},
     "NAV_DRIFT": {"clock_drift_mps": "drift_mps"},

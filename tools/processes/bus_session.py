@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -72,12 +72,8 @@ class BusSession:
     @property
     def account(self) -> Heard:
         """What was counted up to now."""
-        sequencer, speakers = self.sequencer, self.speakers
-        return Heard(
-            self.recorded, sequencer.answers, dict(sequencer.refused), sequencer.refused_marks,
-            sequencer.late, sequencer.lost, speakers.several, speakers.contested, sequencer.ended,
-            miscounts=sequencer.miscounts, miscount=sequencer.miscount,
-        )  # fmt: skip
+        of, speakers = self.sequencer, self.speakers
+        return replace(of.account(self.recorded), several=speakers.several, contested=speakers.contested)
 
     @property
     def silent_s(self) -> float:

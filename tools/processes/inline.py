@@ -21,6 +21,7 @@ from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.inline_bus import Direct, Fly, Steered
 from gnss_hil.tools.processes.outcome import Outcome
+from gnss_hil.tools.recording.account import Counted
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.sequence import Epoch
 from gnss_hil.tools.run_config.plan import Plan
@@ -90,8 +91,10 @@ def play(
     answers = dict.fromkeys(plan.names, EMPTY)
     epochs = plan.scenario.time.epochs
     sent = epoch = unanswered = 0
+    recorded = [0] * len(ways)
 
     def record(bus: int, closed: Sequence[Epoch]) -> int:
+        recorded[bus] += len(closed)
         for one in closed:
             recorder.add(bus, one.number, one.frames)
             display.hear(bus, one.number, one.frames)
@@ -116,6 +119,7 @@ def play(
     for bus, way in enumerate(ways):
         sent += record(bus, way.end(epoch, "COMPLETED" if epoch == epochs else "INTERRUPTED"))
     wall_s = time.perf_counter() - begun
+    heard = tuple(found for bus, way in enumerate(ways) if (found := way.account(recorded[bus])))
     return Outcome(
         epoch,
         unanswered,
@@ -125,4 +129,6 @@ def play(
         sent,
         interrupted=epoch < epochs,
         latency_histogram=latency.histogram(),
+        heard=heard,
+        counted=(Counted(),) * len(heard),
     )

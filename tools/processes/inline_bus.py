@@ -13,6 +13,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
 from gnss_hil.dbc.lockstep.master_protocol import Exchange
 from gnss_hil.dbc.lockstep.slave_protocol import Slave, Task
+from gnss_hil.tools.recording.account import Heard
 from gnss_hil.tools.recording.sequence import Epoch, Sequencer
 
 Fly = Callable[[FrameBatch, bool], FrameBatch]
@@ -41,6 +42,9 @@ class Direct:
     def end(self, epochs: int, reason: str) -> list[Epoch]:
         """What is still to be recorded."""
         return []
+
+    def account(self, epochs: int) -> None:
+        """Nothing can go wrong."""
 
 
 class Steered:
@@ -71,3 +75,7 @@ class Steered:
         """What is still to be recorded."""
         over = self._exchange.end(epochs, reason)
         return [*self._sequencer.hear(over), *self._sequencer.finish()]
+
+    def account(self, epochs: int) -> Heard:
+        """What was counted of the bus, so many epochs on record."""
+        return self._sequencer.account(epochs)

@@ -17,7 +17,7 @@ class Outcome:
     mark_late_s    at a pace: how long after its instant an epoch began, at most; None if not measured
     interrupted    ended before its time
     failure        why it broke off; "" if it did not
-    heard, counted   by craft: on the bus, and by the sides themselves; empty without a bus
+    heard, counted   by craft: on the bus, and by the sides themselves; empty without a bus or its protocols
     latency_histogram   (upper edge [ms], epochs) of bins, by duration; empty where not measured
     """
 

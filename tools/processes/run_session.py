@@ -323,6 +323,11 @@ def _facts(plan: Plan, config: RunConfig, about: Mapping[str, Any], outcome: Out
         faults=[ledger.about(one) for one in plan.world.faults],
         remarks=[*plan.remarks, *overload.notes(config.pace, scenario.time.epoch_interval_s, outcome)],
         bench_frames_refused=sum(sum(heard.refused.values()) for heard in outcome.heard),
+        bench_frames_refused_in={
+            name: [list(one) for one in sorted(heard.refused_in.items())]
+            for name, heard in zip(plan.names, outcome.heard, strict=False)
+            if heard.refused_in
+        },
         time_marks_refused=sum(heard.refused_marks for heard in outcome.heard),
         fixes_flown={name: told.fixes for name, told in zip(plan.names, outcome.counted, strict=False)},
         answers_late=sum(heard.late for heard in outcome.heard),

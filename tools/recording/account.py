@@ -19,7 +19,8 @@ class Heard:
 
     epochs       on record;  answers  of them that the flight software closed with DONE
     miscounts    answers that say another number of frames than came;  miscount  the first: epoch, said, came
-    refused      bench frames;  refused_marks  intact time marks that opened no epoch
+    refused      bench frames, by reason;  refused_in  the same by epoch
+    refused_marks   intact time marks that opened no epoch
     late         answers two epochs late or more;  lost_answers  of those, so late that they are not on record
     several      nodes for which more than one peer spoke;  contested  by turns
     ended        BENCH_END was heard: both sides stop where the record does
@@ -36,6 +37,7 @@ class Heard:
     ended: bool = True
     miscounts: int = 0
     miscount: tuple[int, int, int] = (0, 0, 0)
+    refused_in: Mapping[int, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

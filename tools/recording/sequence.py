@@ -22,6 +22,7 @@ from gnss_hil.dbc.lockstep.slave_protocol import Label
 from gnss_hil.tools.decoder.block import EPOCHS
 from gnss_hil.tools.decoder.decoder import HELD_BACK
 from gnss_hil.tools.decoder.time_marks import marks_in
+from gnss_hil.tools.recording.account import Heard
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,8 @@ class Sequencer:
 
     session   of the run, None if it is not known beforehand; that it is means that its emulator sends SYNCs
     opened    epochs that began      ended  BENCH_END was heard
-    refused   bench frames that were not believed;  refused_marks  intact time marks that opened no epoch
+    refused   bench frames that were not believed;  refused_in  how many of them in which epoch
+    refused_marks  intact time marks that opened no epoch
     late      answers that came two epochs after their own or later
     lost      of those, answers so late that they are left out: their frames say the epoch modulo 16 only
     miscounts   answers whose DONE says another number of frames than came;  miscount  the first: epoch, said,
@@ -79,6 +81,7 @@ class Sequencer:
         self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
         self.ended = False
         self.refused: Counter[Refusal] = Counter()
+        self.refused_in: Counter[int] = Counter()
         self.refused_marks = self.late = self.lost = self.miscounts = 0
         self.miscount = (0, 0, 0)
         self._declared = 0
@@ -97,6 +100,14 @@ class Sequencer:
     def answers(self) -> int:
         """Epochs that the flight software closed with DONE."""
         return self._dones
+
+    def account(self, recorded: int) -> Heard:
+        """What was counted up to now, so many epochs on record."""
+        return Heard(
+            recorded, self.answers, dict(self.refused), self.refused_marks, self.late, self.lost,
+            ended=self.ended, miscounts=self.miscounts, miscount=self.miscount,
+            refused_in=dict(self.refused_in),
+        )  # fmt: skip
 
     @property
     def steered(self) -> bool:
@@ -277,7 +288,7 @@ class Sequencer:
         elif isinstance(found, Bench) and found.can_id == messages.DONE_ID and found.epoch <= self._announced:
             self._take_answer(found.epoch, found.count)
         else:
-            self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
+            self._refuse(found)
         return []
 
     def _on_sync(self, frames: FrameBatch, row: int, found: Bench | Refusal) -> list[Epoch]:
@@ -295,13 +306,18 @@ class Sequencer:
         if not (
             isinstance(found, Bench) and (found.session, found.epoch) == (self._at.session, self._at.epoch)
         ):
-            self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
+            self._refuse(found)
         elif found.epoch > self._announced:
             self._pass_over()
             self._announced, self._block = found.epoch, len(self._heard)
             self._syncs += 1
             self._declared += found.count
         return closed
+
+    def _refuse(self, found: Bench | Refusal) -> None:
+        assert self._at is not None
+        self.refused[found if isinstance(found, Refusal) else Refusal.OUT_OF_TURN] += 1
+        self.refused_in[self._at.epoch] += 1
 
     def _of_doubtful(self, frames: FrameBatch, row: int) -> Bench | None:
         """The SYNC in a row if it is that of the mark in doubt."""

@@ -40,6 +40,7 @@ class _Facts(BaseModel):
     ended    COMPLETE, INTERRUPTED, FAILED or, null, while it goes on and where it died
     failure  why it broke off
     faults   what was armed on each craft's bus
+    bench_frames_refused_in   by craft: epoch, how many
     about    `gnss_hil.tools.recording.provenance`, and what was asked for
     """
 
@@ -61,6 +62,7 @@ class _Facts(BaseModel):
     latency_histogram: list[tuple[float, int]] = []
     remarks: list[str] = []
     faults: list[dict[str, Any]] = []
+    bench_frames_refused_in: dict[str, list[tuple[int, int]]] = {}
     ended: str | None = INTERRUPTED
     failure: str = ""
     epochs_planned: int | None = None
@@ -71,7 +73,7 @@ class _Facts(BaseModel):
 def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> dict[str, Any]:
     """Tables, run.json and summary.json of a folder; the summary."""
     stream = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
-    tables.write_fixes_and_truth(folder, digests, stream)
+    tables.write_fixes_and_truth(folder, digests, stream, facts.get("bench_frames_refused_in", {}))
     summary = build(facts, digests, stream) | {"faults": _faults(folder)}
     write_json(folder / FACTS, facts)
     write_json(folder / SUMMARY, summary)

@@ -1,25 +1,29 @@
-"""What each check saw, epoch by epoch: frames, nodes, time marks, commands, and why there is no fix.
+"""What each check saw, epoch by epoch: frames, nodes, time marks, commands, what is left out and why there is
+no fix.
 
-By the bus alone, and by the same rule for anybody's software: the protection is checked again here, and the
-reasons of epochs without a fix are those that the flight software publishes.
+By the bus alone, and by the same rule for anybody's software: the protection is checked again here, and what
+the flight software alone can know is what it publishes: what it refused, what it left out of a fix, and why
+it has none.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, SFF_MASK
-from gnss_hil.dbc.contract.messages import messages
+from gnss_hil.dbc.contract.messages import VALUES, messages
 from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.decoder.flight_checks import UNNAMED, names_of
 from gnss_hil.tools.decoder.refusals import REASONS as FRAME_REASONS
 from gnss_hil.tools.results import outages
 from gnss_hil.tools.results.parquet import Columns, Labelled, Partial
@@ -32,29 +36,49 @@ LOST = Verdict.LOST.name
 REJECTIONS = tuple(name for name in FRAME_REASONS if name not in (Verdict.OK.name, LOST))
 """Checks by which frames are refused; LOST is the frame after a gap, which is used."""
 
-CHECKS = (LOST, *REJECTIONS, SILENCE, RESTART, MARK, NO_ANSWER, *outages.REASONS)
-"""All that a check may be called; reasons that the contract does not name are UNKNOWN_ and the number."""
+EXCLUDED_SATELLITE, EXCLUDED_RECEIVER, UNHEALTHY = "EXCLUDED_SATELLITE", "EXCLUDED_RECEIVER", "UNHEALTHY"
+"""Left out of a fix because it contradicts the others, or the orbit before; a satellite that says it is
+unhealthy is measured and in no fix."""
 
-FLIGHT, TIME = "FLIGHT", "TIME"
+FLIGHT, TIME, BENCH = "FLIGHT", "TIME", "BENCH"
+
+SAID = tuple(VALUES["Refused"].values())
+"""Reasons for which the flight software says that it refused something."""
+
+CHECKS = tuple(
+    dict.fromkeys(
+        (
+            *(LOST, *REJECTIONS, SILENCE, RESTART, MARK, NO_ANSWER, BENCH, UNHEALTHY, *outages.REASONS),
+            *(EXCLUDED_SATELLITE, EXCLUDED_RECEIVER, *SAID),
+        )
+    )
+)
+"""All that a check may be called; reasons that the contract does not name are UNKNOWN_ and the number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rows:
-    """Of one source, (k,): rows of the run's time marks (-1 before the first), checks, where, how often."""
+    """Of one source, (k,): rows of the run's time marks (-1 before the first), checks, where, how often.
+
+    by   who saw it: the bench, in the record, or the flight software, by its own word
+    """
 
     row: I64
     check: NDArray[np.str_]
     where: NDArray[np.str_]
     count: I64
+    by: str = BENCH
 
 
-def columns(craft: str, digest: Digest) -> Columns:
+def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] = ()) -> Columns:
     """The rows of checks.parquet of one craft in the order of epochs, those before the first mark first:
-    craft, t_gps_s, epoch (as its mark says), check, where (message, identifier, or node), count."""
-    found = list(_sources(digest))
+    craft, t_gps_s, epoch (as its mark says), check, where (message, identifier, satellite, receiver, or
+    node), count, by (BENCH, FLIGHT)."""
+    found = [*_sources(digest), _bench(digest, bench_refused)]
     row, check, where, count = (
-        np.concatenate([getattr(rows, name) for rows in found]) for name in _Rows.__slots__
+        np.concatenate([getattr(rows, name) for rows in found]) for name in ("row", "check", "where", "count")
     )
+    by = np.repeat([rows.by for rows in found], [len(rows.row) for rows in found])
     order = np.argsort(row, kind="stable")
     row, marks = row[order], digest.marks
     t_ns, epoch = (np.r_[marks[name], -1][row] for name in ("t_ns", "epoch"))
@@ -65,6 +89,7 @@ def columns(craft: str, digest: Digest) -> Columns:
         "check": check[order],
         "where": where[order],
         "count": count[order],
+        "by": by[order],
     }
 
 
@@ -77,7 +102,50 @@ def _sources(digest: Digest) -> Iterator[_Rows]:
         yield _once(nodes["row"], check, names[nodes["node"]])
     yield _once(_jumps(**digest.marks), MARK, TIME)
     yield _unanswered(digest)
+    yield _unhealthy(digest)
     yield _without_fix(digest)
+    yield _said(digest)
+    yield _left_out(digest)
+
+
+def _bench(digest: Digest, refused: Sequence[Sequence[int]]) -> _Rows:
+    """Bench frames that were not believed: epochs, and how many in each."""
+    row_of = {epoch: row for row, epoch in enumerate(digest.marks["epoch"].tolist())}
+    known = [(row_of[epoch], count) for epoch, count in refused if epoch in row_of]
+    row, count = np.array(known, np.int64).reshape(-1, 2).T
+    return replace(_once(row, BENCH, BENCH), count=count)
+
+
+def _unhealthy(digest: Digest) -> _Rows:
+    """Satellites that say they are unhealthy, are measured and in no fix, by epoch; count: channels."""
+    of = digest.unhealthy
+    key, count = np.unique(np.stack([of["row"], of["sat"]]), axis=1, return_counts=True)
+    return replace(_once(key[0], UNHEALTHY, _satellites(key[1])), count=count)
+
+
+def _said(digest: Digest) -> _Rows:
+    """What the flight software refused, as it says itself."""
+    said = digest.said
+    reason = np.array([VALUES["Refused"].get(raw, f"UNKNOWN_{raw}") for raw in said["reason"].tolist()], str)
+    where = _names(digest.codec, said["identifier"].astype(np.uint32))
+    return _Rows(said["row"], reason, where, said["count"], FLIGHT)
+
+
+def _left_out(digest: Digest) -> _Rows:
+    """Satellites and receivers that the flight software left out of its fixes; FLIGHT where it cannot be told
+    which."""
+    out = digest.left_out
+    check = np.where(out["receiver"], EXCLUDED_RECEIVER, EXCLUDED_SATELLITE)
+    return _Rows(out["row"], check, _excluded(out), out["count"], FLIGHT)
+
+
+def _excluded(out: Mapping[str, NDArray]) -> NDArray[np.str_]:
+    """Names of what was left out of fixes (k,); FLIGHT where it cannot be told which."""
+    return np.where(out["which"] == UNNAMED, FLIGHT, names_of(out))
+
+
+def _satellites(sat: NDArray[np.integer]) -> NDArray[np.str_]:
+    return np.array([satellites.name(one) for one in sat.tolist()], str)
 
 
 def _once(row: NDArray[np.integer], check: str | NDArray, where: str | Sequence[str] | NDArray) -> _Rows:
@@ -118,7 +186,7 @@ def _without_fix(digest: Digest) -> _Rows:
     why = np.full(len(row), outages.SILENT, object)
     reported = np.array([t in said for t in t_ns], bool)
     why[reported] = outages.reason_names(np.array([said[t] for t in t_ns if t in said]))
-    return _once(row, why.astype(str), FLIGHT)
+    return replace(_once(row, why.astype(str), FLIGHT), by=FLIGHT)
 
 
 def _names(codec: Codec, can_id: NDArray[np.uint32]) -> NDArray[np.str_]:

@@ -7,6 +7,7 @@ others are both a satellite that is left out.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,10 +37,20 @@ ROWS: Mapping[str, tuple[str, ...]] = {
 """Of each word the checks of the table that it means."""
 
 
-def by_word(epochs: Mapping[str, I64]) -> dict[str, I64]:
-    """Epochs in which something was seen by each word, of those by the table's checks; in order."""
-    none = np.zeros(0, np.int64)
-    return {
-        word: np.unique(np.concatenate([none, *(epochs[check] for check in checks if check in epochs)]))
+@dataclass(frozen=True, slots=True, eq=False)
+class Sign:
+    """A check that saw something at a place: the word for it, where, and the epochs (k,) in which it did."""
+
+    word: str
+    where: str
+    epochs: I64
+
+
+def signs(seen: Mapping[tuple[str, str], I64]) -> list[Sign]:
+    """Signs of what checks saw, (check, where) -> epochs, by each word that means the check."""
+    return [
+        Sign(word, where, np.unique(epochs))
         for word, checks in ROWS.items()
-    }
+        for (check, where), epochs in seen.items()
+        if check in checks
+    ]

@@ -1,12 +1,12 @@
 """Whether a fault led to what was expected of it, by what acted, what was seen, and the fixes.
 
-What a flight software has seen comes from the bus, by the names of `gnss_hil.emulator.faults.checks`: whoever
-decodes it hands over the epochs in which each check saw something.
+What was seen comes from the bus, by the words of `gnss_hil.emulator.faults.checks`: whoever decodes it hands
+over the epochs in which each check saw something, and where.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Expect
-from gnss_hil.tools.results.detectors import NOTHING
+from gnss_hil.tools.results.detectors import NOTHING, Sign
 
 LEAST_BEFORE = 10
 """So many epochs before a fault have to be without a check's word for it to be the fault's, at least."""
@@ -66,22 +66,22 @@ def behind(first: int, last: int) -> int:
 
 
 def finding(
-    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, seen: Mapping[str, I64], frames: bool = True
+    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, signs: Sequence[Sign], frames: bool = True
 ) -> Finding | None:
     """What became of a fault, from its stretches; None if it never acted.
 
-    seen     epochs in which each check saw something
+    signs    what each check saw on the fault's bus
     frames   whether the fault's kind acts on frames (`Row.frames`)
 
-    Of the checks that the fault may be seen by the first counts. Where none is expected to see it, any may
-    that said nothing before.
+    Of the checks that the fault may be seen by the first counts. One that said the same of the same place in
+    the epoch before did not see the fault. Where none is expected to see it, any may that was quiet before.
     """
     found = span(stretches, frames)
     if found is None:
         return None
     first, last = found
     named = [name for name in expect.detected_by if name != NOTHING]
-    by, after = _first_of(named, seen, first) if named else _newly(seen, first, last)
+    by, after = _first_of(_new(signs, named, first) if named else _newly(signs, first, last), first)
     fixed = np.unique(fixes.epoch[fixes.valid & (fixes.epoch >= first) & (fixes.epoch <= last)])
     near = (fixes.epoch >= first) & (fixes.epoch <= behind(first, last))
     errors_m = fixes.error_m[near & fixes.valid & np.isfinite(fixes.error_m)]
@@ -93,27 +93,31 @@ def finding(
     )
 
 
-def _first_of(names: Sequence[str], seen: Mapping[str, I64], first: int) -> tuple[str | None, int | None]:
-    """The check that saw it first, and how many epochs after the first."""
+def _new(signs: Sequence[Sign], names: Sequence[str], first: int) -> list[Sign]:
+    """Those by some words that did not go on from before a fault."""
+    return [one for one in signs if one.word in names and first - 1 not in one.epochs]
+
+
+def _newly(signs: Sequence[Sign], first: int, last: int) -> list[Sign]:
+    """Those that were quiet for as long before a fault as it lasted, in its own epochs. Of several words for
+    the same the last of the list is nearest to the cause."""
+    quiet, until = max(LEAST_BEFORE, last - first + 1), behind(first, last)
+    return [
+        Sign(one.word, one.where, one.epochs[one.epochs <= until])
+        for one in reversed(signs)
+        if not ((one.epochs >= first - quiet) & (one.epochs < first)).any()
+    ]
+
+
+def _first_of(signs: Sequence[Sign], first: int) -> tuple[str | None, int | None]:
+    """The word of the sign that came first, and how many epochs after a fault's first one."""
     times = {}
-    for name in names:
-        epochs = np.asarray(seen.get(name, ()))
-        if (epochs >= first).any():
-            times[name] = int(epochs[epochs >= first].min()) - first
-    by = min(times, key=lambda name: times[name]) if times else None
+    for one in signs:
+        epochs = one.epochs[one.epochs >= first]
+        if len(epochs):
+            times[one.word] = min(times.get(one.word, np.inf), int(epochs.min()) - first)
+    by = min(times, key=lambda word: times[word]) if times else None
     return by, None if by is None else times[by]
-
-
-def _newly(seen: Mapping[str, I64], first: int, last: int) -> tuple[str | None, int | None]:
-    """The same of all checks that saw something in a fault's own epochs and nothing in as many before."""
-    quiet = max(LEAST_BEFORE, last - first + 1)
-    until = behind(first, last)
-    fresh = {
-        name: epochs[epochs <= until]
-        for name, epochs in seen.items()
-        if not ((epochs >= first - quiet) & (epochs < first)).any()
-    }
-    return _first_of(list(fresh), fresh, first)
 
 
 def verdicts(expect: Expect, found: Finding | None) -> list[Verdict]:

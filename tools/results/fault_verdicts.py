@@ -6,19 +6,20 @@ a wrong time and is believed, the fix is wrong.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.tools.results import detectors, faults, parquet
-from gnss_hil.tools.results.checks import REJECTIONS
+from gnss_hil.tools.results.checks import BENCH, REJECTIONS
+from gnss_hil.tools.results.detectors import Sign
 from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, behind, finding, span, verdicts
 from gnss_hil.tools.results.summary import number
 
@@ -60,10 +61,10 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """What checks.parquet has of a craft: epochs in which something was seen by each word, and how many
-    frames were refused in which epochs (k,)."""
+    """What checks.parquet has of a craft: what was seen by each word, and how many frames, those of
+    the bench too, were refused in which epochs (k,), by the bench's own checks."""
 
-    by_word: Mapping[str, I64]
+    signs: Sequence[Sign]
     refused_epoch: I64
     refused: I64
 
@@ -82,7 +83,7 @@ def judge(folder: Path, given: Sequence[Fault]) -> list[Judged]:
         for place, (fault, about) in enumerate(zip(mine, bus["faults"], strict=True)):
             own = [one for one in stretches if (one.craft, one.fault) == (section, place)]
             on_frames = KINDS[fault.kind].frames
-            what = finding(fault.expect, own, fixes, seen.by_word, on_frames)
+            what = finding(fault.expect, own, fixes, seen.signs, on_frames)
             rows = tuple(verdicts(fault.expect, what))
             acted = span(own, on_frames)
             said = (about["name"], about["kind"], about["place"])
@@ -172,18 +173,25 @@ def fixes_of(folder: Path, craft: str) -> Fixes:
 def seen_in(folder: Path, craft: str) -> Seen:
     """What checks.parquet has of a craft."""
     none = np.zeros(0, np.int64)
-    epochs: dict[str, list[I64]] = {}
+    epochs: dict[tuple[str, str], list[I64]] = {}
     refused: list[tuple[I64, I64]] = [(none, none)]
-    for batch in parquet.batches_of_craft(folder / "checks.parquet", craft, ("check", "epoch", "count")):
-        check, epoch = parquet.text(batch, "check"), parquet.numbers(batch, "epoch")
-        count, known = parquet.numbers(batch, "count"), np.isfinite(epoch)
-        for code in np.unique(check.codes).tolist():
-            name = check.labels[code]
-            mine = (check.codes == code) & known
-            own = epoch[mine].astype(np.int64)
-            epochs.setdefault(name, []).append(own)
-            if name in REJECTIONS:
-                refused.append((own, count[mine].astype(np.int64)))
-    by_check = {name: np.concatenate(pieces) for name, pieces in epochs.items()}
+    names = ("check", "where", "by", "epoch", "count")
+    for batch in parquet.batches_of_craft(folder / "checks.parquet", craft, names):
+        check, where, by = (parquet.text(batch, name) for name in names[:3])
+        epoch, count = parquet.numbers(batch, "epoch"), parquet.numbers(batch, "count")
+        known = np.isfinite(epoch)
+        epoch = np.where(known, epoch, -1).astype(np.int64)
+        key = check.codes.astype(np.int64) * len(where.labels) + where.codes
+        for one in np.unique(key[known]).tolist():
+            of, at = divmod(one, len(where.labels))
+            epochs.setdefault((check.labels[of], where.labels[at]), []).append(epoch[known & (key == one)])
+        mine = known & _labelled(check, (*REJECTIONS, BENCH)) & _labelled(by, (BENCH,))
+        refused.append((epoch[mine], count[mine].astype(np.int64)))
     refused_epoch, many = (np.concatenate(column) for column in zip(*refused, strict=True))
-    return Seen(detectors.by_word(by_check), refused_epoch, many)
+    seen = {key: np.concatenate(pieces) for key, pieces in epochs.items()}
+    return Seen(detectors.signs(seen), refused_epoch, many)
+
+
+def _labelled(column: parquet.Labelled, names: Sequence[str]) -> Bool:
+    """(n,) which rows have one of some labels."""
+    return np.isin(column.codes, [code for code, label in enumerate(column.labels) if label in names])

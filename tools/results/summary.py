@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.dbc.contract.messages import BIT_RATE, VALUES
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import consistency, outages
@@ -37,7 +38,9 @@ _STATISTICS = {
 _SPREAD = ("mean", "min", "max")
 _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
-_OF_THE_RUN_ALONE = ("expect", "faults", "frames_sent", "latency_histogram", "about", "fixes_flown")
+_OF_THE_RUN_ALONE = (
+    "expect", "faults", "bench_frames_refused_in", "frames_sent", "latency_histogram", "about", "fixes_flown",
+)  # fmt: skip
 """Of run.json, what summary.json does not repeat."""
 _NEES = ("position", "velocity", "clock")
 LIGHT_MPS = 299_792_458.0
@@ -138,6 +141,7 @@ def craft_summary(
     after_s = None if first_s is None else first_s + outages.CONVERGENCE_S
     return {
         **fix_figures(digest, rows, epochs),
+        "excluded_by_name": excluded_by_name(fixes),
         "first_fix_s": number(first_s),
         "outages": outages.outages(stretches, first_ns, interval_ns),
         "without_fix": {
@@ -178,12 +182,33 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
         ),
         "satellites_paired": statistics(of_fixes("satellites_paired"), _SPREAD),
         "measurements": statistics(stated(of_fixes("measurements")), _SPREAD),
+        "tested": {name: int((of_fixes("tested") == raw).sum()) for raw, name in VALUES["Tested"].items()},
+        "excluded": {
+            "epochs": int(_excluding(fixes).sum()),
+            "satellites": int(of_fixes("excluded_satellites").sum()),
+            "receivers": int(of_fixes("excluded_receivers").sum()),
+        },
         "pdop": statistics(stated(of_fixes("pdop")), _QUALITY),
         "pdop_distinct": statistics(of_fixes("pdop_distinct"), _QUALITY),
         "position_error_m": statistics(errors.position_m, _ERROR),
         "velocity_error_mps": statistics(errors.velocity_mps, _ERROR),
         "nees": {name: statistics(values, ("mean",))["mean"] for name, values in errors.nees.items()},
     }
+
+
+def _excluding(fixes: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(n,) which navigation blocks are fixes of which something was left out."""
+    if not fixes:
+        return np.zeros(0, bool)
+    return fixes["valid"] & (fixes["excluded_satellites"] + fixes["excluded_receivers"] > 0)
+
+
+def excluded_by_name(fixes: Mapping[str, np.ndarray]) -> dict[str, int]:
+    """In how many epochs each satellite and receiver was left out, as far as it can be told; most first."""
+    if not fixes:
+        return {}
+    named = Counter(name for names in fixes["excluded"].tolist() for name in names.split())
+    return dict(sorted(named.items(), key=lambda row: (-row[1], row[0])))
 
 
 def figures_after(digest: Digest, rows: np.ndarray, after_s: float | None) -> dict[str, Any]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -94,6 +95,10 @@ FIXES: Table = {
     "clock_drift_mps": "clock_drift_mps",
     "sigma_clock_drift_mps": "sigma_clock_drift_mps",
     "clock_domain": "clock_domain",
+    "tested": _code("Tested", "tested"),
+    "excluded_satellites": _whole("excluded_satellites"),
+    "excluded_receivers": _whole("excluded_receivers"),
+    "excluded": _words("excluded"),
 }
 """One row per navigation block: the columns that are promised first, the rest of its frames behind."""
 
@@ -219,8 +224,16 @@ def remove_parts(folder: Path) -> None:
         shutil.rmtree(parts, ignore_errors=True)
 
 
-def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Truth | None) -> None:
-    """fixes, assignments, epochs, checks and truth tables of a run; digests by craft name."""
+def write_fixes_and_truth(
+    folder: Path,
+    digests: Mapping[str, Digest],
+    truth: Truth | None,
+    bench_refused: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
+) -> None:
+    """fixes, assignments, epochs, checks and truth tables of a run; digests by craft name.
+
+    bench_refused   by craft: epochs in which the recorder did not believe bench frames, and how many
+    """
     for name, table, rows_of in (
         ("epochs", EPOCHS, lambda digest: digest.timeline),
         ("fixes", FIXES, lambda digest: digest.fixes),
@@ -232,7 +245,7 @@ def write_fixes_and_truth(folder: Path, digests: Mapping[str, Digest], truth: Tr
         file.close()
     file = ParquetTable(folder / "checks.parquet")
     for section, (craft, digest) in enumerate(digests.items()):
-        file.add(checks.columns(craft, digest), section)
+        file.add(checks.columns(craft, digest, bench_refused.get(craft, ())), section)
     file.close()
     if truth is not None:
         file = ParquetTable(folder / "truth.parquet")

@@ -80,6 +80,27 @@ def outages(c: Mapping[str, Any]) -> str:
     return f"{count} after the first fix, {epochs} epochs, longest {o['longest_s']:g} s"
 
 
+def tested(c: Mapping[str, Any]) -> str:
+    """How many fixes were tested how well, the best first."""
+    counts = reversed(c["tested"].items())
+    return ", ".join(f"{figure(count)} {name.lower()}" for name, count in counts)
+
+
+MOST_NAMED = 8
+"""Satellites and receivers that are named of those that were left out."""
+
+
+def excluded(c: Mapping[str, Any]) -> str:
+    """What was left out of fixes because it contradicts the rest, and how often; "" if nothing was."""
+    if not c["excluded"]["epochs"]:
+        return ""
+    named = [f"{name} {figure(count)}" for name, count in c["excluded_by_name"].items()]
+    more = f", and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    which = f": {', '.join(named[:MOST_NAMED])}{more}" if named else ""
+    epochs = c["excluded"]["epochs"]
+    return f"in {figure(epochs)} epoch{'' if epochs == 1 else 's'}{which}"
+
+
 def _why_no_fix(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     first_s, reasons = c["first_fix_s"], no_fix(c)
     yield "  first fix", "never" if first_s is None else f"{first_s:g} s after the first epoch"
@@ -121,6 +142,9 @@ def _craft(name: str, c: Mapping[str, Any], epochs: int) -> Iterator[tuple[str, 
     if c["satellites_paired"]["max"]:
         yield "  of them by two carriers", _spread(c["satellites_paired"])
     yield "  measurements in the fix", _spread(c["measurements"])
+    yield "  fixes that were tested", tested(c)
+    if text := excluded(c):
+        yield "  left out of fixes", text
     yield "  PDOP", _quality(c["pdop"])
     yield "  PDOP, each satellite once", _quality(c["pdop_distinct"])
     yield "  position error, 3-D", _errors(c["position_error_m"], "m")

@@ -112,8 +112,9 @@ def test_checks_are_asked_by_name_and_place(hurt, check, where, seen):
 def test_a_check_that_there_is_not_is_told(run):
     with pytest.raises(gnss_hil.BenchError, match="check 'silense': not known; did you mean 'silence'"):
         run.detected("silense")
-    with pytest.raises(gnss_hil.BenchError, match="nothing on the bus tells of it"):
-        run.detected("innovation")  # a word of faults' detected_by
+    with pytest.raises(gnss_hil.BenchError, match="check 'none': not known"):
+        run.detected("none")  # a word of faults' detected_by that means no check
+    assert not run.detected("innovation")
 
 
 def test_one_craft_of_two(tmp_path):

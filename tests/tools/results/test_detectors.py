@@ -7,7 +7,7 @@ import pytest
 
 from gnss_hil.emulator.faults.checks import CHECKS
 from gnss_hil.tools.results import checks
-from gnss_hil.tools.results.detectors import NOTHING, ROWS, by_word
+from gnss_hil.tools.results.detectors import NOTHING, ROWS, signs
 
 pytestmark = pytest.mark.verifies(
     "tools/results/detectors.py",
@@ -20,12 +20,16 @@ pytestmark = pytest.mark.verifies(
 def test_every_word_but_none_means_checks_that_a_record_may_have():
     assert list(ROWS) == list(CHECKS)
     assert {word for word, rows in ROWS.items() if not rows} == {NOTHING}
-    assert {*checks.REJECTIONS, checks.LOST, checks.SILENCE, checks.RESTART, checks.MARK} & {
-        row for rows in ROWS.values() for row in rows
-    }
+    assert not {row for rows in ROWS.values() for row in rows} - {*checks.CHECKS}
 
 
-def test_epochs_of_a_word_are_those_of_its_checks_each_once():
-    found = by_word({"MARK": np.array([7, 9]), "JUMPED": np.array([9, 8]), "LOST": np.array([1])})
-    assert found["mark"].tolist() == [7, 8, 9] and found["lost"].tolist() == [1]
-    assert not len(found["silence"]) and not len(found[NOTHING])
+def test_a_sign_is_of_a_word_and_a_place_its_epochs_in_order():
+    seen = {("MARK", "TIME"): [7, 9], ("JUMPED", "TIME_MARK"): [9, 8, 8], ("EXCLUDED_SATELLITE", "G07"): [1]}
+    found = [
+        (one.word, one.where, one.epochs.tolist())
+        for one in signs({key: np.array(epochs) for key, epochs in seen.items()})
+    ]
+    assert found == [
+        ("mark", "TIME", [7, 9]), ("mark", "TIME_MARK", [8, 9]), ("range", "G07", [1]),
+        ("exclusion", "G07", [1]),
+    ]  # fmt: skip

@@ -8,6 +8,7 @@ import pytest
 from gnss_hil.emulator.faults.base import Direction
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Expect
+from gnss_hil.tools.results.detectors import Sign
 from gnss_hil.tools.results.expectations import Fixes, finding, span, verdicts
 
 pytestmark = pytest.mark.verifies(
@@ -22,6 +23,10 @@ def stretch(first: int, last: int, touched: int = 5, active: bool = True) -> Str
     return Stretch(0, 0, Direction.FLIGHT, active, first, last, last - first + 1, touched)
 
 
+def signs(seen: dict[str, list[int]] | None) -> list[Sign]:
+    return [Sign(word, "RX1", np.array(epochs)) for word, epochs in (seen or {}).items()]
+
+
 EPOCHS = np.arange(100)
 FIXES = Fixes(EPOCHS, EPOCHS != 52, np.where(EPOCHS == 55, 30.0, np.where(EPOCHS == 61, 8.0, 1.0)))
 FAULT = [stretch(50, 56), stretch(57, 60, active=False)]
@@ -29,7 +34,7 @@ FAULT = [stretch(50, 56), stretch(57, 60, active=False)]
 
 def judged(seen=None, fault=FAULT, fixes=FIXES, **expected) -> dict[str, tuple[str, bool]]:
     expect = Expect(**expected)
-    found = finding(expect, fault, fixes, {k: np.array(v) for k, v in (seen or {}).items()})
+    found = finding(expect, fault, fixes, signs(seen))
     return {one.key: (one.found, one.met) for one in verdicts(expect, found)}
 
 
@@ -70,10 +75,16 @@ def test_no_fix_errs_by_nothing_and_is_not_available():
 
 
 def test_where_nothing_is_expected_any_check_may_see_it_that_was_quiet_before():
-    seen = {"silence": np.array([45, 50]), "mark": np.array([20, 52]), "lost": np.array([64])}
-    found = finding(Expect(), FAULT, FIXES, seen)
+    found = finding(Expect(), FAULT, FIXES, signs({"silence": [45, 50], "mark": [20, 52], "lost": [64]}))
     assert (found.detected_by, found.after_epochs) == ("mark", 2)
-    assert finding(Expect(), FAULT, FIXES, {"lost": np.array([64])}).detected_by is None, "after its time"
+    assert finding(Expect(), FAULT, FIXES, signs({"lost": [64]})).detected_by is None, "after its time"
+
+
+def test_what_goes_on_from_before_did_not_see_it_but_elsewhere_it_may():
+    assert judged({"silence": [49, 50, 51]}, detected_by="silence")["detected_by"] == ("not seen", False)
+    assert judged({"silence": [48, 51]}, detected_by="silence")["detected_by"][1]
+    both = [Sign("silence", "RX1", np.array([49, 50])), Sign("silence", "RX2", np.array([51]))]
+    assert finding(Expect(detected_by="silence"), FAULT, FIXES, both).after_epochs == 1
 
 
 def test_availability_is_of_the_epochs_while_it_lasts():

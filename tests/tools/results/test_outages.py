@@ -49,6 +49,8 @@ def fixes(*rows: tuple[int, bool, str]) -> dict:
         "clock_drift_mps",
         *UNCERTAINTY,
     )
+    columns |= {name: np.zeros(n) for name in ("tested", "excluded_satellites", "excluded_receivers")}
+    columns["excluded"] = np.full(n, "", object)
     return columns | {name: np.full(n, 5.0) for name in names}
 
 
