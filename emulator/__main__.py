@@ -134,14 +134,15 @@ def _play(arguments: argparse.Namespace, make: World, stop) -> int:
             if link is None:
                 return stop.status
             stack.callback(link.close)
-            buses[craft.name] = Bus(link, craft.codec)
+            buses[craft.name] = Bus(link, craft.codec, specs[craft.name])
         master = MasterLoop(
             buses, session, pace, scenario.time.epoch_interval_s, limit_s=arguments.limit,
             most_unanswered=arguments.unanswered or None, stop=stop,
         )  # fmt: skip
         required = _required(arguments.require, node_names(max(len(c.vehicle.names) for c in world.craft)))
         status.tell("waiting", for_nodes=arguments.require)
-        say(f"waiting for {arguments.require} on {', '.join(specs.values())}")
+        awaited = arguments.require.replace("FLIGHT", "the flight software")
+        say(f"waiting for {awaited} on {', '.join(specs.values())}")
 
         def tell(text: str) -> None:
             status.tell("waiting", waiting=text)

@@ -46,10 +46,11 @@ class Unanswered(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Bus:
-    """One craft's bus as the time master sees it."""
+    """One craft's bus as the time master sees it; `spec` is what it is called on a command line."""
 
     link: Link
     codec: Codec
+    spec: str = ""
 
 
 @dataclass(slots=True)
@@ -153,13 +154,17 @@ class MasterLoop:
                 waited_s = time.monotonic() - begun_s
                 wrong = barrier.wrong()
                 if timeout_s is not None and (waited_s >= timeout_s or barrier.foreign):
-                    raise MissingNodes(
-                        f"craft {name}: {wrong or f'{barrier.explain()} within {timeout_s:g} s'}"
+                    absent = (
+                        f"{barrier.explain()} within {timeout_s:g} s: {barrier.awaited()} is not running, or "
+                        f"not on {bus.spec or 'this bus'}"
                     )
-                text = wrong or (barrier.explain() if waited_s >= WAITING_TOLD_S else "")
+                    raise MissingNodes(f"craft {name}: {wrong or absent}")
+                absent = f"{barrier.explain()} so far; is it running, and on this bus?"
+                text = wrong or (absent if waited_s >= WAITING_TOLD_S else "")
                 if text and text != told:
                     told = text
-                    tell(f"waiting for {barrier.awaited()} of {name}: {text}")
+                    where = f" on {bus.spec}" if bus.spec else ""
+                    tell(f"waiting for {barrier.awaited()} of {name}{where}: {text}")
                 barrier.hear(bus.link.receive(SLICE_S))
             self._exchanges[name] = self._exchange(bus, barrier.greetings)
 

@@ -70,8 +70,8 @@ class Barrier:
         return any(number in self._strangers for number in self.missing)
 
     def awaited(self) -> str:
-        """Names of the nodes that are missing."""
-        return ", ".join(map(self._name, self.missing))
+        """The nodes that are missing, as a person calls them."""
+        return ", ".join(_CALLED.get(name, name) for name in map(self._name, self.missing))
 
     def wrong(self) -> str:
         """What is wrong with the heartbeats of missing nodes, for people: "" if none was heard."""
@@ -94,6 +94,10 @@ class Barrier:
                 f"({own.receivers} receivers)"
             )
         return f"the heartbeat of {name} {self._damaged[number]}" if number in self._damaged else ""
+
+
+_CALLED = {"FLIGHT": "the flight software"}
+"""Nodes that have a name besides that in the DBC."""
 
 
 def _known_as(spoken: int, own: Codec) -> str:

@@ -165,7 +165,7 @@ def run_with(emulator: str, tmp_path, *more: str) -> int:
     """`gnss-hil run` with a program of Python as the emulator; its exit status."""
     (tmp_path / "theirs.py").write_text(emulator)
     command = f"{sys.executable} {tmp_path / 'theirs.py'}"
-    return main(["run", "--emulator", command, "--out", str(tmp_path / "run"), "--quiet", *more])
+    return main(["run", "--emulator", command, "--out", str(tmp_path / "run"), *more])
 
 
 def test_another_emulator_is_started_with_what_it_needs(inline, tmp_path, capsys):

@@ -49,7 +49,7 @@ def started(*words: str) -> subprocess.Popen:
 def test_a_side_of_a_run_brings_the_same_run_about(run, tmp_path, side, capsys):
     """Bit for bit: our flight software answers a recorded run emulator as it did, and the other way round."""
     out = tmp_path / "again.log"
-    assert main(["replay", str(run), "--only", side, "--same", "--out", str(out), "--quiet"]) == 0
+    assert main(["replay", str(run), "--only", side, "--same", "--out", str(out)]) == 0
     assert out.read_bytes() == (run / "bus.log").read_bytes()
     other = {"emulator": "flight", "flight": "emulator"}[side]
     assert f"{other:<11} as recorded in all of {DURATION} epochs" in capsys.readouterr().out
@@ -70,7 +70,7 @@ def test_every_format_is_replayed(run, tmp_path, suffix, capsys):
     """Also where the first pieces of a reader are empty, as in a file whose beginning is of another bus."""
     trace = tmp_path / f"trace.{suffix}"
     assert main(["convert", str(run), str(trace)]) == 0
-    words = ["--only", "emulator", "--vehicle", "soyuz-ms", "--same", "--quiet"]
+    words = ["--only", "emulator", "--vehicle", "soyuz-ms", "--same"]
     assert main(["replay", str(trace), *words]) == 0
     assert f"as recorded in all of {DURATION} epochs" in capsys.readouterr().out
 
@@ -115,15 +115,19 @@ def test_what_is_left_out_of_a_recording_is_told(run, tmp_path, capsys):
 def test_a_difference_is_told_and_counts(run, capsys):
     words = ["replay", str(run), "--only", "emulator", "--policy", "prototype", "--quiet"]
     assert main(words) == 0
+    assert capsys.readouterr() == ("", ""), "quiet, and not asked whether it is the same"
     assert main([*words, "--same"]) == 1
-    assert "differs from the recording in " in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert not said.out and said.err.startswith("gnss-hil: flight: differs from the recording in ")
+    assert main([*words[:-1], "--same"]) == 1
+    assert "\nflight      differs from the recording in " in capsys.readouterr().out
 
 
 def test_another_navigator_with_the_policy_of_the_run(run, capsys):
     words = ["replay", str(run), "--only", "emulator", "--quiet", "--same", "--navigator"]
     assert main([*words, "all_in_view"]) == 0
     assert main([*words, "best_antenna"]) == 1
-    assert "differs from the recording in " in capsys.readouterr().out
+    assert "differs from the recording in " in capsys.readouterr().err
 
 
 @pytest.mark.verifies(
@@ -140,6 +144,9 @@ def test_a_replay_can_be_reported_like_a_run(run, tmp_path, capsys):
     assert after["craft"] == before["craft"]
     assert (after["emulator"], after["pace"]) == (f"replay of {run}", "lockstep")
     assert (folder / "report.html").exists()
+    assert capsys.readouterr().out == f"{folder}\n"
+    folder = tmp_path / "told"
+    assert main(["replay", str(run), *words[:-1], "--report", str(folder)]) == 0
     assert f"report:     {folder / 'report.html'}" in capsys.readouterr().out
 
 
@@ -187,7 +194,7 @@ def test_an_epoch_that_was_not_recorded_is_told(run, socket, capsys):
 
 
 def test_all_of_a_recording_is_heard_by_whoever_listens(run, socket):
-    replay = started("replay", str(run), "--bus", socket, "--pace", "x20", "--quiet")
+    replay = started("replay", str(run), "--bus", socket, "--pace", "x20")
     link = _joined(socket)
     heard = 0
     try:
@@ -201,7 +208,8 @@ def test_all_of_a_recording_is_heard_by_whoever_listens(run, socket):
         link.close()
     out, said = ended(replay)
     recorded = len((run / "bus.log").read_bytes().splitlines())
-    assert replay.returncode == 0 and said == ""
+    assert replay.returncode == 0
+    assert said.startswith("gnss-hil: a bus of our own at ") and said.count("\n") == 1
     assert out.startswith(f"replayed    {recorded} frames in ")
     assert recorded * 0.5 < heard <= recorded  # what was sent before we joined is gone
 
@@ -217,7 +225,7 @@ def _joined(spec: str):
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_what_was_heard_and_nobody_behind(run, tmp_path, signum):
     out = tmp_path / "part.log"
-    replay = started("replay", str(run), "--only", "emulator", "--pace", "x2", "--out", str(out), "--quiet")
+    replay = started("replay", str(run), "--only", "emulator", "--pace", "x2", "--out", str(out))
     recorded(out, 1, replay)
     flight = children_of(replay.pid)["flightsw"]
     replay.send_signal(signum)

@@ -245,7 +245,12 @@ def test_refused_frames_have_a_plot_and_a_table(copied, tmp_path):
 def test_a_run_may_go_without_a_page(tmp_path, capsys):
     folder = played(tmp_path / "plain", "--no-report")
     assert not (folder / "report.html").exists()
-    assert capsys.readouterr().out.endswith(f"run folder: {folder}\n")
+    assert capsys.readouterr().out == f"{folder}\n", "quiet"
+    assert (
+        main(["run", "soyuz", "--bus", "inline", "--duration", "9", "--no-report", "--out", f"{folder}2"])
+        == 0
+    )
+    assert capsys.readouterr().out.endswith(f"run folder: {folder}2\n")
 
 
 def test_a_page_that_cannot_be_written_costs_nothing_else(copied, capsys):

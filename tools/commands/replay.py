@@ -87,7 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="exit status 1 if the other side does not say what it said then",
     )
-    add("--quiet", action="store_true", help="no progress")
+    add(
+        "--quiet", action="store_true",
+        help="no progress and no result: on stdout the folder of --report alone, on stderr what is wrong or "
+        "odd, with --same a difference",
+    )  # fmt: skip
 
 
 def _session(text: str) -> int:
@@ -107,26 +111,32 @@ def run(arguments: Namespace) -> int:
     say, about = voice(PROGRAM, config.quiet), output.about_of(config, arguments.command_line)
     with Stop() as stop, RuntimeDir() as runtime_dir, peer.bus(config.bus, runtime_dir, say) as spec:
         played, folder = session.play(config, found, spec, runtime_dir, say, stop)
-    for line in output.account(config, played):
-        print(line)
+    different = config.same and played.comparison.different
+    if not config.quiet:
+        print("\n".join(output.account(config, played)))
+    elif different:
+        print(
+            f"{PROGRAM}: {OTHER_SIDE[config.only or 'emulator']}: {played.comparison.result}", file=sys.stderr
+        )
     recording = found.recorded.recording
     for line in (*recording.found.lines(recording.path), *damage.lines(found.recorded)):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
-        print(flush=True)
-        _report(folder.path, output.facts_of(found, config, played, about))
+        if not config.quiet:
+            print(flush=True)
+        _report(folder.path, output.facts_of(found, config, played, about), config.quiet)
     if stop():
         return stop.status
-    return 1 if config.same and played.comparison.different else 0
+    return 1 if different else 0
 
 
-def _report(folder: Path, facts: Mapping[str, Any]) -> None:
+def _report(folder: Path, facts: Mapping[str, Any], quiet: bool) -> None:
     """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them."""
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.recording.run_folder import FACTS, write_json
 
     write_json(folder / FACTS, facts)
-    report.run(Namespace(run=folder, other=None, out=None, force=False))
+    report.again(folder, None, quiet)
 
 
 def config_of(a: Namespace) -> ReplayConfig:

@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> int:
     if arguments.out:
         check_new_file(arguments.out, arguments.force, f"--out {arguments.out}")
     if arguments.other is None:
-        return _again(arguments.run, arguments.out)
+        return again(arguments.run, arguments.out)
     return _compared(arguments.run, arguments.other, arguments.out)
 
 
@@ -55,8 +55,8 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
     return 0
 
 
-def _again(folder: Path, out: Path | None) -> int:
-    """Everything that a run's log tells, anew."""
+def again(folder: Path, out: Path | None, quiet: bool = False) -> int:
+    """Everything that a run's log tells, anew; if `quiet`, on stdout the folder alone."""
     from gnss_hil.tools.recording.run_folder import LOG, check_run_folder
     from gnss_hil.tools.results import assemble, run_digest
     from gnss_hil.tools.results.text import missed, render
@@ -70,9 +70,8 @@ def _again(folder: Path, out: Path | None) -> int:
     epochs = max(digest.epochs for digest in digests.values())
     facts = assemble.after_a_crash(assemble.read_facts(folder), scenario, epochs)
     summary = assemble.write(folder, facts, digests)
-    print(render(summary))
-    print()
-    lines = draw(folder, facts, summary, digests, out) + missed(summary)
+    print(folder if quiet else f"{render(summary)}\n")
+    lines = draw(folder, facts, summary, digests, out, told=not quiet) + missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 1 if lines else 0

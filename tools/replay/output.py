@@ -20,6 +20,7 @@ from gnss_hil.tools.replay.players import Keep, Played
 from gnss_hil.tools.replay.recorded_run import RecordedRun
 from gnss_hil.tools.replay.source import Source, scenario_of
 from gnss_hil.tools.results import assemble
+from gnss_hil.tools.results.text import REPLAY_OF
 from gnss_hil.tools.run_config.config import OTHER_SIDE, OURS, ReplayConfig
 
 
@@ -104,7 +105,7 @@ def facts_of(
     """What the replay alone knows."""
     (run, scenario), latency = scenario_of(source), played.tally.latency
     interval_s = source.recorded.interval_ns / 1e9
-    recorded = f"replay of {run}"
+    recorded = f"{REPLAY_OF}{run}"
     ours = config.flight == OURS
     policy = (config.policy or scenario.craft[0].flight.policy) if ours else config.flight
     return assemble.facts_of(

@@ -77,12 +77,14 @@ class Mastery:
     by_fixes: bool = False
 
 
-def play_emulator(recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, stop: Stop) -> Played:
-    """The recorded run as the master of time."""
+def play_emulator(
+    recorded: RecordedRun, link: Link, how: Mastery, keep: Keep, stop: Stop, spec: str = ""
+) -> Played:
+    """The recorded run as the master of time, on the bus `spec`."""
     session = how.session
     number = recorded.session if session is None else session
     master = MasterLoop(
-        {recorded.bus: Bus(link, recorded.codec)},
+        {recorded.bus: Bus(link, recorded.codec, spec)},
         number,
         how.pace,
         recorded.interval_ns / 1e9,

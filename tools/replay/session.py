@@ -29,7 +29,7 @@ def play(
             pace = parse_pace(config.pace or "realtime") or 1.0
             return players.play_all(source.recorded, link, pace, stop), None
         with _other_side(config, source, spec, runtime_dir / "words", say) as other:
-            return _against(config, source, link, other, stop)
+            return _against(config, source, link, spec, other, stop)
 
 
 def _other_side(config: ReplayConfig, source: Source, spec: str, words: Path, say: Say):
@@ -52,7 +52,7 @@ def _other_side(config: ReplayConfig, source: Source, spec: str, words: Path, sa
 
 
 def _against(
-    config: ReplayConfig, source: Source, link: Link, other: peer.Other, stop: Stop
+    config: ReplayConfig, source: Source, link: Link, spec: str, other: peer.Other, stop: Stop
 ) -> tuple[players.Played, RunFolder | None]:
     """A side of the recorded run against the other's software."""
     emulating = config.only == "emulator"
@@ -78,7 +78,7 @@ def _against(
                     config.session,
                     by_fixes=config.flight != OURS,
                 )
-                played = players.play_emulator(source.recorded, link, how, kept, over)
+                played = players.play_emulator(source.recorded, link, how, kept, over, spec)
             else:
                 played = players.play_flight(source.recorded, link, kept, over)
             other.end(played.complete, interrupted=stop())

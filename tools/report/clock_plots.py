@@ -9,6 +9,11 @@ from gnss_hil.tools.report.error_plots import sigma_bands, view
 from gnss_hil.tools.report.plot import Json, Plot, axis, piled, usual_span
 from gnss_hil.tools.report.time_series import NO_FIX, shades, trace
 
+_BANDS = (
+    "Bands: 1 and 3 sigma as published, mostly of the delay that all receivers share: one draw a run, none "
+    "without interchannel_bias."
+)
+
 
 def clock(craft: Craft) -> Plot:
     """Bias and drift of the lowest oscillator, and the bias's error where truth was kept."""
@@ -24,9 +29,7 @@ def clock(craft: Craft) -> Plot:
         rows.append((axis("bias - truth [m]", range=[-limit, limit]),
                      [*sigma_bands(t_ns, sigma), trace("bias - truth", t_ns, error, "--accent",
                                                        line={"width": 1})]))  # fmt: skip
-        words += (
-            " Bands: 1 and 3 sigma as published." if not np.isnan(sigma).all() else " No sigma is published."
-        )
+        words += " No sigma is published." if np.isnan(sigma).all() else f" {_BANDS}"
     if np.isnan(drift).all():
         words += " No drift is published."
     else:

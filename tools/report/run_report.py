@@ -31,7 +31,7 @@ from gnss_hil.tools.report.document import Page, card, lead, note
 from gnss_hil.tools.report.markup import Markup, tag
 from gnss_hil.tools.report.plot import Plot
 from gnss_hil.tools.results import truth
-from gnss_hil.tools.results.text import foreign_emulator
+from gnss_hil.tools.results.text import foreign_emulator, replayed
 
 REPORT = "report.html"
 
@@ -114,7 +114,7 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> 
     whose = "as in the vehicle file handed over, " if foreign_emulator(s) else "vehicle "
     page.add(tag.h2(f"Craft {craft.name}, {whose}{craft.vehicle.name}"))
     page.add(summary_tables.craft_tiles(own, s["epochs"]))
-    page.add(card("Figures", summary_tables.craft_table(own)))
+    page.add(card("Figures", summary_tables.craft_table(own, replayed(s))))
     page.add(card("Epochs without a fix", summary_tables.no_fix_table(own, craft.without_fix)))
     page.add_plots([assignment.assignment(craft)], craft.name)
     page.add_plots(antenna_skies.skies(craft))

@@ -11,7 +11,16 @@ from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
 from gnss_hil.tools.results.outages import Stretches
-from gnss_hil.tools.results.text import besides, broken_off, figure, not_sent, outages, percent, small
+from gnss_hil.tools.results.text import (
+    assignment,
+    besides,
+    broken_off,
+    figure,
+    not_sent,
+    outages,
+    percent,
+    small,
+)
 
 Summary = Mapping[str, Any]
 
@@ -30,21 +39,17 @@ _ROWS = (
 )
 
 
-def craft_table(figures: Summary) -> Markup:
-    """Statistics of one craft, and what its assignment took."""
+def craft_table(figures: Summary, of_recording: bool = False) -> Markup:
+    """Statistics of one craft, and what its assignment took; of_recording: a recording was the emulator."""
     settled = figures["converged"]
     rows = [_row(figures, key, label) for key, label in _ROWS]
     if settled["fixes"]:
         since = f", from {settled['after_s']:g} s on"
         rows += [_row(settled, key, f"{label}{since}") for key, label in _ROWS if key in _CONVERGED]
-    a = figures["assignment"]
-    assignment = note(
-        f"{figure(a['commands'])} commands ({figure(a['repeats'])} repeated), "
-        f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} rejected."
-    )
+    commanded = note(f"{assignment(figures, of_recording)}.")
     lacking = not_sent(figures)
     silent = note(f"Not sent with its fixes: {lacking}.") if lacking else None
-    return text((table(("", *_STATISTICS), rows), assignment, silent))
+    return text((table(("", *_STATISTICS), rows), commanded, silent))
 
 
 def _row(figures: Summary, key: str, label: str) -> tuple[str, ...]:

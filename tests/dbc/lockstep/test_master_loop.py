@@ -172,7 +172,7 @@ def waited(clock: Clock, heartbeats: FrameBatch, timeout_s: float | None) -> tup
     begun_s, told = clock.now_s, []
     overdue = lambda: clock.now_s > begun_s + 100  # noqa: E731
     link = Answering(clock, 0, heartbeats)
-    master = MasterLoop({"soyuz": Bus(link, CODEC)}, SESSION, None, 1.0, stop=overdue)
+    master = MasterLoop({"soyuz": Bus(link, CODEC, "socketcan:vcan0")}, SESSION, None, 1.0, stop=overdue)
     try:
         master.assemble(timeout_s=timeout_s, tell=told.append)
     except MissingNodes as error:
@@ -182,8 +182,10 @@ def waited(clock: Clock, heartbeats: FrameBatch, timeout_s: float | None) -> tup
 
 def test_who_waits_says_for_whom_after_a_while(clock):
     _, told, why = waited(clock, EMPTY, 60.0)
-    assert told == ["waiting for FLIGHT of soyuz: no heartbeat from FLIGHT"]
-    assert why == "craft soyuz: no heartbeat from FLIGHT within 60 s"
+    begin = "waiting for the flight software of soyuz on socketcan:vcan0: no heartbeat from FLIGHT so far"
+    assert told == [f"{begin}; is it running, and on this bus?"]
+    begin = "craft soyuz: no heartbeat from FLIGHT within 60 s"
+    assert why == f"{begin}: the flight software is not running, or not on socketcan:vcan0"
 
 
 def test_a_wrong_contract_is_told_at_the_first_heartbeat(clock):
@@ -192,4 +194,6 @@ def test_a_wrong_contract_is_told_at_the_first_heartbeat(clock):
     waited_s, told, why = waited(clock, wrong, 60.0)
     assert waited_s < 1 and why == f"craft soyuz: {words}"
     waited_s, told, why = waited(clock, wrong, None)
-    assert waited_s >= 100 and told == [f"waiting for FLIGHT of soyuz: {words}"], "it may come again"
+    assert waited_s >= 100 and told == [
+        f"waiting for the flight software of soyuz on socketcan:vcan0: {words}"
+    ], "it may come again"

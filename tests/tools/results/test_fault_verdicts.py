@@ -39,7 +39,7 @@ def played(tmp_path_factory):
     """Run folder, exit status, stdout and stderr, verdict as JUnit has it."""
     path = tmp_path_factory.mktemp("faults")
     faults = [word for line in LINES for word in ("--fault", line)]
-    command = [*GNSS_HIL, "run", "soyuz", "--duration", "130", "--bus", "inline", "--quiet", "--no-report"]
+    command = [*GNSS_HIL, "run", "soyuz", "--duration", "130", "--bus", "inline", "--no-report"]
     told = ["--out", str(path / "run"), "--junit", str(path / "verdict.xml")]
     done = subprocess.run([*command, *faults, *told], capture_output=True, text=True)
     return path / "run", done, ElementTree.parse(path / "verdict.xml").getroot()

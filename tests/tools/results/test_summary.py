@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from gnss_hil.dbc.contract import codec
@@ -9,7 +11,7 @@ from gnss_hil.dbc.contract.frames import concat
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results.summary import build
-from gnss_hil.tools.results.text import render
+from gnss_hil.tools.results.text import CLOCK_SAID, render
 from tests.support import live_runs
 
 CODEC = codec.codec(4)
@@ -68,6 +70,38 @@ def test_lockstep_counts_unanswered_epochs():
     assert summary["epochs_unanswered"] == 3
     assert "3: the run is not reproducible" in render(summary)
     assert "unanswered" not in render(build(facts("lockstep", 0), {"a": counted(1, 0)}, None))
+
+
+REST = "1 handovers, 2 refused by receivers"
+OF_A_RECORDING = f"1 300 times again as a recording answers only the commands of then; {REST}"
+
+
+@pytest.mark.parametrize(
+    ("emulator", "repeats", "words"),
+    [
+        ("ours", 0, f"3 commands, {REST}"),
+        ("ours", 7, f"3 commands, sent 7 times again for want of an answer; {REST}"),
+        ("replay of runs/a", 1300, f"3 commands, sent {OF_A_RECORDING}"),
+    ],
+)
+def test_commands_that_were_sent_again_say_why(emulator, repeats, words):
+    digest = counted(1, 0)
+    digest.commands.commands, digest.commands.repeats, digest.commands.rejected = 3, repeats, 2
+    digest.commands.handed = [(0, 1, 1, 2)]
+    told = render(build(facts() | {"emulator": emulator}, {"a": digest}, None))
+    assert re.search(rf"^  assignment +{words}$", told, re.MULTILINE)
+    assert ("not ours" in told) is False
+
+
+@pytest.mark.parametrize(
+    ("squared", "said"), [(0.025, True), (0.3, False), (1, False), (4.6, True), (None, False)]
+)
+def test_a_clock_whose_squared_error_is_far_from_1_is_explained(squared, said):
+    summary = build(facts(), {"a": counted(1, 0)}, None)
+    settled = summary["craft"]["a"]["converged"]
+    settled |= {"after_s": 90, "epochs": 10, "fixes": 10}
+    settled["nees"] = {"position": 3, "velocity": 3, "clock": squared}
+    assert (CLOCK_SAID in render(summary)) is said
 
 
 def test_a_run_at_a_pace_says_how_late_its_marks_were():
