@@ -6,6 +6,7 @@
 # make mutants   do the tests catch small faults in the code? of="PACKAGE or ID ..." for some of them
 # make results  every published figure, measured: docs/results.md; QUICK=1 for those of minutes
 # make docs   the documents that are generated from code and tests
+# make clean  removes the virtual environment, what was built, and runs/
 # Each makes its own virtual environment, `run` with what the bench needs, the others with the developers' tools
 # too; nothing but Python 3.11 or newer is needed.
 
@@ -70,4 +71,4 @@ $(DEVELOPMENT): $(RUNTIME)
 	touch $@
 
 clean:
-	rm -rf $(VENV) runs
+	rm -rf $(VENV) build dist examples/fsw_c/build runs

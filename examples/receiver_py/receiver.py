@@ -1,7 +1,7 @@
 """One GPS receiver and its craft on the bench's bus: an emulator of somebody else's.
 
 bench.py speaks on the bus, channels.py obeys commands, sky.py says what there is to measure. Environment:
-GNSS_HIL_BUS; GNSS_HIL_VEHICLE, _PACE (lockstep, realtime, xN), _DURATION (s). Argument: a file for the truth.
+GNSS_HIL_BUS; GNSS_HIL_VEHICLE, _PACE (lockstep, realtime, xN), _DURATION (s). Argument: file for the truth.
 """
 
 import os

@@ -133,7 +133,10 @@ METHOD = Section(
     "broadcast sky (IGS files brdc3050.12n and .12g), 32 GPS and 24 GLONASS satellites. Errors are thermal "
     "noise only; the broadcast orbits are the truth. The last ephemerides end at 24:00, so the last quarter "
     "of an hour has few satellites; it is in the first three columns. The last two count from the second "
-    "minute to 24:00.",
+    'minute to 24:00, as `python -c "import gnss_hil, polars as pl; '
+    "e = gnss_hil.Run.read('RUN').errors"
+    f".filter(pl.col('t_s').is_between({SETTLED_S}, {DAY_ENDS_S}, 'left')); "
+    f"print(e['position_error_m'].max(), {DAY_ENDS_S - SETTLED_S} - len(e))\"` prints them of a run folder.",
     (
         "who assigns",
         "distinct satellites, mean",

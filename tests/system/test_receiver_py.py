@@ -38,6 +38,7 @@ from tests.support.waiting import ended, until
 pytestmark = pytest.mark.verifies(
     "examples/receiver_py/receiver.py",
     "examples/receiver_py/sky.py",
+    "examples/receiver_py/orbit.py",
     what="A receiver as a third party would write it",
     by="our flight software, which shares no code with it, finds its truth: 0.3 mm",
     status="modelled",
@@ -73,7 +74,9 @@ def errors(fixes: pl.DataFrame, truth: Path) -> pl.DataFrame:
 def run(tmp_path_factory):
     """A lockstep run on the embedded bus: its folder and the errors of its fixes."""
     folder = tmp_path_factory.mktemp("receiver_py")
-    return folder / "run", played(folder, EPOCHS)
+    orbit = subprocess.run([sys.executable, EXAMPLE / "orbit.py"], capture_output=True, text=True, check=True)
+    (folder / "orbit.oem").write_text(orbit.stdout)
+    return folder / "run", played(folder, EPOCHS, "--reference", str(folder / "orbit.oem"))
 
 
 def test_every_fix_is_where_the_receivers_craft_was(run):
@@ -83,6 +86,13 @@ def test_every_fix_is_where_the_receivers_craft_was(run):
     assert judged["velocity_mps"].max() < 0.001
     print(f"{EPOCHS} fixes, {1e3 * judged['position_m'].max():.2f} mm and "
           f"{1e3 * judged['velocity_mps'].max():.2f} mm/s at most")  # fmt: skip
+
+
+def test_the_orbit_that_it_says_to_fly_judges_the_run(run):
+    folder, judged = run
+    (craft,) = json.loads((folder / "summary.json").read_text())["craft"].values()
+    assert craft["position_error_m"]["max"] == pytest.approx(judged["position_m"].max(), abs=1e-5)
+    assert craft["position_error_m"]["max"] < 0.001
 
 
 def test_channels_are_commanded_and_nothing_is_lost_or_refused(run):
