@@ -68,7 +68,7 @@ class Digest:
         used &= navigation["valid"][channels.epoch]
         told = lists_used(block) | ~navigation["valid"]
         navigation |= _distinct(block, channels, used, told, navigation)
-        out = left_out(block, channels, used, navigation)
+        out = left_out(channels, used, told, navigation)
         navigation["excluded"] = named(out, block.epochs)
         self._take_flight_checks(block, channels, used, out)
         reported = navigation.pop("reported") & known

@@ -33,19 +33,22 @@ def refusals_said(block: Block) -> Columns:
     return {"epoch": said.epoch, **columns}
 
 
-def left_out(block: Block, channels: Channels, used: Bool, fix: Columns) -> Columns:
+def left_out(channels: Channels, used: Bool, told: Bool, fix: Columns) -> Columns:
     """epoch (row of the block), receiver (whether it is one), which (satellite index, or 0-based number;
     UNNAMED), count, (k,) each.
 
-    channels, used (n,)   what was measured, and whether it is in the fix;  fix (e,)  as `navigation.fixes`
+    channels, used (n,)   what was measured, and whether it is in the fix
+    told (e,)   whether the flight software says what is in it;  fix (e,)  as `navigation.fixes`
     """
-    rows = list(_left_out(channels, used, fix))
+    rows = list(_left_out(channels, used, told, fix))
     return dict(
         zip(("epoch", "receiver", "which", "count"), np.array(rows, np.int64).reshape(-1, 4).T, strict=True)
     )
 
 
-def _left_out(channels: Channels, used: Bool, fix: Columns) -> Iterator[tuple[int, bool, int, int]]:
+def _left_out(
+    channels: Channels, used: Bool, told: Bool, fix: Columns
+) -> Iterator[tuple[int, bool, int, int]]:
     of_satellites, of_receivers = (
         np.where(fix["valid"], np.nan_to_num(fix[f"excluded_{what}"]), 0).astype(np.int64)
         for what in ("satellites", "receivers")
@@ -58,7 +61,7 @@ def _left_out(channels: Channels, used: Bool, fix: Columns) -> Iterator[tuple[in
             (True, int(of_receivers[epoch]), channels.receiver[here]),
         ):
             named = _not_in(of, fit[here], used[here])
-            if len(named) == said:
+            if told[epoch] and len(named) == said:
                 yield from ((epoch, is_receiver, which, 1) for which in named.tolist())
             elif said:
                 yield epoch, is_receiver, UNNAMED, said

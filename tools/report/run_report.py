@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from gnss_hil.tools.report import (
     clock_plots,
     error_plots,
     events,
+    fault_ledger,
     ground_track,
     relative_position,
     summary_tables,
@@ -28,6 +29,7 @@ from gnss_hil.tools.report import (
 )
 from gnss_hil.tools.report.craft import Craft, gather
 from gnss_hil.tools.report.document import Page, card, lead, note
+from gnss_hil.tools.report.fault_ledger import Window
 from gnss_hil.tools.report.markup import Markup, tag
 from gnss_hil.tools.report.plot import Plot
 from gnss_hil.tools.results import truth
@@ -51,7 +53,7 @@ def write(
     began_ns = min(
         (int(d.timeline["t_ns"][0]) for d in digests.values() if len(d.timeline["t_ns"])), default=None
     )
-    _head(page, scenario, summary, began_ns)
+    _head(page, scenario, summary, began_ns, fault_ledger.cards(folder, summary))
     latency = summary["epoch_latency_ms"]
     bench = time_series.latency(facts.get("latency_histogram", []), latency["p50"], latency["p99"])
     alone = len(scenario.craft) == 1
@@ -62,7 +64,8 @@ def write(
         vehicle = vehicles.load(scenarios.vehicle_path(craft, folder / SCENARIO))
         table = channels if channels.exists() else None
         gathered = gather(name, vehicle, summary["epoch_interval_s"], digests[name], rows, table)
-        _craft(page, gathered, summary, [bench] if alone else [])
+        acting = fault_ledger.windows(folder, scenario, name)
+        _craft(page, gathered, summary, [bench] if alone else [], acting)
         crafts.append(gathered)
     if not alone:
         page.add(tag.h2("Relative position"))
@@ -76,8 +79,13 @@ def write(
     page.write(path)
 
 
-def _head(page: Page, scenario: Scenario, s: Mapping[str, Any], began_ns: int | None) -> None:
-    """began_ns: the first time mark heard; what another's emulator played is known from the bus alone."""
+def _head(
+    page: Page, scenario: Scenario, s: Mapping[str, Any], began_ns: int | None, of_faults: list[Markup]
+) -> None:
+    """began_ns: the first time mark heard; what another's emulator played is known from the bus alone.
+
+    of_faults   cards of what became of faults
+    """
     bus = s["bus"]["interface"]
     way = f"{bus}:{s['bus']['channel']}" if s["bus"]["channel"] else bus
     facts = [
@@ -101,27 +109,29 @@ def _head(page: Page, scenario: Scenario, s: Mapping[str, Any], began_ns: int | 
         summary_tables.bus_tiles(s),
     )
     judged = (
-        ("Expectations", summary_tables.expectations(s), summary_tables.NOTHING_EXPECTED),
+        ("Expectations", summary_tables.expectations(s), summary_tables.nothing_expected(s)),
         ("Frame faults", summary_tables.faults(s), summary_tables.NO_FAULTS),
     )
-    cards = [card(title, table) for title, table, _ in judged if table is not None]
+    cards = [*of_faults, *(card(title, table) for title, table, _ in judged if table is not None)]
     page.add(tag.div(cards, class_="grid") if cards else None)
-    page.add(*(note(nothing) for _, table, nothing in judged if table is None))
+    page.add(*(note(nothing) for _, table, nothing in judged if table is None and nothing))
 
 
-def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> None:
+def _craft(
+    page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot], acting: Sequence[Window]
+) -> None:
+    """acting: windows of faults on its bus."""
     own = s["craft"][craft.name]
     whose = "as in the vehicle file handed over, " if foreign_emulator(s) else "vehicle "
     page.add(tag.h2(f"Craft {craft.name}, {whose}{craft.vehicle.name}"))
     page.add(summary_tables.craft_tiles(own, s["epochs"]))
     page.add(card("Figures", summary_tables.craft_table(own, replayed(s))))
     page.add(card("Epochs without a fix", summary_tables.no_fix_table(own, craft.without_fix)))
-    page.add_plots([assignment.assignment(craft)], craft.name)
+    page.add_plots(fault_ledger.shaded([assignment.assignment(craft)], acting), craft.name)
     page.add_plots(antenna_skies.skies(craft))
     if craft.sightings is not None:
         page.add(antenna_skies.legend())
-    page.add_plots(
-        [
+    plots = [
             error_plots.position_error(craft), error_plots.velocity_error(craft),
             error_plots.consistency(craft), clock_plots.clock(craft), attitude_plot.attitude(craft),
             time_series.residuals_by_satellite(craft), time_series.satellites_by_antenna(craft),
@@ -129,9 +139,8 @@ def _craft(page: Page, craft: Craft, s: Mapping[str, Any], more: list[Plot]) -> 
             ground_track.ground_track(craft), ground_track.orbit(craft), time_series.strength(craft),
             time_series.load(craft),
             *more, events.events(craft), time_series.faults(craft),
-        ],
-        craft.name,
-    )  # fmt: skip
+    ]  # fmt: skip
+    page.add_plots(fault_ledger.shaded(plots, acting), craft.name)
 
 
 def _foot(folder: Path, has_truth: bool, has_channels: bool) -> Markup:

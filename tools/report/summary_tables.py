@@ -161,7 +161,6 @@ def shown(value: float | int | None, unit: str = "") -> str:
     return digits if value is None or not unit else f"{digits} {unit}"
 
 
-NOTHING_EXPECTED = "The scenario expects nothing; this run is not judged."
 NO_FAULTS = "No frame was lost and none was refused."
 
 
@@ -176,6 +175,12 @@ def expectations(s: Summary) -> Markup | None:
         for row in s["expectations"]
     ]  # fmt: skip
     return table(("figure", "from", "at least", "at most", "found", "verdict"), rows)
+
+
+def nothing_expected(s: Summary) -> str:
+    """In words; "" where something is expected of faults."""
+    judged = any(row["expectations"] for row in s.get("faults", ()))
+    return "" if judged else "The scenario expects nothing; this run is not judged."
 
 
 def _met(met: bool) -> Markup:
@@ -194,7 +199,7 @@ def faults(s: Summary) -> Markup | None:
 
 def verdict(s: Summary) -> Markup | None:
     """One badge: what to think of the run before reading on."""
-    every = s["expectations"]
+    every = [*s["expectations"], *(row for row in s.get("faults", ()) if row["expectations"])]
     missed = sum(not row["met"] for row in every)
     if broken := broken_off(s):
         words = f"not complete: {broken}"

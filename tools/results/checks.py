@@ -72,8 +72,8 @@ class _Rows:
 
 def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] = ()) -> Columns:
     """The rows of checks.parquet of one craft in the order of epochs, those before the first mark first:
-    craft, t_gps_s, epoch (as its mark says), check, where (message, identifier, satellite, receiver, or
-    node), count, by (BENCH, FLIGHT)."""
+    craft, t_gps_s, epoch (as its mark says, or by the marks around), check, where (message, identifier,
+    satellite, receiver, or node), count, by (BENCH, FLIGHT)."""
     found = [*_sources(digest), _bench(digest, bench_refused)]
     row, check, where, count = (
         np.concatenate([getattr(rows, name) for rows in found]) for name in ("row", "check", "where", "count")
@@ -81,7 +81,7 @@ def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] =
     by = np.repeat([rows.by for rows in found], [len(rows.row) for rows in found])
     order = np.argsort(row, kind="stable")
     row, marks = row[order], digest.marks
-    t_ns, epoch = (np.r_[marks[name], -1][row] for name in ("t_ns", "epoch"))
+    t_ns, epoch = (np.r_[column, -1][row] for column in (marks["t_ns"], reckoned(marks["epoch"])))
     return {
         "craft": Labelled(np.zeros(len(row), np.uint8), (craft,)),
         "t_gps_s": np.where(t_ns < 0, np.nan, t_ns / NS_PER_S),
@@ -91,6 +91,20 @@ def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] =
         "count": count[order],
         "by": by[order],
     }
+
+
+def reckoned(epoch: I64) -> I64:
+    """Numbers of epochs (n,) as their marks say, -1 where no mark does: there by those around, if as many are
+    missing as there is room for; behind the last mark by it."""
+    known = np.flatnonzero(epoch >= 0)
+    if not len(known) or len(known) == len(epoch):
+        return epoch
+    row = np.arange(len(epoch))
+    before = known[np.maximum(np.searchsorted(known, row, side="right") - 1, 0)]
+    after = known[np.minimum(np.searchsorted(known, row), len(known) - 1)]
+    guess = epoch[before] + row - before
+    fits = (row > before) & ((after < row) | (epoch[after] - epoch[before] == after - before))
+    return np.where((epoch < 0) & fits, guess, epoch)
 
 
 def _sources(digest: Digest) -> Iterator[_Rows]:

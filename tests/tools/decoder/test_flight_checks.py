@@ -78,6 +78,10 @@ def test_where_it_cannot_be_told_which_it_is_counted():
     assert left_out(fix(2, 0, {1: 1, 3: 0b100000})) == [(0, "EXCLUDED_SATELLITE", "FLIGHT", 2)]
 
 
+def test_of_a_fix_that_does_not_say_what_is_in_it_nothing_is_named():
+    assert left_out(fix(5, 0, {})) == [(0, "EXCLUDED_SATELLITE", "FLIGHT", 5)]
+
+
 def test_of_an_epoch_without_a_fix_nothing_is_left_out():
     assert left_out(fix(2, 1, {}, mode=0)) == []
 

@@ -193,3 +193,14 @@ def test_a_run_without_an_epoch_has_the_columns(tmp_path):
 def test_names_of_checks_are_told_apart():
     assert len(set(checks.CHECKS)) == len(checks.CHECKS)
     assert set(checks.REJECTIONS) == {v.name for v in Verdict if v > Verdict.LOST} | {"BEFORE_FIRST_MARK"}
+
+
+@pytest.mark.parametrize(
+    ("said", "reckoned"),
+    [
+        ([4, 5, 6], [4, 5, 6]), ([4, -1, -1, 7], [4, 5, 6, 7]), ([4, -1, 7], [4, -1, 7]), ([-1, 4], [-1, 4]),
+        ([4, -1, -1], [4, 5, 6]), ([-1, -1], [-1, -1]), ([9, -1, 3, -1, 5], [9, -1, 3, 4, 5]), ([], []),
+    ],
+)  # fmt: skip
+def test_an_epoch_without_a_mark_is_reckoned_from_those_around_it(said, reckoned):
+    assert checks.reckoned(np.array(said, np.int64)).tolist() == reckoned
