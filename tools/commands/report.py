@@ -38,17 +38,12 @@ def run(arguments: Namespace) -> int:
 def _compared(first: Path, second: Path, out: Path | None) -> int:
     """Figures side by side on stdout, plots in a page."""
     from gnss_hil.tools.report import compare
-    from gnss_hil.tools.results.text import aligned, broken_off
+    from gnss_hil.tools.results.text import broken_off
 
     runs = compare.read(first), compare.read(second)
     path = out or first / f"compare-{runs[1].name}.html"
-    names = [run.name for run in runs]
-    print(f"{compare.title(*runs)}\n")
-    print(aligned([("", *names, "ratio", ""), *compare.rows(runs[0].summary, runs[1].summary)]))
+    print("\n".join(compare.told(*runs)))
     print(f"\nreport: {compare.write(*runs, path)}")
-    for key, mine, other in compare.differences(*runs):
-        if key in ("scenario", "seed", "duration_s", "epoch_interval_s"):
-            print(f"{PROGRAM}: the runs differ in {key}: {mine} and {other}", file=sys.stderr)
     for run in runs:
         if broken := broken_off(run.summary):
             print(f"{PROGRAM}: {run.name} is not complete: {broken}", file=sys.stderr)
