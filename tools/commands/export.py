@@ -12,6 +12,9 @@ from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.common.places import check_folder, check_new_files, make_folder
 
 FOLDER = "export"
+SKY_FOLDER = "sky"
+"""Apart from the messages of rinex, which have the same name and are in WGS-84."""
+
 KINDS = ("rinex", "oem", "sp3", "sky")
 _OPTIONS_OF = {"shapiro": "rinex", "pz90": "rinex", "no_navigation": "rinex"}
 
@@ -25,7 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "sky: messages and orbits of nominal satellites, as --nav and --sp3 take them",
     )  # fmt: skip
     add("run", type=Path, metavar="RUN", help="run folder with its bus.log")
-    add("--out", type=Path, metavar="DIR", help=f"folder for the files (default RUN/{FOLDER})")
+    add(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help=f"folder for the files (default RUN/{FOLDER}; of sky RUN/{SKY_FOLDER})",
+    )
     add("--truth", action="store_true", help="oem, sp3: where the craft really was, instead of its fixes")
     add(
         "--shapiro", action="store_true",
@@ -62,7 +70,7 @@ def run(arguments: Namespace) -> int:
 
         scenario, craft = run_data.read(folder)
         files = orbit_files.files_of(kind, folder, scenario.name, craft, arguments.truth)
-    out = arguments.out or folder / FOLDER
+    out = arguments.out or folder / (SKY_FOLDER if kind == "sky" else FOLDER)
     check_new_files((out / file.name for file in files), arguments.force)
     make_folder(out)
     for file in files:
