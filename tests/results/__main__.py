@@ -20,10 +20,14 @@ UNNAMED = "soyuz-DATE-TIME"  # a run's folder in what is shown, as it is called 
 BUSY = 1.0  # load average above which speeds are not measured
 
 
-def shell_text(command: str, folder: Path) -> str:
-    """The command as it is run: RUN is the folder, a run without --out goes there."""
+def shell_text(command: str, folder: Path, shown: bool = False) -> str:
+    """The command as it is run: RUN is the folder, a run without --out goes there.
+
+    shown   what it prints is to be kept; else it keeps quiet
+    """
+    added = "--out RUN" if shown else "--out RUN --quiet"
     lines = [
-        f"{line} --out RUN --quiet" if line.startswith("gnss-hil run ") and "--out" not in line else line
+        f"{line} {added}" if line.startswith("gnss-hil run ") and "--out" not in line else line
         for line in command.splitlines()
     ]
     return "\n".join(lines).replace("RUN", shlex.quote(str(folder)))
@@ -36,13 +40,13 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PATH": path, "GNSS_HIL_DATA": data}
 
 
-def play(command: str, folder: Path) -> Played:
+def play(command: str, folder: Path, shown: bool = False) -> Played:
     """Run a command to its end; RuntimeError if it fails."""
     log = folder.parent / "output"
     begun = time.monotonic()
     with log.open("w") as output:
         shell = subprocess.Popen(
-            ["bash", "-euo", "pipefail", "-c", shell_text(command, folder)],
+            ["bash", "-euo", "pipefail", "-c", shell_text(command, folder, shown)],
             cwd=ROOT, env=environment(), stdout=output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
         )  # fmt: skip
         _, status, used = os.wait4(shell.pid, 0)
@@ -59,7 +63,7 @@ def measure(result: Result) -> tuple[dict[str, float], str]:
     """Figures, and what the command printed with the folder it would have had without one."""
     with tempfile.TemporaryDirectory(prefix="results-") as place:
         folder = Path(place) / "run"
-        played = play(result.command, folder)
+        played = play(result.command, folder, result.shown)
         figures = {name: reader(played) for name, reader in result.figures.items()}
         return figures, played.output.replace(str(folder), f"runs/{UNNAMED}") if result.shown else ""
 

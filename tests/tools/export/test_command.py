@@ -35,6 +35,15 @@ def test_what_is_there_is_overwritten_only_when_asked(run, tmp_path, capsys):
     assert (tmp_path / "soyuz.oem").read_text() != "mine"
 
 
+def test_a_sky_and_observations_of_a_run_lie_apart(tmp_path):
+    """Both have a broadcast.nav: one in PZ-90, to be flown again, one in WGS-84, for other programs."""
+    folder = played(tmp_path / "run")
+    for kind in ("sky", "rinex"):
+        assert main(["export", kind, str(folder)]) == 0
+    skies = {path.parent.name: path.read_text() for path in folder.rglob("broadcast.nav")}
+    assert set(skies) == {"sky", "export"} and skies["sky"] != skies["export"]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
