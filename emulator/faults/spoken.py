@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
@@ -14,9 +15,9 @@ class Spoken(Strict):
     """A table, or text that stands for it."""
 
     @classmethod
+    @abstractmethod
     def _read(cls, text: str) -> dict[str, Any]:
         """The table of a text; ValueError if it stands for none."""
-        raise NotImplementedError
 
     @model_validator(mode="before")
     @classmethod
