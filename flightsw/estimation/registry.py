@@ -32,7 +32,7 @@ class NavigatorRow:
 NAVIGATORS = table(
     NavigatorRow(
         "all_in_view",
-        lambda _: SnapshotNavigator(all_in_view),
+        lambda _: SnapshotNavigator(all_in_view, judged=True),
         "RU 2706636 C1, step 10; reduction to the centre of mass: RU 2654321",
         "all ranges of all antennas, reduced to the centre of mass, solved together",
     ),

@@ -54,9 +54,13 @@ Solve = Callable[[Ranges, FixInputs, Snapshot], tuple[Fix | NoFix, int]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SnapshotNavigator:
-    """A Navigator[Snapshot] around a way to solve one epoch."""
+    """A Navigator[Snapshot] around a way to solve one epoch.
+
+    judged   whether `solve` holds ranges against the orbit before itself, where marks are GPS time
+    """
 
     solve: Solve
+    judged: bool = False
 
     def initial(self) -> Snapshot:
         return Snapshot()
@@ -74,9 +78,10 @@ class SnapshotNavigator:
         last_mps = None if state.orbit is None else state.orbit.velocity_mps
         if isinstance(fix, Fix):
             fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
-        prior = prior_of(state.orbit) if inputs.rules.refuse else None
-        if isinstance(fix, Fix) and prior is not None and contradicted(fix, prior):
-            fix = NoFix.AGAINST_ORBIT
+        if isinstance(fix, Fix) and inputs.rules.refuse and not (self.judged and inputs.mark_clock == 0):
+            prior = prior_of(state.orbit)
+            if prior is not None and contradicted(fix, prior):
+                fix = NoFix.AGAINST_ORBIT
         if isinstance(fix, NoFix):
             state = _doubted(state) if fix is NoFix.INCONSISTENT_RANGES else state
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.registry import NAVIGATORS
-from gnss_hil.flightsw.estimation.snapshot import MAX_COAST_S, Snapshot, coasted
+from gnss_hil.flightsw.estimation.snapshot import MAX_COAST_S, Snapshot, SnapshotNavigator, coasted
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.orbit.propagator import propagate
-from gnss_hil.flightsw.records.solution import OrbitState
-from tests.flightsw.estimation.test_position import craft
+from gnss_hil.flightsw.records.solution import NoFix, OrbitState
+from tests.flightsw.estimation.test_position import SKY, craft, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET
 
 POSITION, VELOCITY = s.truth_ecef(craft())
 
@@ -59,3 +64,25 @@ def test_a_position_without_velocity_is_forgotten_at_once():
 def test_the_search_starts_where_the_craft_is_expected():
     assert Snapshot().start_m is None
     assert np.array_equal(Snapshot(orbit()).start_m, POSITION)
+
+
+@pytest.mark.parametrize(
+    ("judged", "clock", "rules", "believed"),
+    [
+        (False, 0, STRICT, False),
+        (True, 0, STRICT, True),  # by its own solution, here none
+        (True, 1, STRICT, False),
+        (False, 0, Rules(refuse=False), True),
+    ],
+)
+def test_a_fix_that_is_not_where_the_craft_must_be_is_none(judged, clock, rules, believed):
+    c = craft()
+    z = measurements(s.observe(c, in_view(c, 12), SKY))
+    fix = fix_of(c, z)
+    far = replace(fix, position_m=fix.position_m + np.array([1000.0, 0.0, 0.0]))
+    for found, right in ((fix, True), (far, believed)):
+        navigator = SnapshotNavigator(lambda *_, found=found: (found, -1), judged)
+        known = OrbitState(s.T0_NS, POSITION, VELOCITY, s.T0_NS - 10**9, np.eye(3), np.eye(3), 10.0)
+        inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=rules, mark_clock=clock)
+        _, solution = navigator.update(Snapshot(known, t_ns=s.T0_NS), z, inputs)
+        assert solution.reason is (NoFix.FIX if right else NoFix.AGAINST_ORBIT)
