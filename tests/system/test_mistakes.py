@@ -250,6 +250,21 @@ def test_a_run_longer_than_was_asked_for_says_so(desk, capsys):
     assert capsys.readouterr().err == f"gnss-hil: {said}\n"
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "icd budget --debug soyuz",
+        "icd html --receivers 4 soyuz --out page.html",
+        "schema --out . scenario",
+        "faults check --scenario soyuz replay",
+        "faults --scenario soyuz check replay",
+        "run --bus inline soyuz --duration 2 --quiet",
+    ],
+)
+def test_options_may_stand_anywhere(words, desk):
+    assert main(words.split()) == 0
+
+
 def test_the_table_is_long_enough_and_has_no_double():
     assert len({m.name for m in TABLE}) == len(TABLE) >= 30
 

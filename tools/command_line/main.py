@@ -154,6 +154,14 @@ class Parser(argparse.ArgumentParser):
         told = f"{message.removeprefix('argument ')}{self._meant(message)}"
         raise Mistake(f"{told} (see {self.prog} --help)")
 
+    def parse_mixed(self, argv: Sequence[str], into: argparse.Namespace) -> argparse.Namespace:
+        """`parse_args` with options before, between and behind the rest, but where the rest is another's
+        command line."""
+        others = (argparse.PARSER, argparse.REMAINDER)
+        if any(action.nargs in others for action in self._get_positional_actions()):
+            return self.parse_args(argv, into)
+        return self.parse_intermixed_args(argv, into)
+
     def _meant(self, message: str) -> str:
         """What was probably meant by an option or a choice that there is not."""
         if unknown := re.match(r"unrecognized arguments: (--[^\s=]+)", message):
@@ -211,7 +219,7 @@ def _dispatch(argv: Sequence[str]) -> int:
         raise Mistake(f"unknown command '{argv[0]}'; {did_you_mean(argv[0], COMMANDS, 'commands are')}")
     command = COMMANDS[argv[0]]
     told = argparse.Namespace(command_line=shlex.join([PROGRAM, *argv]))
-    arguments = parser_of(command).parse_args(argv[1:], told)
+    arguments = parser_of(command).parse_mixed(argv[1:], told)
     return import_module(command.module).run(arguments)
 
 
