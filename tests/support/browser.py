@@ -49,6 +49,11 @@ setInterval(() => {
   root.dataset.probe = JSON.stringify({
     plots, addresses, fetched, width: innerWidth, scroll: root.scrollWidth,
     cut: [...document.querySelectorAll(".scroll")].filter((e) => e.scrollWidth > e.clientWidth).length,
+    told: [...document.querySelectorAll(".scroll[tabindex]")].filter(
+      (e) => getComputedStyle(e, "::after").content.includes("sideways")).length,
+    stays: [...document.querySelectorAll(".scroll[tabindex] td:first-child")].every(
+      (e) => getComputedStyle(e).position === "sticky"),
+    round: [...document.querySelectorAll(".round")].map((e) => [e.clientWidth, e.clientHeight]),
     colour: getComputedStyle(root).colorScheme, loaded, printed: onPaper,
   });
 }, 50);

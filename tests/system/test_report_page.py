@@ -103,6 +103,37 @@ def test_a_narrow_window_needs_no_sideways_scrolling(run, tmp_path):
     assert probe["colour"] == "dark"
 
 
+@pytest.mark.parametrize("width", [500, 800, 1400])
+def test_figures_fit_every_window_and_skies_leave_no_blank(run, tmp_path, width):
+    probe = drawn(run / "report.html", tmp_path, width=width)
+    assert probe["scroll"] <= probe["width"] == width
+    assert probe["cut"] == probe["told"] == 0
+    assert len(probe["round"]) == len(SKIES)
+    assert all(tall <= wide + 2 or tall == 400 for wide, tall in probe["round"])
+
+
+def test_a_table_that_is_cut_off_says_so(tmp_path):
+    """A shade, words below, its first column in place, keys that scroll it; nothing where all is seen."""
+    from gnss_hil.tools.report.document import Page, card
+    from gnss_hil.tools.report.markup import table
+
+    page = Page("wide")
+    wide = table([f"column {k}" for k in range(9)], [[f"cell-number-{k}" for k in range(9)]])
+    page.add(card("Wide", wide), card("Narrow", table(("a", "b"), [("1", "2")])))
+    page.write(tmp_path / "wide.html")
+    narrow, broad = (browser_look(tmp_path / "wide.html", tmp_path, width) for width in (600, 1800))
+    assert (narrow["cut"], narrow["told"], narrow["stays"]) == (1, 1, True)
+    assert (broad["cut"], broad["told"]) == (0, 0)
+
+
+def browser_look(page: Path, folder: Path, width: int) -> dict:
+    """A page without plots in a window."""
+    browser.require()
+    seen = browser.look(page, folder, width=width)
+    assert seen.complaints == [] and seen.probe is not None
+    return seen.probe
+
+
 def test_light_and_dark_are_two_pictures_and_neither_is_blank(run, tmp_path):
     browser.require()
     light, dark = (

@@ -20,7 +20,7 @@ _COLOURS = ("--other", "--other", "")
 _WIDTHS = (1.0, 1.5, 3.0)
 _DASHES = ("dot", "solid", "solid")
 _RINGS_DEG = (30, 60, 90)
-_RING_NAMES_AT_DEG = 45
+_RING_NAMES_AT_DEG = 45.0
 _STEP_DEG = 15.0
 """Places of a satellite that are further apart are not joined: the run is too long for its lines."""
 _NAMED_NS = 1_800_000_000_000
@@ -29,6 +29,8 @@ RADIUS_PX = 112.0
 """Of a sky in a window of 400 pixels; in a wider one everything is further apart."""
 LABEL_PX = 25.0, 12.0
 """A name of three characters at ten pixels."""
+_SIDE_PX = 5.0
+"""Between the circle and the names of the sides."""
 
 
 def legend() -> Markup:
@@ -61,14 +63,13 @@ def _sky(craft: Craft, seen: Sightings, antenna: int) -> Plot:
     kind = np.where(here, _THIS, np.where(seen.tracked.any(axis=1), _ANOTHER, _IDLE))
     rows = _by_satellite(seen, np.flatnonzero(seen.off_deg[:, antenna] <= reach_deg))
     data = [_ways(seen, antenna, rows, kind[rows], k) for k in range(3)]
-    data.append(_mask(mask_deg))
+    data += [_mask(mask_deg), _ring_names()]
     last = rows[np.r_[np.diff(seen.satellite[rows]) != 0, True]] if len(rows) else rows
     data += _ends(seen, antenna, rows, last, reach_deg)
     sides = list(side_names(vehicle.boresight_body[antenna]))
     polar = {
-        "radialaxis": {"range": [0, reach_deg], "tickvals": list(_RINGS_DEG), "angle": _RING_NAMES_AT_DEG,
-                       "ticktext": [f"{ring}\u00b0" for ring in _RINGS_DEG], "ticks": "", "tickangle": 45,
-                       "gridcolor": "--rule", "showline": False, "layer": "below traces"},
+        "radialaxis": {"range": [0, reach_deg], "tickvals": list(_RINGS_DEG), "showticklabels": False,
+                       "ticks": "", "gridcolor": "--rule", "showline": False, "layer": "below traces"},
         "angularaxis": {"rotation": 90, "direction": "clockwise", "tickvals": [0, 90, 180, 270],
                         "ticktext": sides},
     }  # fmt: skip
@@ -151,12 +152,27 @@ def _ends(seen: Sightings, antenna: int, rows: I64, last: I64, reach_deg: float)
 
 def names_at_px(points_px: F64, drawn_px: F64, reach_deg: float) -> F64:
     """(n, 2) centres of the names of points (n, 2) in a sky of RADIUS_PX that shows drawn_px (k, 2); those of
-    the rings stay clear."""
-    turn = np.radians(_RING_NAMES_AT_DEG)
-    off: F64 = np.array(_RINGS_DEG, float) * (RADIUS_PX / reach_deg)
-    rings = np.column_stack([off * np.sin(turn), off * np.cos(turn)])
+    the rings and of the sides stay clear."""
     ink = labels.Ink.of(drawn_px, RADIUS_PX + max(LABEL_PX))
-    return labels.beside(points_px, LABEL_PX, rings, ink, RADIUS_PX)
+    return labels.beside(points_px, LABEL_PX, standing_px(reach_deg), ink, RADIUS_PX)
+
+
+def standing_px(reach_deg: float) -> F64:
+    """(7, 2) centres of the names of the rings, and of what the sides' names have of a label's size next to
+    the circle."""
+    turn = np.radians(_RING_NAMES_AT_DEG)
+    rings = np.outer(np.array(_RINGS_DEG) * (RADIUS_PX / reach_deg), (np.sin(turn), np.cos(turn)))
+    beside_it, above_it = RADIUS_PX + _SIDE_PX + np.array(LABEL_PX) / 2
+    sides = np.array([[beside_it, 0], [-beside_it, 0], [0, above_it], [0, -above_it]])
+    return np.concatenate((rings, sides))
+
+
+def _ring_names() -> Json:
+    """Names of the rings, each in the middle of its line."""
+    return {"type": "scatterpolar", "mode": "text", "hoverinfo": "skip", "cliponaxis": False,
+            "r": list(_RINGS_DEG), "theta": [_RING_NAMES_AT_DEG] * len(_RINGS_DEG),
+            "text": [f"{ring}\u00b0" for ring in _RINGS_DEG], "textposition": "middle center",
+            "textfont": {"size": 10, "color": "--muted"}}  # fmt: skip
 
 
 def _key(seen: Sightings, rows: I64) -> I64:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -283,6 +283,12 @@ def _title_of(name: str, titles: Mapping[str, Any]) -> str:
     return settled if figure.startswith(f"{_CONVERGED}.") else f"{craft}, whole run with its cold start"
 
 
+def _within_section(name: str, crafts: Collection[str]) -> str:
+    """What a craft's figure is called below a title that says whose it is."""
+    craft, _, figure = name.partition(".")
+    return figure.removeprefix(f"{_CONVERGED}.") if craft in crafts else name
+
+
 def _figures(summary: Mapping[str, Any]) -> dict[str, float | int | None]:
     flat = metrics({k: v for k, v in summary.items() if k not in _NO_FIGURES})
     return {
@@ -344,10 +350,11 @@ def write(first: Run, second: Run, path: Path) -> Path:
     set_apart = differences(first, second)
     if set_apart:
         page.add(card("Set differently", table(("", *names), set_apart, class_="words")))
-    columns = heads(first, second)
+    columns, crafts = heads(first, second), {*first.summary["craft"], *second.summary["craft"]}
     page.add(tag.h2("Figures"))
     for name, rows in sections(first, second):
-        page.add(card(name, table(columns, (_marked(row, len(columns)) for row in rows))))
+        short = [(_within_section(row[0], crafts), *row[1:]) for row in rows]
+        page.add(card(name, table(columns, (_marked(row, len(columns)) for row in short))))
     page.write(path)
     return path
 

@@ -17,7 +17,8 @@ from gnss_hil.tools.report.plot import Json, Plot
 
 def slot(plot: Plot, name: str) -> Markup:
     """The place of one plot in a page."""
-    place = tag.div(class_="plot", id=name, style=f"height:{plot.height}px")
+    round_ = plot.figure is not None and "polar" in plot.figure["layout"]
+    place = tag.div(class_="plot round" if round_ else "plot", id=name, style=f"height:{plot.height}px")
     head = tag.figcaption(tag.h3(plot.title), note(plot.note) if plot.note else None)
     return tag.figure(head, place, class_="card wide" if plot.wide else "card")
 

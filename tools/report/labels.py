@@ -41,23 +41,23 @@ class Ink:
         return self.sums[x1, y1] - self.sums[x0, y1] - self.sums[x1, y0] + self.sums[x0, y0]
 
 
-def beside(points_px: F64, size_px: tuple[float, float], clear_px: F64, ink: Ink, radius_px: float) -> F64:
+def beside(points_px: F64, size_px: tuple[float, float], there_px: F64, ink: Ink, radius_px: float) -> F64:
     """(n, 2) centres of labels of one size (width, height) for points (n, 2), in pixels.
 
-    Each stands where it covers least, and there as near to its point as it can: labels before it, points and
-    places to keep clear (k, 2) count most, then what is drawn. No centre is further than the radius from the
-    origin, where a point is not.
+    Each stands where it covers least, and there as near to its point as it can: labels before it and those
+    that are there already, about (k, 2), count most, then points, then what is drawn. No centre is further
+    than the radius from the origin, where a point is not.
     """
     box = np.array(size_px)
     near = np.repeat(np.arange(len(_AWAY_PX)), len(_ROUND_DEG))
-    taken, placed = np.r_[points_px, clear_px], np.zeros((0, 2))
+    placed = np.array(there_px, float)
     for point in points_px:
         centres = point + _STEPS_PX
-        worst = 100 * _covered(centres, placed, box) + 20 * _covered(centres, taken, box / 2 + 3)
+        worst = 100 * _covered(centres, placed, box) + 20 * _covered(centres, points_px, box / 2 + 3)
         outside = np.maximum(np.linalg.norm(centres, axis=1) - radius_px, 0)
         cost = worst + ink.within(centres, box) + near + 1e4 * outside
         placed = np.r_[placed, centres[[np.argmin(cost)]]]
-    return placed
+    return placed[len(there_px) :]
 
 
 def _covered(centres: F64, others: F64, reach: F64) -> F64:

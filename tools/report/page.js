@@ -59,7 +59,8 @@
   const config = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
   const draw = (width) => Promise.all(plots.map(({ id, height, figure }) => {
     const { data, layout } = coloured(figure);
-    const shape = { ...layout, height, width, autosize: !width, template: coloured(template), uirevision: 1 };
+    const tall = document.getElementById(id).clientHeight || height; // a round one is as high as it is wide
+    const shape = { ...layout, height: tall, width, autosize: !width, template: coloured(template), uirevision: 1 };
     return Plotly.react(id, data, shape, config);
   }));
   try {
@@ -82,6 +83,15 @@
       leading = false;
     });
   }
+
+  // A table that is wider than its place says so, and can be scrolled by keys.
+  const tell = (table) => {
+    const cut = table.scrollWidth > table.clientWidth + 1;
+    table.toggleAttribute("data-cut", cut);
+    cut ? table.setAttribute("tabindex", "0") : table.removeAttribute("tabindex");
+  };
+  const watch = new ResizeObserver((seen) => requestAnimationFrame(() => seen.forEach((one) => tell(one.target))));
+  document.querySelectorAll(".scroll").forEach((table) => watch.observe(table));
 
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw());
   const root = document.documentElement;

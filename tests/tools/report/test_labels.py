@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gnss_hil.tools.report.antenna_skies import LABEL_PX, RADIUS_PX, names_at_px
+from gnss_hil.tools.report.antenna_skies import LABEL_PX, RADIUS_PX, names_at_px, standing_px
 from gnss_hil.tools.report.labels import Ink, beside
 
 pytestmark = pytest.mark.verifies(
@@ -37,6 +37,7 @@ def test_names_of_a_full_sky_do_not_overlap_and_stay_inside(seed):
     ends, ways = sky(seed, 30)
     names = names_at_px(ends, ways[np.linalg.norm(ways, axis=1) < RADIUS_PX], 90.0)
     assert overlaps(names) == 0
+    assert overlaps(np.concatenate((names, standing_px(90.0)))) == 0, "over a ring's or a side's"
     assert np.linalg.norm(names, axis=1).max() <= RADIUS_PX
     assert np.linalg.norm(names - ends, axis=1).max() < 80
 

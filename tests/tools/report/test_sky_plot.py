@@ -130,11 +130,14 @@ def drawn(off, around, tracked, satellite=None, step_s=6):
 def test_satellites_are_lines_with_an_arrow_the_way_they_went():
     """One goes up over the sky, one to the right and then none tracks it."""
     off, around = np.array([[60.0, 10], [50, 20], [40, 30]]), np.array([[180, 90], [180, 90], [180, 90]])
-    none, other, own, _, heads, *names = drawn(off, around, [[True, True], [True, True], [True, False]])
+    none, other, own, _, rings, heads, *names = drawn(
+        off, around, [[True, True], [True, True], [True, False]]
+    )
     assert array(own["r"]).tolist()[:3] == [60, 50, 40] and np.isnan(array(own["r"])[3])
     assert array(own["r"]).tolist()[4:] == [10, 20, 30]  # on to where another kind begins
     assert array(none["r"]).tolist() == [30] and len(array(other["r"])) == 0
     assert own["mode"].startswith("lines") and own["line"]["color"] == "--antenna-1"
+    assert (rings["text"], rings["r"]) == (["30\u00b0", "60\u00b0", "90\u00b0"], [30, 60, 90])
     assert heads["marker"]["angle"] == pytest.approx([0, 90])
     assert heads["marker"]["symbol"] == ["arrow", "arrow"]
     assert sorted(name for trace in names for name in trace["text"]) == ["G01", "G02"]
