@@ -297,12 +297,12 @@ def find(name: str) -> Path:
     path, known = Path(name), shipped()
     if name in known:
         return known[name]
-    if path.is_dir():
+    if name and path.is_dir():
         own = path / "scenario.toml"
         raise ScenarioError(f"{name}: is a folder{f'; its scenario is {own}' if own.is_file() else ''}")
     if path.suffix == ".toml" or "/" in name:
         return path
-    found = "is no .toml file" if path.exists() else "not found"
+    found = "is no .toml file" if name and path.exists() else "not found"
     shipped_ones = f"shipped are {', '.join(known)} (or give a .toml file)"
     raise ScenarioError(f"scenario '{name}': {found}; {shipped_ones}{hint(name, known)}")
 

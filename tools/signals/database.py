@@ -9,6 +9,7 @@ from functools import cached_property
 from importlib import resources
 from pathlib import Path
 
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, WIDTH
 from gnss_hil.tools.common.errors import Mistake
 
@@ -76,8 +77,9 @@ class Database:
         found = next((m for m in self.messages if m.name == name), None)
         if found is None:
             near = sorted(m.name for m in self.messages if name.lower() in m.name.lower())
-            hint = f"; near it: {', '.join(near[:5])}" if near else ""
-            raise Mistake(f"{self.path}: has no message {name}{hint}")
+            around = f"; near it: {', '.join(near[:5])}" if near else ""
+            meant = around or hint(name, [m.name for m in self.messages])
+            raise Mistake(f"{self.path}: has no message {name}{meant}")
         return found
 
 
@@ -95,6 +97,8 @@ def load(path: Path) -> Database:
         raise Mistake(f"--dbc {path}: {'is a folder' if path.is_dir() else 'no such file'}")
     try:
         octets = path.read_bytes()
+        if not octets.strip():
+            raise Mistake(f"--dbc {path}: is empty")
         if octets.startswith(codecs.BOM_UTF8) and path.suffix.lower() == ".dbc":  # cantools takes it for text
             return _database(load_string(octets.decode("utf-8-sig"), "dbc", strict=False), str(path))
         return _database(load_file(str(path), strict=False), str(path))
