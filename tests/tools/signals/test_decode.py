@@ -238,7 +238,7 @@ def test_convert_writes_signals_and_tells_what_is_left(recording, tmp_path, caps
 def test_mistakes_get_a_line_and_leave_nothing(recording, tmp_path, capsys):
     dbc, out = tmp_path / "some.dbc", tmp_path / "out.parquet"
     (tmp_path / "bad.dbc").write_text("BO_ none\n")
-    (tmp_path / "empty.dbc").write_text("\n")
+    (tmp_path / "blank.dbc").write_text("\n")
     (tmp_path / "empty.dbc").write_text('VERSION ""\n')
     for more, says in (
         ([out, "--dbc", tmp_path / "none.dbc"], "none.dbc: no such file"),
@@ -246,7 +246,7 @@ def test_mistakes_get_a_line_and_leave_nothing(recording, tmp_path, capsys):
         ([out, "--dbc", tmp_path / "empty.dbc"], "empty.dbc: has no message with a signal"),
         ([out, "--dbc", dbc, "--message", "plai"], "some.dbc: has no message plai; near it: Plain"),
         ([out, "--dbc", dbc, "--message", "Plian"], "some.dbc: has no message Plian; did you mean 'Plain'?"),
-        ([out, "--dbc", tmp_path / "empty.dbc"], "empty.dbc: is empty"),
+        ([out, "--dbc", tmp_path / "blank.dbc"], "blank.dbc: is empty"),
         ([tmp_path / "out.asc", "--dbc", dbc], "--dbc: is for signals; name a .parquet file"),
         (
             [tmp_path / "out.csv"],
