@@ -21,7 +21,7 @@ CHECKS: Mapping[str, str] = {
     "restart": "a heartbeat with another boot count",
     "mark": "a time mark that is missing, goes back or jumps",
     "bench": "a bench frame that is not believed",
-    "no-answer": "a command without an answer",
+    "no-answer": "a command without an answer, or with that to another",
     "attitude": "an attitude that is none, or does not fit the one before",
     "satellite": "a satellite where none can be, or not where it was predicted",
     "health": "a satellite that says it is unhealthy",

@@ -23,6 +23,7 @@ class Stretch:
     active    within its window
     epochs    in which it acted;  touched  frames that it took out, put in or changed
     missing   how many frames fewer it left than there were, over its epochs
+    struck    first epoch in which it touched a frame; -1 if it touched none
     """
 
     craft: int
@@ -34,6 +35,7 @@ class Stretch:
     epochs: int
     touched: int
     missing: int = 0
+    struck: int = -1
 
 
 def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
@@ -42,11 +44,13 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
     open_: dict[tuple[int, int, Direction], tuple[int, Stretch]] = {}
     for craft, event in events:
         key = craft, event.fault, event.direction
+        struck = event.epoch if event.touched else -1
         since, stretch = open_.get(key, (event.since, None))
         if stretch is not None and since == event.since and event.epoch - stretch.last <= 1:
             grown = replace(
                 stretch, last=event.epoch, epochs=stretch.epochs + (event.epoch != stretch.last),
                 touched=stretch.touched + event.touched, missing=stretch.missing + event.missing,
+                struck=stretch.struck if stretch.struck >= 0 else struck,
             )  # fmt: skip
         else:
             done += [stretch] if stretch is not None else []
@@ -60,6 +64,7 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
                 1,
                 event.touched,
                 event.missing,
+                struck,
             )
         open_[key] = event.since, grown
     done += [stretch for _, stretch in open_.values()]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gnss_hil.dbc.contract import document as messages
 from gnss_hil.tools.schema import fault_page, json_schema, page
+from tests.results import fault_library
 from tests.results import page as results
 from tests.verification import page as verification
 
@@ -27,6 +28,7 @@ def generated() -> dict[str, str]:
         "docs/messages.md": messages.document(),
         "docs/scenario.md": page.page(),
         "docs/faults.md": fault_page.page(),
+        "docs/faults-library.md": fault_library.page(),
         "docs/results.md": results.page(),
         "README.md": results.readme(),
         **verification.pages(),

@@ -36,7 +36,8 @@ def seen(checks: pl.DataFrame, check: str, where: str | None = None) -> pl.DataF
 
 
 def first_epochs(faults: pl.DataFrame, fault: str | None) -> Mapping[str, int]:
-    """First epoch in which a fault acted, by craft; None: the only one. BenchError if there is no such one,
+    """First epoch in which a fault touched a frame, or of its window where it acts elsewhere, by craft; None:
+    the only one. BenchError if there is no such one,
     or if it never acted."""
     known = faults["fault"].unique(maintain_order=True).to_list()
     if fault is None and len(known) > 1:
@@ -46,7 +47,9 @@ def first_epochs(faults: pl.DataFrame, fault: str | None) -> Mapping[str, int]:
     if not known:
         raise BenchError("within=: counts from a fault, and none acted in this run")
     mine = faults.filter(pl.col("active"), fault=fault or known[0])
-    return dict(mine.group_by("craft").agg(pl.col("first_epoch").min()).iter_rows())
+    struck = mine.filter(pl.col("first_struck").is_not_null())
+    begun = (struck, "first_struck") if len(struck) else (mine, "first_epoch")
+    return dict(begun[0].group_by("craft").agg(pl.col(begun[1]).min()).iter_rows())
 
 
 def _acted(fault: str, known: list[str]) -> str:

@@ -11,12 +11,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64, U8, U32, U64
+from gnss_hil.dbc.common.arrays import I64, U8, U32, U64, Bool
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.tools.decoder.block import EPOCHS, Block, epoch_nibbles, payloads
+from gnss_hil.tools.decoder.block import EPOCHS, Block, GrowingTable, epoch_nibbles, payloads
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.refusals import BEFORE_FIRST_MARK, REASONS, Refusals
 from gnss_hil.tools.decoder.screen import Screen
@@ -35,12 +35,15 @@ class Decoder:
     take     is handed every block in order, and (e,) bits on the wire and frames rejected of its epochs
     epochs   time marks heard so far
     refusals   what each check saw, by epoch
+    unmarked   accepted frames of an epoch ahead of the last mark, whose own is missing: epoch (of the mark),
+               ahead (by how many), can_id; each once
     """
 
     def __init__(self, codec: Codec, take: Callable[[Block, I64, I64], None]):
         self.codec = codec
         self.epochs = 0
         self.refusals = Refusals()
+        self.unmarked = GrowingTable()
         self._take = take
         self._screen = Screen(codec)
         self._mark_id = codec.can_id_of["TIME_MARK", 0]
@@ -110,10 +113,15 @@ class Decoder:
         late = (nibble - epoch_nibbles(words)) % EPOCHS
         if late.any():
             strange = (late >= HELD_BACK) | (late > epoch)  # or of an epoch before the first
+            self._note_unmarked(epoch, EPOCHS - late, can_id, late >= HELD_BACK)
             self._reject(epoch[strange], Verdict.MIXED_EPOCH.name, can_id[strange])
             keep = ~strange
             can_id, words, epoch = can_id[keep], words[keep], (epoch - late)[keep]
         self._held.append((can_id, words, epoch))
+
+    def _note_unmarked(self, epoch: I64, ahead: I64, can_id: U32, which: Bool) -> None:
+        rows = np.unique(np.stack([epoch[which], ahead[which], can_id[which].astype(np.int64)]), axis=1)
+        self.unmarked.add(dict(zip(("epoch", "ahead", "can_id"), rows, strict=True)))
 
     def _hand_over(self, end: int) -> None:
         """All epochs before `end`."""

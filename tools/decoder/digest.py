@@ -18,7 +18,7 @@ from gnss_hil.tools.decoder.command_log import CommandLog
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
 from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
-from gnss_hil.tools.decoder.flight_checks import left_out, named, refusals_said
+from gnss_hil.tools.decoder.flight_checks import lacks_said, left_out, named, refusals_said
 from gnss_hil.tools.decoder.navigation import attitudes, fixes
 from gnss_hil.tools.decoder.nodes import Nodes
 from gnss_hil.tools.decoder.time_marks import mark_times_ns
@@ -46,6 +46,7 @@ class Digest:
         self.nodes = Nodes(codec)
         self._said = GrowingTable()
         self._left_out = GrowingTable()
+        self._lacks = GrowingTable()
         self._unhealthy = GrowingTable()
 
     def feed(self, frames: FrameBatch, bits: I64 | None = None) -> None:
@@ -72,9 +73,11 @@ class Digest:
         navigation["excluded"] = named(out, block.epochs)
         self._take_flight_checks(block, channels, used, out)
         reported = navigation.pop("reported") & known
-        self._fixes.add({"t_ns": t_ns[reported], **{k: v[reported] for k, v in navigation.items()}})
+        number = block.grid("TIME_MARK", "epoch", -1).astype(np.int64)
+        own = {"t_ns": t_ns[reported], "epoch": number[reported]}
+        self._fixes.add({**own, **{k: v[reported] for k, v in navigation.items()}})
         measured = distinct_satellites(channels.epoch, channels.sat, block.epochs)
-        marks = {"t_ns": t_ns, "epoch": block.grid("TIME_MARK", "epoch", -1).astype(np.int64)}
+        marks = {"t_ns": t_ns, "epoch": number}
         marks |= {"bits": bits, "faults": faults, "satellites_measured": measured}
         self._marks.add({**marks, **attitudes(block)})
         self.commands.take(t_ns, block)
@@ -95,6 +98,7 @@ class Digest:
         for table, rows in (
             (self._said, refusals_said(block)),
             (self._left_out, out),
+            (self._lacks, lacks_said(block)),
             (self._unhealthy, {"epoch": channels.epoch[shy], "sat": channels.sat[shy]}),
         ):
             table.add({"row": before + rows["epoch"], **{k: v for k, v in rows.items() if k != "epoch"}})
@@ -104,6 +108,11 @@ class Digest:
         """What the flight software refused by its own word: row (of `marks`), reason (raw), identifier,
         count."""
         return self._said.rows
+
+    @property
+    def lacks(self) -> dict[str, NDArray]:
+        """What it says that it does without: row (of `marks`), which (place in `flight_checks.LACKS`)."""
+        return self._lacks.rows
 
     @property
     def left_out(self) -> dict[str, NDArray]:
@@ -119,11 +128,12 @@ class Digest:
 
     @property
     def fixes(self) -> dict[str, NDArray]:
-        """One row per NAV_STATUS: t_ns, valid, x_m ... vz_mps, clock_bias_m, mode, no_fix, satellites,
-        measurements, pdop, tested, excluded_satellites, excluded_receivers, sigma_x_m .. rho_vyz,
-        clock_drift_mps, sigma_clock_bias_m, sigma_clock_drift_mps and clock_domain, the lowest of the fix,
-        which these are of, as the flight software reports them; satellites_used, satellites_paired,
-        pdop_distinct, nan for a fix without NAV_USED, and excluded, names of what was, as computed here."""
+        """One row per NAV_STATUS: t_ns, epoch (as its mark says), valid, x_m ... vz_mps, clock_bias_m, mode,
+        no_fix, satellites, measurements, pdop, tested, excluded_satellites, excluded_receivers,
+        sigma_x_m .. rho_vyz, clock_drift_mps, sigma_clock_bias_m, sigma_clock_drift_mps and clock_domain, the
+        lowest of the fix, which these are of, as the flight software reports them; satellites_used,
+        satellites_paired, pdop_distinct, nan for a fix without NAV_USED, and excluded, names of what was, as
+        computed here."""
         return self._fixes.rows
 
     @property
@@ -146,6 +156,19 @@ class Digest:
         reason (its place in `refusals.REASONS`), can_id, frames."""
         rows = self._decoder.refusals.rows
         return {"row": rows.pop("epoch"), **rows}
+
+    @property
+    def unmarked(self) -> dict[str, NDArray]:
+        """Epochs whose mark is missing, by frames that name them: row (of `marks`, the mark before), ahead
+        (by how many epochs), senders (how many nodes sent such frames)."""
+        found = self._decoder.unmarked.rows
+        if not found:
+            return {name: np.zeros(0, np.int64) for name in ("row", "ahead", "senders")}
+        sender = np.array(self.codec.sender_of)[found["can_id"]]
+        _, node = np.unique(sender, return_inverse=True)
+        pairs = np.unique(np.stack([found["epoch"], found["ahead"], node]), axis=1)
+        (row, ahead), senders = np.unique(pairs[:2], axis=1, return_counts=True)
+        return {"row": row, "ahead": ahead, "senders": senders}
 
     @property
     def codec(self) -> Codec:

@@ -27,10 +27,30 @@ _PREDICTED = -15, 14
 
 
 def refusals_said(block: Block) -> Columns:
-    """epoch (row of the block), reason (raw), identifier, count, (k,) each, of every NAV_REFUSED."""
+    """epoch (row of the block), ahead, reason (raw), identifier, count, (k,) each, of every NAV_REFUSED.
+
+    Without a time that it believes the flight software answers under the epoch of the last one: of several
+    answers to an epoch each is of one epoch more, which `ahead` counts. Those that refuse come last.
+    """
     said = block["NAV_REFUSED"]
     columns = {name: said[name].astype(np.int64) for name in ("reason", "identifier", "count")}
-    return {"epoch": said.epoch, **columns}
+    answers = np.bincount(block["NAV_STATUS"].epoch, minlength=block.epochs)
+    begins = (said["slot"] == 0).astype(np.int64)
+    refusing = np.bincount(said.epoch, begins, minlength=block.epochs).astype(np.int64)
+    before = np.cumsum(refusing) - refusing
+    turn = np.cumsum(begins) - before[said.epoch] + answers[said.epoch] - refusing[said.epoch] - 1
+    return {"epoch": said.epoch, "ahead": np.maximum(turn, 0), **columns}
+
+
+LACKS = ("without_time", "without_attitude", "attitude_held", "unheeded")
+"""What the flight software says in NAV_STATE that it does without."""
+
+
+def lacks_said(block: Block) -> Columns:
+    """epoch (row of the block), which (place in `LACKS`), (k,) each."""
+    flags = np.stack([block.grid("NAV_STATE", name, 0) for name in LACKS], axis=1) > 0
+    epoch, which = flags.nonzero()
+    return {"epoch": epoch, "which": which}
 
 
 def left_out(channels: Channels, used: Bool, told: Bool, fix: Columns) -> Columns:

@@ -23,14 +23,16 @@ from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, SFF_MASK
 from gnss_hil.dbc.contract.messages import VALUES, messages
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.decoder.flight_checks import UNNAMED, names_of
+from gnss_hil.tools.decoder.flight_checks import LACKS, UNNAMED, names_of
 from gnss_hil.tools.decoder.refusals import REASONS as FRAME_REASONS
 from gnss_hil.tools.results import outages
 from gnss_hil.tools.results.parquet import Columns, Labelled, Partial
 
-SILENCE, RESTART, MARK, NO_ANSWER = "SILENCE", "RESTART", "MARK", "NO_ANSWER"
+SILENCE, RESTART, MARK = "SILENCE", "RESTART", "MARK"
+NO_ANSWER, OTHER_ANSWER = "NO_ANSWER", "OTHER_ANSWER"
 """A node that was heard before has no frame that could be used; a heartbeat has another boot count; a time
-mark is missing, goes back or jumps; a command is sent again because nothing answered it."""
+mark is missing, goes back or jumps; a command is sent again because nothing answered it; an answer names
+another satellite than its command."""
 
 LOST = Verdict.LOST.name
 REJECTIONS = tuple(name for name in FRAME_REASONS if name not in (Verdict.OK.name, LOST))
@@ -45,11 +47,25 @@ FLIGHT, TIME, BENCH = "FLIGHT", "TIME", "BENCH"
 SAID = tuple(VALUES["Refused"].values())
 """Reasons for which the flight software says that it refused something."""
 
+LACKING = tuple(name.upper() for name in LACKS)
+"""What the flight software says that it does without."""
+
 CHECKS = tuple(
     dict.fromkeys(
         (
-            *(LOST, *REJECTIONS, SILENCE, RESTART, MARK, NO_ANSWER, BENCH, UNHEALTHY, *outages.REASONS),
-            *(EXCLUDED_SATELLITE, EXCLUDED_RECEIVER, *SAID),
+            *(
+                LOST,
+                *REJECTIONS,
+                SILENCE,
+                RESTART,
+                MARK,
+                NO_ANSWER,
+                OTHER_ANSWER,
+                BENCH,
+                UNHEALTHY,
+                *outages.REASONS,
+            ),
+            *(EXCLUDED_SATELLITE, EXCLUDED_RECEIVER, *SAID, *LACKING),
         )
     )
 )
@@ -60,7 +76,8 @@ CHECKS = tuple(
 class _Rows:
     """Of one source, (k,): rows of the run's time marks (-1 before the first), checks, where, how often.
 
-    by   who saw it: the bench, in the record, or the flight software, by its own word
+    by      who saw it: the bench, in the record, or the flight software, by its own word
+    ahead   (k,) by how many epochs behind that of the mark, whose own marks are missing or not believed
     """
 
     row: I64
@@ -68,6 +85,7 @@ class _Rows:
     where: NDArray[np.str_]
     count: I64
     by: str = BENCH
+    ahead: I64 | int = 0
 
 
 def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] = ()) -> Columns:
@@ -79,18 +97,27 @@ def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] =
         np.concatenate([getattr(rows, name) for rows in found]) for name in ("row", "check", "where", "count")
     )
     by = np.repeat([rows.by for rows in found], [len(rows.row) for rows in found])
-    order = np.argsort(row, kind="stable")
-    row, marks = row[order], digest.marks
-    t_ns, epoch = (np.r_[column, -1][row] for column in (marks["t_ns"], reckoned(marks["epoch"])))
+    ahead = np.concatenate([np.broadcast_to(rows.ahead, len(rows.row)) for rows in found])
+    t_ns, epoch = _when(digest, row, ahead)
+    order = np.lexsort((epoch, row))
     return {
         "craft": Labelled(np.zeros(len(row), np.uint8), (craft,)),
-        "t_gps_s": np.where(t_ns < 0, np.nan, t_ns / NS_PER_S),
-        "epoch": Partial(epoch, epoch >= 0),
+        "t_gps_s": np.where(t_ns < 0, np.nan, t_ns / NS_PER_S)[order],
+        "epoch": Partial(epoch[order], epoch[order] >= 0),
         "check": check[order],
         "where": where[order],
         "count": count[order],
         "by": by[order],
     }
+
+
+def _when(digest: Digest, row: I64, ahead: I64) -> tuple[I64, I64]:
+    """(k,) instants [ns], -1 where there is none, and numbers of epochs, -1 before the first mark."""
+    t_ns, epoch = digest.marks["t_ns"], reckoned(digest.marks["epoch"])
+    number = np.r_[epoch, -1][row] + np.where(row >= 0, ahead, 0)
+    t_of = dict(zip(epoch.tolist(), t_ns.tolist(), strict=True))
+    own = np.array([t_of.get(one, -1) for one in number.tolist()], np.int64)
+    return np.where(ahead > 0, own, np.r_[t_ns, -1][row]), number
 
 
 def reckoned(epoch: I64) -> I64:
@@ -115,11 +142,14 @@ def _sources(digest: Digest) -> Iterator[_Rows]:
     for check, nodes in ((SILENCE, digest.nodes.silent), (RESTART, digest.nodes.restarted)):
         yield _once(nodes["row"], check, names[nodes["node"]])
     yield _once(_jumps(**digest.marks), MARK, TIME)
+    yield _unmarked(digest)
     yield _unanswered(digest)
+    yield _answered_otherwise(digest)
     yield _unhealthy(digest)
     yield _without_fix(digest)
     yield _said(digest)
     yield _left_out(digest)
+    yield _lacks(digest)
 
 
 def _bench(digest: Digest, refused: Sequence[Sequence[int]]) -> _Rows:
@@ -128,6 +158,13 @@ def _bench(digest: Digest, refused: Sequence[Sequence[int]]) -> _Rows:
     known = [(row_of[epoch], count) for epoch, count in refused if epoch in row_of]
     row, count = np.array(known, np.int64).reshape(-1, 2).T
     return replace(_once(row, BENCH, BENCH), count=count)
+
+
+def _unmarked(digest: Digest) -> _Rows:
+    """Epochs without a mark of which several nodes sent frames; of one alone they may be of another time."""
+    several = digest.unmarked["senders"] > 1
+    row, ahead = (digest.unmarked[name][several] for name in ("row", "ahead"))
+    return replace(_once(row, MARK, TIME), ahead=ahead)
 
 
 def _unhealthy(digest: Digest) -> _Rows:
@@ -142,7 +179,7 @@ def _said(digest: Digest) -> _Rows:
     said = digest.said
     reason = np.array([VALUES["Refused"].get(raw, f"UNKNOWN_{raw}") for raw in said["reason"].tolist()], str)
     where = _names(digest.codec, said["identifier"].astype(np.uint32))
-    return _Rows(said["row"], reason, where, said["count"], FLIGHT)
+    return _Rows(said["row"], reason, where, said["count"], FLIGHT, said["ahead"])
 
 
 def _left_out(digest: Digest) -> _Rows:
@@ -151,6 +188,12 @@ def _left_out(digest: Digest) -> _Rows:
     out = digest.left_out
     check = np.where(out["receiver"], EXCLUDED_RECEIVER, EXCLUDED_SATELLITE)
     return _Rows(out["row"], check, _excluded(out), out["count"], FLIGHT)
+
+
+def _lacks(digest: Digest) -> _Rows:
+    """What the flight software says that it does without."""
+    of = digest.lacks
+    return replace(_once(of["row"], np.array(LACKING)[of["which"]], FLIGHT), by=FLIGHT)
 
 
 def _excluded(out: Mapping[str, NDArray]) -> NDArray[np.str_]:
@@ -189,6 +232,28 @@ def _unanswered(digest: Digest) -> _Rows:
     )
     found = _once(np.array([row for row, _ in repeats], np.int64), NO_ANSWER, [where for _, where in repeats])
     return replace(found, count=np.array(list(repeats.values()), np.int64))
+
+
+def _answered_otherwise(digest: Digest) -> _Rows:
+    """Answers that name another satellite than the command of their number, by epoch and receiver."""
+    events = digest.commands.events
+    names = ("t_ns", "event", "action", "receiver", "channel", "transaction", "satellite")
+    row_of = {t: row for row, t in enumerate(digest.marks["t_ns"].tolist())}
+    asked: dict[tuple[int, int, int], str] = {}
+    found: Counter[tuple[int, str]] = Counter()
+    for t, event, action, *key, satellite in zip(*(events[name] for name in names), strict=True):
+        receiver, channel, number = key
+        if event == "ack":
+            found[row_of[t], f"RX{receiver}"] += satellite != asked.get(
+                (receiver, channel, number), satellite
+            )
+        elif action == "TRACK":
+            asked[receiver, channel, number] = satellite
+        else:
+            asked.pop((receiver, channel, number), None)
+    wrong = {key: count for key, count in found.items() if count}
+    rows = _once(np.array([row for row, _ in wrong], np.int64), OTHER_ANSWER, [where for _, where in wrong])
+    return replace(rows, count=np.array(list(wrong.values()), np.int64))
 
 
 def _without_fix(digest: Digest) -> _Rows:

@@ -18,10 +18,11 @@ NOTHING = "none"
 """Expected of a fault that nothing tells."""
 
 _OTHERWISE: Mapping[str, tuple[str, ...]] = {
-    "mark": ("MARK", "NO_TIME_MARK", "BAD_TIME_MARK", "JUMPED"),
+    "mark": ("MARK", "NO_TIME_MARK", "BAD_TIME_MARK", "JUMPED", "WITHOUT_TIME"),
+    "no-answer": ("NO_ANSWER", "OTHER_ANSWER", "UNHEEDED"),
     "timeout": ("TIMED_OUT", "INCOMPLETE"),
     "wrong-sequence": ("WRONG_SEQUENCE", "STREAM_NOT_VALID"),
-    "attitude": ("TURNED", "NO_ATTITUDE"),
+    "attitude": ("TURNED", "ATTITUDE_HELD", "WITHOUT_ATTITUDE"),
     "satellite": ("NO_ORBIT", "MOVED"),
     "health": ("UNHEALTHY",),
     "range": ("EXCLUDED_SATELLITE", "NO_CONVERGENCE"),
@@ -39,18 +40,22 @@ ROWS: Mapping[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sign:
-    """A check that saw something at a place: the word for it, where, and the epochs (k,) in which it did."""
+    """A check that saw something at a place: the word for it, where, and the epochs (k,) in which it did.
+
+    by   whose check it is: the bench's or the flight software's
+    """
 
     word: str
     where: str
     epochs: I64
+    by: str = ""
 
 
-def signs(seen: Mapping[tuple[str, str], I64]) -> list[Sign]:
-    """Signs of what checks saw, (check, where) -> epochs, by each word that means the check."""
+def signs(seen: Mapping[tuple[str, str, str], I64]) -> list[Sign]:
+    """Signs of what checks saw, (check, where, by) -> epochs, by each word that means the check."""
     return [
-        Sign(word, where, np.unique(epochs))
+        Sign(word, where, np.unique(epochs), by)
         for word, checks in ROWS.items()
-        for (check, where), epochs in seen.items()
+        for (check, where, by), epochs in seen.items()
         if check in checks
     ]

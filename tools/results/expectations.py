@@ -7,7 +7,7 @@ over the epochs in which each check saw something, and where.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,10 +54,13 @@ class Verdict:
 def span(stretches: Sequence[Stretch], frames: bool = True) -> tuple[int, int] | None:
     """First and last epoch in which a fault acted within its windows; None if it never did.
 
-    frames   whether its kind acts on frames: then where it touched none it did not act
+    frames   whether its kind acts on frames: then it begins where it first touched one
     """
     acting = [one for one in stretches if one.active and (one.touched or not frames)]
-    return (min(one.first for one in acting), max(one.last for one in acting)) if acting else None
+    if not acting:
+        return None
+    first = min(one.struck if frames else one.first for one in acting)
+    return first, max(one.last for one in acting)
 
 
 def behind(first: int, last: int) -> int:
@@ -103,7 +106,7 @@ def _newly(signs: Sequence[Sign], first: int, last: int) -> list[Sign]:
     the same the last of the list is nearest to the cause."""
     quiet, until = max(LEAST_BEFORE, last - first + 1), behind(first, last)
     return [
-        Sign(one.word, one.where, one.epochs[one.epochs <= until])
+        replace(one, epochs=one.epochs[one.epochs <= until])
         for one in reversed(signs)
         if not ((one.epochs >= first - quiet) & (one.epochs < first)).any()
     ]

@@ -6,6 +6,7 @@ a wrong time and is believed, the fix is wrong.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.tools.results import detectors, faults, parquet
-from gnss_hil.tools.results.checks import BENCH, REJECTIONS
+from gnss_hil.tools.results.checks import BENCH, FLIGHT, REJECTIONS
 from gnss_hil.tools.results.detectors import Sign
 from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, behind, finding, span, verdicts
 from gnss_hil.tools.results.summary import number
@@ -62,7 +63,8 @@ class Judged:
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
     """What checks.parquet has of a craft: what was seen by each word, and how many frames, those of
-    the bench too, were refused in which epochs (k,), by the bench's own checks."""
+    the bench too, were refused in which epochs (k,): by the bench's checks or by the flight software's, which
+    tells of the most frequent, whichever are more."""
 
     signs: Sequence[Sign]
     refused_epoch: I64
@@ -92,12 +94,14 @@ def judge(folder: Path, given: Sequence[Fault]) -> list[Judged]:
 
 
 def _frames(own: Sequence[Stretch], acted: tuple[int, int] | None, seen: Seen) -> Frames:
-    """Counts of a fault's stretches; what it still did behind its windows counts as well."""
+    """Counts of a fault within its windows."""
     if acted is None:
         return Frames(0, 0, 0, 0)
     first, last = acted
     lasts = (seen.refused_epoch >= first) & (seen.refused_epoch <= behind(first, last))
-    touched, missing = sum(one.touched for one in own), sum(one.missing for one in own)
+    touched, missing = (
+        sum(counts) for counts in zip(*((s.touched, s.missing) for s in own if s.active), strict=True)
+    )
     refused = int(seen.refused[lasts].sum())
     return Frames(touched, missing, refused, max(0, touched - missing - refused))
 
@@ -154,12 +158,9 @@ def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
 
 def fixes_of(folder: Path, craft: str) -> Fixes:
     """A craft's fixes by epoch, with their errors where the truth is known."""
-    marks = parquet.of_craft(folder / "epochs.parquet", craft, ("t_gps_s", "epoch"))
-    rows = parquet.of_craft(folder / "fixes.parquet", craft, ("t_gps_s", "valid", *_AXES))
-    epoch_at = dict(zip(marks["t_gps_s"].tolist(), marks["epoch"].astype(int).tolist(), strict=True))
-    epoch = np.array([epoch_at.get(t, -1) for t in rows["t_gps_s"].tolist()], np.int64)
-    there = epoch >= 0
-    epoch, valid = epoch[there], rows["valid"][there].astype(bool)
+    rows = parquet.of_craft(folder / "fixes.parquet", craft, ("epoch", "valid", *_AXES))
+    there = np.isfinite(rows["epoch"])
+    epoch, valid = rows["epoch"][there].astype(np.int64), rows["valid"][there].astype(bool)
     fixed = np.column_stack([rows[axis][there] for axis in _AXES])
     error_m = np.full(len(epoch), np.nan)
     if (folder / "truth.parquet").exists():
@@ -172,26 +173,29 @@ def fixes_of(folder: Path, craft: str) -> Fixes:
 
 def seen_in(folder: Path, craft: str) -> Seen:
     """What checks.parquet has of a craft."""
-    none = np.zeros(0, np.int64)
-    epochs: dict[tuple[str, str], list[I64]] = {}
-    refused: list[tuple[I64, I64]] = [(none, none)]
+    epochs: dict[tuple[str, str, str], list[I64]] = {}
+    refused: dict[str, Counter[int]] = {BENCH: Counter(), FLIGHT: Counter()}
     names = ("check", "where", "by", "epoch", "count")
     for batch in parquet.batches_of_craft(folder / "checks.parquet", craft, names):
-        check, where, by = (parquet.text(batch, name) for name in names[:3])
+        labels = [parquet.text(batch, name) for name in names[:3]]
         epoch, count = parquet.numbers(batch, "epoch"), parquet.numbers(batch, "count")
         known = np.isfinite(epoch)
         epoch = np.where(known, epoch, -1).astype(np.int64)
-        key = check.codes.astype(np.int64) * len(where.labels) + where.codes
-        for one in np.unique(key[known]).tolist():
-            of, at = divmod(one, len(where.labels))
-            epochs.setdefault((check.labels[of], where.labels[at]), []).append(epoch[known & (key == one)])
-        mine = known & _labelled(check, (*REJECTIONS, BENCH)) & _labelled(by, (BENCH,))
-        refused.append((epoch[mine], count[mine].astype(np.int64)))
-    refused_epoch, many = (np.concatenate(column) for column in zip(*refused, strict=True))
+        codes = np.stack([one.codes[known] for one in labels]).astype(np.int64)
+        found, place = np.unique(codes, axis=1, return_inverse=True)
+        for row, key in enumerate(found.T.tolist()):
+            check, where, by = (one.labels[code] for one, code in zip(labels, key, strict=True))
+            mine = known.nonzero()[0][place.ravel() == row]
+            epochs.setdefault((check, where, by), []).append(epoch[mine])
+            if check in (*REJECTIONS, BENCH):
+                refused[by].update(dict(zip(*_sums(epoch[mine], count[mine]), strict=True)))
+    every = sorted({*refused[BENCH], *refused[FLIGHT]})
+    most = [max(refused[BENCH][one], refused[FLIGHT][one]) for one in every]
     seen = {key: np.concatenate(pieces) for key, pieces in epochs.items()}
-    return Seen(detectors.signs(seen), refused_epoch, many)
+    return Seen(detectors.signs(seen), np.array(every, np.int64), np.array(most, np.int64))
 
 
-def _labelled(column: parquet.Labelled, names: Sequence[str]) -> Bool:
-    """(n,) which rows have one of some labels."""
-    return np.isin(column.codes, [code for code, label in enumerate(column.labels) if label in names])
+def _sums(key: I64, values: F64) -> tuple[list[int], list[int]]:
+    """Keys (n,), each once, and the sums of their values (n,)."""
+    found, place = np.unique(key, return_inverse=True)
+    return found.tolist(), np.bincount(place, values).astype(int).tolist()

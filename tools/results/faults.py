@@ -36,7 +36,7 @@ def write(folder: Path) -> None:
 
 def columns(armed: Sequence[dict[str, Any]], rows: Sequence[Stretch]) -> dict[str, parquet.Column]:
     """The table: craft, fault, kind, place, direction, active, first_epoch, last_epoch, epochs,
-    frames_touched, frames_missing."""
+    frames_touched, frames_missing, first_struck."""
     of = [armed[row.craft]["faults"][row.fault] for row in rows]
     text = {
         "craft": [armed[row.craft]["craft"] for row in rows],
@@ -52,8 +52,10 @@ def columns(armed: Sequence[dict[str, Any]], rows: Sequence[Stretch]) -> dict[st
         "frames_touched": [row.touched for row in rows],
         "frames_missing": [row.missing for row in rows],
     }
+    struck = np.array([row.struck for row in rows], np.int64)
     return {
         **{name: np.array(values, str) for name, values in text.items()},
         "active": np.array([row.active for row in rows], bool),
         **{name: np.array(values, np.int64) for name, values in whole.items()},
+        "first_struck": parquet.Partial(struck, struck >= 0),
     }

@@ -99,6 +99,7 @@ FIXES: Table = {
     "excluded_satellites": _whole("excluded_satellites"),
     "excluded_receivers": _whole("excluded_receivers"),
     "excluded": _words("excluded"),
+    "epoch": lambda rows: Partial(rows["epoch"], rows["epoch"] >= 0),
 }
 """One row per navigation block: the columns that are promised first, the rest of its frames behind."""
 

@@ -6,20 +6,21 @@ back at once, or after `reacquire_s`, in which it measures nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from gnss_hil.dbc.common.arrays import Bool
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
+from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS, messages
 from gnss_hil.emulator.faults import traffic
 from gnss_hil.emulator.faults.alter import Alter, Frozen, Noise, payload_bits
-from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows
+from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, known, streams_of
 from gnss_hil.emulator.faults.kinds.nodes import StartAnew
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Placed
@@ -111,33 +112,35 @@ class Deaf:
 
     behind   epochs behind the window;  within   in the window too
 
-    state   memory of the STATUS, epochs to go
+    A receiver counts what it sends: behind it the counters of measurements go on where they stood.
+
+    state   memory of the STATUS, epochs to go, frames of each stream (streams,) that were not sent
     """
 
     codec: Codec
     behind: int
     within: bool
 
-    def fresh(self) -> tuple[Memory, int]:
-        return no_memory(self.codec), 0
+    def fresh(self) -> tuple[Memory, int, I64]:
+        return no_memory(self.codec), 0, np.zeros(self.codec.streams, np.int64)
 
-    def sleeps(self, state: tuple[Memory, int], /) -> bool:
-        return not state[1]
+    def sleeps(self, state: tuple[Memory, int, I64], /) -> bool:
+        return not state[1] and not state[2].any()
 
     def step(
-        self, state: tuple[Memory, int], frames: FrameBatch, rows: Rows, now: Now
+        self, state: tuple[Memory, int, I64], frames: FrameBatch, rows: Rows, now: Now
     ) -> tuple[Any, FrameBatch, int]:
-        memory, left = state
+        memory, left, unsent = state
+        measurements = rows.placed & measuring(self.codec)[frames.can_id & SFF_MASK]
         if now.active:
             left = self.behind
             if not self.within:
-                return (memory, left), frames, 0
+                return (memory, left, unsent), frames, 0
         elif left:
             left -= 1
         else:
-            return state, frames, 0
-        dropped = rows.placed & measuring(self.codec)[frames.can_id & SFF_MASK]
-        out, placed = frames[~dropped], rows.placed[~dropped]
+            return state, *self._counted_on(frames, measurements, unsent)
+        out, placed = frames[~measurements], rows.placed[~measurements]
         layout = self.codec.kinds["STATUS"]
         told = placed & (self.codec.kind_of[out.can_id & SFF_MASK] == layout.number)
         words = out.words.copy()
@@ -145,7 +148,21 @@ class Deaf:
             words[told] = with_signal(layout, name, words[told], np.full(int(told.sum()), value))
         altered = with_words(out, words)
         memory, altered = protect(Protection(), memory, out, altered, Rows(told, told), now)
-        return (memory, left), altered, int(dropped.sum() + told.sum())
+        silent = frames[measurements & known(self.codec, frames)]
+        unsent = unsent + np.bincount(streams_of(self.codec, silent), minlength=self.codec.streams)
+        return (memory, left, unsent), altered, int(measurements.sum() + told.sum())
+
+    def _counted_on(self, frames: FrameBatch, measurements: Bool, unsent: I64) -> tuple[FrameBatch, int]:
+        """Frames with counters of measurements as if those unsent had never been, and how many that are."""
+        at = np.flatnonzero(measurements & known(self.codec, frames))
+        at = at[unsent[streams_of(self.codec, frames[at])] % e2e.COUNTERS != 0]
+        if not len(at):
+            return frames, 0
+        data, fewer = frames.data.copy(), unsent[streams_of(self.codec, frames[at])]
+        own = (data[at, 1] & 15).astype(np.int64)
+        data[at, 1] = (data[at, 1] & 0xF0) | (own - fewer) % e2e.COUNTERS
+        data[at, 0] = e2e.crc(frames.can_id[at], data[at])
+        return replace(frames, data=data), len(at)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -68,8 +68,18 @@ def test_who_acts_is_named_once_and_not_behind_its_window():
 
 def test_an_event_has_its_own_epoch_and_count():
     assert ledger.stretches([(1, Event(2, 9, 0, Direction.FLIGHT, 9, 3, 2))])[0] == ledger.Stretch(
-        1, 2, Direction.FLIGHT, True, 9, 9, 1, 3, 2
+        1, 2, Direction.FLIGHT, True, 9, 9, 1, 3, 2, 9
     )
+
+
+def test_the_first_epoch_in_which_frames_were_struck_is_told():
+    quiet, struck = (
+        ledger.Stretch,
+        [one.struck for one in ledger.stretches(events("rx2 command-lost @20..60"))],
+    )
+    assert quiet(0, 0, Direction.FLIGHT, True, 1, 1, 1, 0).struck == -1
+    touched = [event.epoch for _, event in events("rx2 command-lost @20..60") if event.touched]
+    assert struck == [touched[0]] and touched[0] > 20, "there are no commands before the first fix"
 
 
 def test_frames_are_missing_where_fewer_are_left_than_there_were():

@@ -71,6 +71,11 @@ class Sender:
         frames, self.counters = e2e.protect(CODEC, concat([*opening, *parts]), self.counters, epoch)
         return frames
 
+    def alone(self, epoch: int, frames: FrameBatch) -> FrameBatch:
+        """Frames of an epoch without its mark."""
+        frames, self.counters = e2e.protect(CODEC, frames, self.counters, epoch)
+        return frames
+
 
 def digested(*blocks: FrameBatch, piece: int = 10**6) -> tuple[Digest, dict[str, np.ndarray]]:
     tables: list[dict] = []

@@ -103,3 +103,56 @@ def test_what_no_fix_may_have_was_not_left_out(why):
     )
     without_g03 = {1: 0b1001, 3: 0b100000, 4: 0b10}
     assert left_out(fix(1, 0, without_g03), more=(spare,)) == [(0, "EXCLUDED_SATELLITE", "G03", 1)]
+
+
+def test_without_a_believed_time_each_answer_is_of_an_epoch_more():
+    """Its answers go on under the epoch of the last mark that it believed; those that refuse come last."""
+    said = [refused(("JUMPED", CODEC.can_id_of["TIME_MARK", 0], count)) for count in (1, 2)]
+    nav = navigation(used=USED)
+    sender = Sender()
+    blocks = [sender.block(e, *FIVE) for e in range(3)]
+    answers = [
+        sender.alone(0, one)
+        for one in (nav, concat([navigation(0), said[0]]), concat([navigation(0), said[1]]))
+    ]
+    digest, _ = digested(*(concat(pair) for pair in zip(blocks, answers, strict=True)))
+    table = checks.columns("craft", digest)
+    rows = zip(table["epoch"].values.tolist(), table["check"], table["count"], strict=True)
+    assert [row for row in rows if row[1] == "JUMPED"] == [(1, "JUMPED", 1), (2, "JUMPED", 2)]
+
+
+def test_what_it_does_without_is_told():
+    sender = Sender()
+    nav = navigation(used=USED)
+    state = frames_of("NAV_STATE", mode=2, attitude_held=1, unheeded=1)
+    digest, _ = digested(sender.block(0, *FIVE, nav), sender.block(1, *FIVE, nav, state))
+    table = checks.columns("craft", digest)
+    found = zip(table["epoch"].values.tolist(), table["check"], table["by"], strict=True)
+    assert [*found] == [(1, "ATTITUDE_HELD", "FLIGHT"), (1, "UNHEEDED", "FLIGHT")]
+
+
+def test_an_epoch_of_which_the_mark_is_missing_is_told_by_the_frames_of_several_nodes():
+    sender = Sender()
+    blocks = [
+        sender.block(0, *FIVE),
+        sender.alone(1, concat(FIVE)),
+        sender.alone(2, FIVE[0]),
+        sender.block(3, *FIVE),
+    ]
+    digest, _ = digested(*blocks)
+    table = checks.columns("craft", digest)
+    rows = zip(table["epoch"].values.tolist(), table["check"], table["where"], strict=True)
+    marks = [row for row in rows if row[1] == "MARK"]
+    assert marks == [(1, "MARK", "TIME"), (3, "MARK", "TIME")], "of epoch 2 one receiver alone sent"
+
+
+def test_an_answer_that_names_another_satellite_than_its_command_is_told():
+    sender = Sender()
+    command = [
+        frames_of("COMMAND", 2, channel=k, action=1, sat_number=7 + k, transaction=5 + k) for k in range(2)
+    ]
+    ack = [frames_of("ACK", 2, channel=k, result=0, sat_number=7, transaction=5 + k) for k in range(2)]
+    digest, _ = digested(sender.block(0, *FIVE, *command), sender.block(1, *ack, *FIVE))
+    table = checks.columns("craft", digest)
+    rows = zip(table["epoch"].values.tolist(), table["check"], table["where"], table["count"], strict=True)
+    assert [row for row in rows if row[1] == "OTHER_ANSWER"] == [(1, "OTHER_ANSWER", "RX2", 1)]

@@ -154,13 +154,13 @@ def fed(digest: Digest, frames: FrameBatch, size: int) -> None:
         digest.feed(frames[begin : begin + size])
 
 
-def test_a_mark_that_is_missing_or_jumps_is_told_where_the_next_one_is(flown, tmp_path, capsys):
+def test_a_mark_that_is_missing_or_jumps_is_told_there_and_where_the_next_one_is(flown, tmp_path, capsys):
     log = copied(flown, tmp_path)
     seconds = 3 * 86_400 + 900
     log.take_out(40, lambda line: log.name(line) == "TIME_MARK")
     for epoch in range(50, DURATION):  # five seconds on, and so they stay
         log.rewrite(epoch, "TIME_GPS", second=seconds + epoch + 5)
-    assert [row[0] for row in seen(log, "MARK", capsys)] == [41.0, 55.0]
+    assert [row[0] for row in seen(log, "MARK", capsys)] == [None, 41.0, 55.0]
 
 
 @pytest.mark.parametrize("piece", [1, 7, 1000])

@@ -24,12 +24,16 @@ def test_every_word_but_none_means_checks_that_a_record_may_have():
 
 
 def test_a_sign_is_of_a_word_and_a_place_its_epochs_in_order():
-    seen = {("MARK", "TIME"): [7, 9], ("JUMPED", "TIME_MARK"): [9, 8, 8], ("EXCLUDED_SATELLITE", "G07"): [1]}
+    seen = {
+        ("MARK", "TIME", "BENCH"): [7, 9],
+        ("JUMPED", "TIME_MARK", "FLIGHT"): [9, 8, 8],
+        ("EXCLUDED_SATELLITE", "G07", "FLIGHT"): [1],
+    }
     found = [
-        (one.word, one.where, one.epochs.tolist())
+        (one.word, one.where, one.by, one.epochs.tolist())
         for one in signs({key: np.array(epochs) for key, epochs in seen.items()})
     ]
     assert found == [
-        ("mark", "TIME", [7, 9]), ("mark", "TIME_MARK", [8, 9]), ("range", "G07", [1]),
-        ("exclusion", "G07", [1]),
+        ("mark", "TIME", "BENCH", [7, 9]), ("mark", "TIME_MARK", "FLIGHT", [8, 9]),
+        ("range", "G07", "FLIGHT", [1]), ("exclusion", "G07", "FLIGHT", [1]),
     ]  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,8 @@ pytestmark = pytest.mark.verifies(
 
 
 def stretch(first: int, last: int, touched: int = 5, active: bool = True) -> Stretch:
-    return Stretch(0, 0, Direction.FLIGHT, active, first, last, last - first + 1, touched)
+    epochs, struck = last - first + 1, first if touched else -1
+    return Stretch(0, 0, Direction.FLIGHT, active, first, last, epochs, touched, struck=struck)
 
 
 def signs(seen: dict[str, list[int]] | None) -> list[Sign]:
@@ -98,5 +101,7 @@ def test_availability_is_of_the_epochs_while_it_lasts():
 def test_a_fault_that_never_touched_a_frame_meets_nothing():
     idle = [stretch(50, 56, touched=0), stretch(57, 60, active=False)]
     assert span(idle) is None and span(idle, frames=False) == (50, 56)
+    late = [replace(stretch(50, 56), struck=53), stretch(58, 59)]
+    assert span(late) == (53, 59) and span(late, frames=False) == (50, 59)
     found = judged(fault=idle, detected_by="none", fix_error_m=5, availability=0)
     assert set(found.values()) == {("never acted", False)}

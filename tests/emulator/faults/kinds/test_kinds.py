@@ -125,7 +125,22 @@ def test_a_receiver_without_power_sends_nothing_hears_nothing_and_acquires():
         assert not len(of_kind(rows, "RANGE")) and len(of_kind(rows, "HEARTBEAT")) == 1
         told = by_cantools(of_kind(rows, "STATUS"))[0]
         assert (told["frames"], told["channels_tracking"]) == (1, 0) and all_sound(rows)
-    assert struck[105].block == struck[105].before
+    assert (struck[105].block.data[:, 2:] == struck[105].before.data[:, 2:]).all()
+
+
+def test_a_receiver_that_measures_nothing_counts_on_where_it_stood():
+    """As one does that sends nothing: the counter of a channel follows the one before the antenna was cut."""
+    struck = strike("port cut @100+8 reacquire_s=5")
+    rows = {k: by_cantools(of_kind(mine(struck[k].block, 4), "RANGE")) for k in (99, 107, 112, 113, 114)}
+    assert rows[107] == rows[112] == []
+    counters = {k: {row["channel"]: row["e2e_counter"] for row in rows[k]} for k in (99, 113, 114)}
+    assert len(counters[99]) == 6
+    for channel, counter in counters[99].items():
+        assert counters[113][channel] == (counter + 1) % 15 and counters[114][channel] == (counter + 2) % 15
+    assert all_sound(struck[113].block)
+    others = struck[113].block[np.array([CODEC.sender_of[i] != "RX4" for i in struck[113].block.can_id])]
+    same = struck[113].before[np.array([CODEC.sender_of[i] != "RX4" for i in struck[113].before.can_id])]
+    assert others == same, "nobody else's are touched"
 
 
 def test_a_cut_antenna_is_silence_of_measurements_alone():
