@@ -3,7 +3,9 @@
 Epochs are equally far apart: a mark is believed if its time has advanced by as many intervals as its number.
 One that has not may still be right, after a gap in a recording: then satellites are where they must be at
 that time. One that steps by less than they can show is not believed. Nor is one that goes back: a run that
-begins anew is told to the flight software as such.
+begins anew is told to the flight software as such. Small steps, a millisecond at most, are of marks that
+jitter, or that a receiver's clock shows; of marks that have been steady they are believed when they last. So
+is another clock, or are other leap seconds.
 """
 
 from __future__ import annotations
@@ -14,6 +16,10 @@ from gnss_hil.flightsw.records.epoch import Mark
 
 TOLERANCE_NS = 10**6
 """What a receiver's clock, where it shows the marks, may step by; 8 m along a low orbit."""
+
+STEADY_NS, STEADY, LASTING = 10**4, 10, 3
+"""Marks of GPS time that stepped by less than this, 8 cm along a low orbit, so many times in a row are
+steady. What is odd about the next is believed after so many that were not."""
 
 SHOWN_NS = 250 * 10**6
 """Satellites move a kilometre in this time: a step as long shows in their reports."""
@@ -28,12 +34,14 @@ class TimeMarks:
     interval_ns    between epochs; 0 until two advances were the same
     advance_ns     of the last two believed, for an epoch
     refused        marks in a row
+    steady         marks in a row
     """
 
     last: Mark | None = None
     interval_ns: int = 0
     advance_ns: int = 0
     refused: int = 0
+    steady: int = 0
 
 
 def advanced(marks: TimeMarks, mark: Mark, satellites_agree: bool) -> tuple[TimeMarks, bool]:
@@ -45,10 +53,10 @@ def advanced(marks: TimeMarks, mark: Mark, satellites_agree: bool) -> tuple[Time
     if last is None:
         return TimeMarks(mark), True
     epochs, dt_ns = mark.epoch - last.epoch, mark.t_ns - last.t_ns
-    if epochs > 0 and dt_ns > 0:
+    if epochs > 0 and dt_ns > 0 and (_alike(mark, last) or marks.refused >= LASTING):
         step_ns = dt_ns - epochs * marks.interval_ns
-        if marks.interval_ns == 0 or abs(step_ns) <= TOLERANCE_NS:
-            return _followed(marks, mark, dt_ns // epochs), True
+        if marks.interval_ns == 0 or abs(step_ns) <= _tolerance_ns(marks, mark):
+            return _followed(marks, mark, dt_ns // epochs, abs(step_ns) <= STEADY_NS), True
         if abs(step_ns) > SHOWN_NS and satellites_agree:
             return TimeMarks(mark, marks.interval_ns, marks.advance_ns), True
     refused = marks.refused + 1
@@ -57,6 +65,18 @@ def advanced(marks: TimeMarks, mark: Mark, satellites_agree: bool) -> tuple[Time
     return replace(marks, refused=refused), False
 
 
-def _followed(marks: TimeMarks, mark: Mark, advance_ns: int) -> TimeMarks:
+def _alike(mark: Mark, last: Mark) -> bool:
+    """Whether two marks are of one clock, with leap seconds that one insertion explains."""
+    return mark.clock == last.clock and abs(mark.leap - last.leap) <= 1
+
+
+def _tolerance_ns(marks: TimeMarks, mark: Mark) -> int:
+    """What the next mark may step by."""
+    odd = mark.clock == 0 and marks.steady >= STEADY and marks.refused < LASTING
+    return STEADY_NS if odd else TOLERANCE_NS
+
+
+def _followed(marks: TimeMarks, mark: Mark, advance_ns: int, steadily: bool) -> TimeMarks:
     same = abs(advance_ns - marks.advance_ns) <= TOLERANCE_NS
-    return TimeMarks(mark, marks.interval_ns or (advance_ns if same else 0), advance_ns)
+    interval_ns = marks.interval_ns or (advance_ns if same else 0)
+    return TimeMarks(mark, interval_ns, advance_ns, steady=marks.steady + 1 if steadily else 0)

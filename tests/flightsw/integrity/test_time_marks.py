@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import accumulate
 
 import pytest
 
 from gnss_hil.flightsw.integrity.time_marks import (
     DOUBTED_S,
+    LASTING,
     SHOWN_NS,
     TOLERANCE_NS,
     TimeMarks,
@@ -27,10 +29,10 @@ WEEK_S = 604_800
 T0_NS = 10**18
 
 
-def marks(*ns, epochs=None):
+def marks(*ns, epochs=None, clock=0):
     """At ns after the first, of these epochs."""
     numbers = range(len(ns)) if epochs is None else epochs
-    return [Mark(7, epoch, T0_NS + t_ns, 18) for epoch, t_ns in zip(numbers, ns, strict=True)]
+    return [Mark(7, epoch, T0_NS + t_ns, 18, clock) for epoch, t_ns in zip(numbers, ns, strict=True)]
 
 
 def believed(sequence, agree=False, state=None):
@@ -55,7 +57,37 @@ def test_marks_as_far_apart_as_ever_are_believed(interval_ns):
 def test_marks_that_a_receivers_clock_shows_are():
     """It drifts by 20 us a second, and is set back by a millisecond every fifty."""
     shown = [k * S + 20_000 * (k % 50) for k in range(500)]
-    assert all(believed(marks(*shown))[1])
+    assert all(believed(marks(*shown, clock=1))[1])
+
+
+@pytest.mark.parametrize("step_ns", [20_000, -20_000, 300_000, 999_000])
+def test_a_small_step_of_marks_that_were_steady_is_believed_when_it_lasts(step_ns):
+    """Half a millisecond moves a fix of decimetres by four metres."""
+    steady = flown(count=20)
+    once = marks(20 * S + step_ns, 21 * S, epochs=[20, 21])
+    assert believed(once, state=steady)[1] == [False, True]
+    lasting = marks(*(k * S + step_ns for k in range(20, 40)), epochs=range(20, 40))
+    assert believed(lasting, state=steady)[1] == [False] * LASTING + [True] * (20 - LASTING)
+    assert all(believed(marks(20 * S + 9_000, 21 * S, epochs=[20, 21]), state=steady)[1])
+
+
+@pytest.mark.parametrize("change", [{"clock": 1}, {"leap": 80}, {"leap": 16}])
+def test_another_clock_or_other_leap_seconds_are_believed_when_they_last(change):
+    """A clock that is off by 0.3 ms moves the fix by two metres."""
+    other = [replace(mark, **change) for mark in marks(*(k * S for k in range(4, 12)), epochs=range(4, 12))]
+    assert believed(other, state=flown())[1] == [False] * LASTING + [True] * (8 - LASTING)
+    right = marks(5 * S, epochs=[5])
+    assert believed([other[0], *right], state=flown())[1] == [False, True]
+
+
+def test_a_leap_second_is_believed():
+    later = [replace(mark, leap=19) for mark in marks(4 * S, 5 * S, epochs=[4, 5])]
+    assert believed(later, state=flown())[1] == [True, True]
+
+
+def test_marks_that_jitter_are_believed():
+    jitter = [k * S + (k * 7919 % 101) * 9_000 for k in range(200)]
+    assert all(believed(marks(*jitter))[1])
 
 
 def test_after_missing_epochs_time_has_advanced_by_as_many():
