@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class SnapshotNavigator:
     """
 
     solve: Solve
-    judged: bool = False
+    judged: bool = field(default=False, kw_only=True)
 
     def initial(self) -> Snapshot:
         return Snapshot()

@@ -81,7 +81,7 @@ def test_a_fix_that_is_not_where_the_craft_must_be_is_none(judged, clock, rules,
     fix = fix_of(c, z)
     far = replace(fix, position_m=fix.position_m + np.array([1000.0, 0.0, 0.0]))
     for found, right in ((fix, True), (far, believed)):
-        navigator = SnapshotNavigator(lambda *_, found=found: (found, -1), judged)
+        navigator = SnapshotNavigator(lambda *_, found=found: (found, -1), judged=judged)
         known = OrbitState(s.T0_NS, POSITION, VELOCITY, s.T0_NS - 10**9, np.eye(3), np.eye(3), 10.0)
         inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=rules, mark_clock=clock)
         _, solution = navigator.update(Snapshot(known, t_ns=s.T0_NS), z, inputs)
