@@ -105,10 +105,11 @@ def read(lines: Iterable[str]) -> tuple[list[dict[str, Any]], Iterator[tuple[int
     """What was armed by craft, and events (number of the craft, event); a last line that is cut short is left
     out."""
     lines = iter(lines)
-    return json.loads(next(lines))["armed"], _events(lines)
+    return json.loads(next(lines))["armed"], events(lines)
 
 
-def _events(lines: Iterable[str]) -> Iterator[tuple[int, Event]]:
+def events(lines: Iterable[str]) -> Iterator[tuple[int, Event]]:
+    """Events (number of the craft, event) of lines behind the first."""
     for text in lines:
         if not text.endswith("\n"):
             return

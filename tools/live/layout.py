@@ -15,7 +15,7 @@ from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.tools.common.durations import clock
 from gnss_hil.tools.live.chart import chart
 from gnss_hil.tools.live.screen import GAP, Line, Span, beside, fitted, line, parted, plain, wrapped
-from gnss_hil.tools.live.summary import CraftSummary, RunSummary
+from gnss_hil.tools.live.summary import CraftSummary, FaultsSummary, RunSummary
 
 _LOCK = VALUES["Lock"]
 _FULL = "FULL"
@@ -235,13 +235,28 @@ def _fault_parts(craft: CraftSummary) -> list[str | Span]:
     ]
 
 
+def _armed_parts(faults: FaultsSummary) -> list[str | Span]:
+    """Faults that act now, by name; those that are over and those that are still armed."""
+    parts: list[str | Span] = []
+    for word, names, style in (
+        ("acting", faults.acting, "bad"),
+        ("over", faults.over, ""),
+        ("armed", faults.armed, "dim"),
+    ):
+        if names:
+            parts.append(Span(f"{word}: {', '.join(names)}", style))
+    return parts
+
+
 def _head(run: RunSummary, craft: CraftSummary, width: int) -> list[Line]:
     load = f"load {craft.bus.load_percent:.2f} %, at most {craft.bus.load_most_percent:.2f} %"
-    rows = (
+    rows = [
         (craft.name, _when(craft.snapshot.t_ns)),
         ("fix", [f"tracked {craft.tracked}", *_fix_parts(craft)]),
         ("bus", [*_fault_parts(craft), load, f"frames {craft.bus.counters.received}"]),
-    )
+    ]
+    if run.faults is not None:
+        rows.append(("faults", _armed_parts(run.faults)))
     label = max(len(name) for name, _ in rows)
     return [
         _title(run, width),

@@ -38,9 +38,22 @@ class CraftSummary:
         return len(np.unique(sat[sat >= 0]))
 
 
+@dataclass(frozen=True, slots=True)
+class FaultsSummary:
+    """Names of faults that act, have acted, and are armed and have not yet."""
+
+    acting: tuple[str, ...]
+    over: tuple[str, ...]
+    armed: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RunSummary:
-    """The run. pace: simulated seconds in a second, of late; None in the first second."""
+    """The run.
+
+    pace     simulated seconds in a second, of late; None in the first second
+    faults   None where none are armed
+    """
 
     scenario: str
     epoch: int
@@ -50,3 +63,4 @@ class RunSummary:
     unanswered: int
     craft: tuple[CraftSummary, ...]
     notes: tuple[str, ...] = ()
+    faults: FaultsSummary | None = None

@@ -15,8 +15,10 @@ from gnss_hil.tools.decoder.latest import Latest
 from gnss_hil.tools.live.chart import History
 from gnss_hil.tools.live.layout import screen
 from gnss_hil.tools.live.live_error import LiveError
+from gnss_hil.tools.live.live_faults import LiveFaults
 from gnss_hil.tools.live.summary import CraftSummary, RunSummary
 from gnss_hil.tools.live.terminal import Terminal
+from gnss_hil.tools.recording.run_folder import FAULTS
 from gnss_hil.tools.run_config.plan import Plan
 
 DRAW_S = 0.25
@@ -74,6 +76,7 @@ class LiveView:
             _Craft(name, vehicle, codec, LiveError(truth, i, len(plan.names)), time_.interval_ns)
             for i, (name, vehicle, codec) in enumerate(parts)
         ]
+        self._faults = LiveFaults(truth.with_name(FAULTS), plan.world.faults)
         self._begun = False
         self._next = 0.0
         self._notes: list[str] = []
@@ -106,6 +109,7 @@ class LiveView:
             unanswered=unanswered,
             craft=tuple(craft),
             notes=tuple(self._notes),
+            faults=self._faults.look(),
         )
         self._terminal.draw(screen(run, *self._terminal.size))
 
@@ -117,5 +121,6 @@ class LiveView:
 
     def close(self) -> None:
         self._terminal.leave()
+        self._faults.close()
         while self._notes:
             self._terminal.say(self._notes.pop(0))
