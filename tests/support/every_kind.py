@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import polars
@@ -30,25 +30,23 @@ from tests.support.runs import children_of, summary_of
 FIRST_S, EACH_S, LASTS_S = 120.0, 40.0, 8.0
 
 
-def turns(hours: float) -> Iterator[tuple[float, str]]:
-    """When each file's turn begins [s]."""
-    begin_s, names = FIRST_S, [name for name in files.shipped() if _can_run(name)]
-    while True:
-        for name in names:
-            if begin_s + EACH_S > hours * 3600:
-                return
-            yield begin_s, name
-            begin_s += EACH_S
+def able(link: str) -> list[str]:
+    """Files of the library that a link can do."""
+    every = ((name, files.load(files.FILES.find(name))) for name in files.shipped())
+    return [name for name, file in every if all(link in KINDS[one.kind].links for one in file.fault)]
 
 
-def _can_run(name: str) -> bool:
-    return all(RUN in KINDS[one.kind].links for one in files.load(files.FILES.find(name)).fault)
+def turns(duration_s: float, link: str = RUN, each_s: float = EACH_S) -> list[tuple[float, str]]:
+    """When each file's turn begins [s], for as long as there is time for it."""
+    count = int((duration_s - FIRST_S) // each_s)
+    names = able(link)
+    return [(FIRST_S + k * each_s, names[k % len(names)]) for k in range(count)]
 
 
-def faults(hours: float) -> str:
-    """A fault file of all turns."""
+def faults(given: Sequence[tuple[float, str]]) -> str:
+    """A fault file of turns."""
     tables = []
-    for begin_s, name in turns(hours):
+    for begin_s, name in given:
         for table in tomllib.loads(files.FILES.find(name).read_text("utf-8"))["fault"]:
             table.pop("expect", None)
             tables.append(table | {"at": f"@{begin_s:g}+{LASTS_S:g}"})
@@ -72,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as scratch:
         out = given.out or Path(scratch) / "run"
         written = Path(scratch) / "faults.toml"
-        written.write_text(faults(given.hours), "utf-8")
+        written.write_text(faults(turns(given.hours * 3600)), "utf-8")
         command = [
             *GNSS_HIL, "run", "soyuz", "--interval", "0.1", "--duration", f"{given.hours:g}h", "--no-report",
             "--bus", given.bus, "--faults", str(written), "--out", str(out), "--quiet",

@@ -6,11 +6,14 @@ import json
 import signal
 import subprocess
 
+import numpy as np
 import polars
 import pytest
 
 from gnss_hil.dbc.common.vehicle import find
+from gnss_hil.emulator.faults.kinds.row import GATEWAY
 from gnss_hil.tools.command_line.main import main
+from tests.support import every_kind
 from tests.support.gateways import OURS, on_record, spoken, through
 from tests.support.programs import GNSS_HIL
 from tests.support.waiting import ended
@@ -86,15 +89,37 @@ def fsw(tmp_path_factory):
     return folder / "fsw"
 
 
-@pytest.mark.parametrize("name", ["receiver-off", "replay", "mark-missing", "command-lost", "crc"])
-def test_the_flight_software_in_c_flies_through_it(tmp_path, fsw, name):
-    """It answers every epoch; the fix is as good as the file expects."""
-    heard, _ = through(tmp_path, (name,), (str(fsw), "--bus", "embedded:BUS", "--vehicle", str(VEHICLE)))
-    assert len(heard)
-    table = polars.read_parquet(tmp_path / "gateway" / "faults.parquet")
-    assert table["frames_touched"].sum() > 0
-    summary = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))
-    assert summary["epochs_unanswered"] == 0
+EACH_S, SETTLED_S = 20, 12
+"""Turn of each fault; so long after its begin the receivers have what it took from them again."""
+
+
+def test_the_flight_software_in_c_flies_through_every_kind(tmp_path, fsw):
+    """All of the library that a gateway can do, in turn. It answers every epoch, by frames that are all in
+    order; it refuses what would lead it astray, or has no fix; and when a fault is over it is as before."""
+    turns = every_kind.turns(every_kind.FIRST_S + EACH_S * len(every_kind.able(GATEWAY)), GATEWAY, EACH_S)
+    (tmp_path / "faults.toml").write_text(every_kind.faults(turns), "utf-8")
+    command = (str(fsw), "--bus", "embedded:BUS", "--vehicle", str(VEHICLE))
+    through(tmp_path, (str(tmp_path / "faults.toml"),), command, int(turns[-1][0]) + EACH_S)
+    run = tmp_path / "run"
+    summary = json.loads((run / "summary.json").read_text("utf-8"))
+    assert (summary["epochs_unanswered"], summary["frames"]["rejected"]) == (0, {})
+    fixes, truth = (polars.read_parquet(run / f"{name}.parquet") for name in ("fixes", "truth"))
+    axes = [f"{axis}_ecef_m" for axis in "xyz"]
+    both = truth.join(fixes.filter("valid"), on="t_gps_s", how="left", suffix="_fix")
+    apart = both[axes].to_numpy() - both[[f"{axis}_fix" for axis in axes]].to_numpy()
+    error_m = np.linalg.norm(apart, axis=1)  # nan without a fix
+    without = []
+    for begin_s, name in turns:
+        struck = error_m[int(begin_s) : int(begin_s + every_kind.LASTS_S)]
+        behind = error_m[int(begin_s) + SETTLED_S : int(begin_s) + EACH_S]
+        assert not (struck > 5).any() and (behind < 5).all(), name
+        without += [name] if np.isnan(struck).all() else []
+    print("no fix at all under", *without)
+    acted = polars.read_parquet(tmp_path / "gateway" / "faults.parquet").group_by("kind")
+    idle = set(acted.agg(polars.sum("frames_touched")).filter(frames_touched=0)["kind"])
+    assert idle <= {"ack-lost", "command-altered", "command-doubled", "command-late", "command-lost"}, (
+        "only commands are not sent in every turn"
+    )
 
 
 def test_a_bus_that_goes_away_is_named(tmp_path):
