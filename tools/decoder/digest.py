@@ -44,6 +44,7 @@ class Digest:
         self.almanac = AlmanacLog()
         self.tags = GrowingTable()
         self.nodes = Nodes(codec)
+        self._epochs_taken = 0
         self._said = GrowingTable()
         self._left_out = GrowingTable()
         self._lacks = GrowingTable()
@@ -92,8 +93,8 @@ class Digest:
             self._on_channels({name: column[row] for name, column in table.items()})
 
     def _take_flight_checks(self, block: Block, channels: Channels, used: Bool, out: Columns) -> None:
-        """Before the marks of this block are added."""
-        before = len(self.marks["epoch"])
+        """Of a block's epochs, behind those before it."""
+        before = self._epochs_taken
         shy = (channels.values["health"] != 0) & ~used
         for table, rows in (
             (self._said, refusals_said(block)),
@@ -102,6 +103,7 @@ class Digest:
             (self._unhealthy, {"epoch": channels.epoch[shy], "sat": channels.sat[shy]}),
         ):
             table.add({"row": before + rows["epoch"], **{k: v for k, v in rows.items() if k != "epoch"}})
+        self._epochs_taken += block.epochs
 
     @property
     def said(self) -> dict[str, NDArray]:

@@ -114,10 +114,12 @@ def columns(craft: str, digest: Digest, bench_refused: Sequence[Sequence[int]] =
 def _when(digest: Digest, row: I64, ahead: I64) -> tuple[I64, I64]:
     """(k,) instants [ns], -1 where there is none, and numbers of epochs, -1 before the first mark."""
     t_ns, epoch = digest.marks["t_ns"], reckoned(digest.marks["epoch"])
-    number = np.r_[epoch, -1][row] + np.where(row >= 0, ahead, 0)
+    number, heard_ns = np.r_[epoch, -1][row] + np.where(row >= 0, ahead, 0), np.r_[t_ns, -1][row]
+    if not ahead.any():
+        return heard_ns, number
     t_of = dict(zip(epoch.tolist(), t_ns.tolist(), strict=True))
     own = np.array([t_of.get(one, -1) for one in number.tolist()], np.int64)
-    return np.where(ahead > 0, own, np.r_[t_ns, -1][row]), number
+    return np.where(ahead > 0, own, heard_ns), number
 
 
 def reckoned(epoch: I64) -> I64:
