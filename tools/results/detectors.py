@@ -38,6 +38,14 @@ ROWS: Mapping[str, tuple[str, ...]] = {
 """Of each word the checks of the table that it means."""
 
 
+NEAREST = (
+    "corrupted", "wrong-length", "unknown-id", "repeated", "mixed-epoch", "wrong-sequence", "bench",
+    "restart", "mark", "attitude", "satellite", "health", "receiver", "exclusion", "innovation", "range",
+    "no-answer", "silence", "timeout", "lost",
+)  # fmt: skip
+"""Words from the one nearest to a cause on: frames that are wrong make a node silent, and not the reverse."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Sign:
     """A check that saw something at a place: the word for it, where, and the epochs (k,) in which it did.

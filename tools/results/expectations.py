@@ -14,7 +14,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Expect
-from gnss_hil.tools.results.detectors import NOTHING, Sign
+from gnss_hil.tools.results.detectors import NEAREST, NOTHING, Sign
 
 LEAST_BEFORE = 10
 """So many epochs before a fault have to be without a check's word for it to be the fault's, at least."""
@@ -102,12 +102,12 @@ def _new(signs: Sequence[Sign], names: Sequence[str], first: int) -> list[Sign]:
 
 
 def _newly(signs: Sequence[Sign], first: int, last: int) -> list[Sign]:
-    """Those that were quiet for as long before a fault as it lasted, in its own epochs. Of several words for
-    the same the last of the list is nearest to the cause."""
+    """Those that were quiet for as long before a fault as it lasted, in its own epochs; those nearest to a
+    cause come first."""
     quiet, until = max(LEAST_BEFORE, last - first + 1), behind(first, last)
     return [
         replace(one, epochs=one.epochs[one.epochs <= until])
-        for one in reversed(signs)
+        for one in sorted(signs, key=lambda one: NEAREST.index(one.word))
         if not ((one.epochs >= first - quiet) & (one.epochs < first)).any()
     ]
 

@@ -7,7 +7,7 @@ import pytest
 
 from gnss_hil.emulator.faults.checks import CHECKS
 from gnss_hil.tools.results import checks
-from gnss_hil.tools.results.detectors import NOTHING, ROWS, signs
+from gnss_hil.tools.results.detectors import NEAREST, NOTHING, ROWS, signs
 
 pytestmark = pytest.mark.verifies(
     "tools/results/detectors.py",
@@ -21,6 +21,10 @@ def test_every_word_but_none_means_checks_that_a_record_may_have():
     assert list(ROWS) == list(CHECKS)
     assert {word for word, rows in ROWS.items() if not rows} == {NOTHING}
     assert not {row for rows in ROWS.values() for row in rows} - {*checks.CHECKS}
+
+
+def test_every_word_has_its_distance_from_a_cause():
+    assert sorted(NEAREST) == sorted({*ROWS} - {NOTHING})
 
 
 def test_a_sign_is_of_a_word_and_a_place_its_epochs_in_order():

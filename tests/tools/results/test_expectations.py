@@ -83,6 +83,11 @@ def test_where_nothing_is_expected_any_check_may_see_it_that_was_quiet_before():
     assert finding(Expect(), FAULT, FIXES, signs({"lost": [64]})).detected_by is None, "after its time"
 
 
+def test_of_what_is_seen_at_once_the_nearest_to_the_cause_is_told():
+    found = finding(Expect(), FAULT, FIXES, signs({"silence": [50], "timeout": [50], "corrupted": [50, 51]}))
+    assert (found.detected_by, found.after_epochs) == ("corrupted", 0)
+
+
 def test_what_goes_on_from_before_did_not_see_it_but_elsewhere_it_may():
     assert judged({"silence": [49, 50, 51]}, detected_by="silence")["detected_by"] == ("not seen", False)
     assert judged({"silence": [48, 51]}, detected_by="silence")["detected_by"][1]
