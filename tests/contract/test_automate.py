@@ -49,7 +49,7 @@ def test_the_test_passes(folder):
         [sys.executable, "-m", "pytest", "-q", "-p", "gnss_hil.tools.pytest_plugin", "test_receiver.py"],
         cwd=folder, capture_output=True, text=True, env={**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
     )  # fmt: skip
-    assert "2 passed" in done.stdout, done.stdout
+    assert "3 passed" in done.stdout, done.stdout
 
 
 def table(heading: str) -> list[str]:

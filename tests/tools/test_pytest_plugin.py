@@ -182,14 +182,16 @@ def test_a_failure_tells_what_faults_did(session):
     done = session(
         """
         def test_it(bench):
-            run = bench.run("soyuz", duration=12, faults=["rx2 off @5s+3s", "rx1 HEARTBEAT loss @9s n=1"])
+            missed = "rx2 off @5s+3s detected_by=mark"
+            run = bench.run("soyuz", duration=12, faults=[missed, "rx1 HEARTBEAT loss @9s n=1"])
             assert not run.detected("silence")
         """
     )
     done.assert_outcomes(failed=1)
     done.stdout.fnmatch_lines(
         [
-            "again       gnss-hil run soyuz --duration=12 --bus=inline '--fault=rx2 off @5s+3s' *",
+            "again       gnss-hil run soyuz --duration=12 --bus=inline '--fault=rx2 off @5s+3s *",
+            "missed      expectation missed: fault 'receiver-off 1' (rx2, craft soyuz): detected_by: *",
             "faults      receiver-off 1 at rx2: epochs 5 to 7, * frames touched",
             "            loss 2 at rx1 HEARTBEAT: epochs 9 to *, 1 frame touched",
             "checks      too_few_satellites at FLIGHT: 12 epochs, first at 00:00:00",

@@ -28,6 +28,7 @@ def _run(folder: Path) -> Iterator[str]:
         yield f"again       {run.command}"
         yield f"report      {_report(run)}"
         yield f"ended       {broken_off(run.summary) or 'complete'}"
+        yield from _headed("missed", run.missed)
         yield from _headed("faults", _faults(run))
         yield from _headed("checks", _checks(run))
     except BenchError as error:
