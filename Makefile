@@ -55,7 +55,7 @@ docs: $(DEVELOPMENT)
 	$(BIN)/python -m tests.documents
 
 results: $(DEVELOPMENT)
-	$(BIN)/python -m tests.results $(if $(QUICK),--quick); status=$$?; $(BIN)/python -m tests.documents; exit $$status
+	$(BIN)/python -m tests.results $(if $(QUICK),--quick); status=$$?; $(BIN)/python -m tests.results.fault_library || status=1; $(BIN)/python -m tests.documents; exit $$status
 
 venv: $(DEVELOPMENT)
 
