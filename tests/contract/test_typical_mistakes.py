@@ -105,8 +105,10 @@ class Recording:
 def recording() -> Recording:
     plan = make("soyuz-quiet")
     (name,), (config,) = plan.names, plan.flights
-    # As another flight software would, it knows nothing of receivers' delays, which hide some of a mistake.
-    config = replace(config, budget=replace(config.budget, delay_m=0.0))
+    # As another flight software would, it knows nothing of receivers' delays, which hide some of a mistake,
+    # and believes each attitude, also one that does not go along with its rates.
+    believing = config.options.model_copy(update={"attitude_hold_epochs": 0})
+    config = replace(config, budget=replace(config.budget, delay_m=0.0), options=believing)
     emulated, flown, answer = assemble.initial_state(plan.world), initial_state(config), EMPTY
     blocks, truth_m = [], []
     for epoch in range(EPOCHS):
