@@ -83,10 +83,13 @@ def decode(
     ionosphere, others = _ionosphere(values["ionosphere"])
     contradicted = plan.records["ionosphere"].rows[:, others].ravel().astype(np.int64)
     counts.add_rows(Reason.CONTRADICTED, can_id, contradicted)
+    attitude = _attitude(values["attitude"])
+    if attitude is None and values["attitude"].size:
+        counts.add(Reason.TURNED, np.array([codec.can_id_of["ATT_Q01", 0]]), np.ones(1, bool))
     boots, domains = _receivers(plan.records["receiver"], values["receiver"])
     epoch = Epoch(
         mark=mark,
-        attitude=_attitude(values["attitude"]),
+        attitude=attitude,
         measurements=_measurements(plan.records["measurement"], values["measurement"]),
         almanac=_almanac(almanac, almanac_values),
         acks=_acks(plan.records["ack"], values["ack"]),
@@ -142,6 +145,7 @@ def _mark(values: F64, nibble: int) -> Mark | None:
 
 
 def _attitude(values: F64) -> AttitudeReport | None:
+    """None if there is none, or a quaternion that is of no length 1."""
     if not values.size:
         return None
     q, rate = values[:4, 0], values[4:, 0]

@@ -46,7 +46,7 @@ CONSEQUENCE: dict[int, str] = {
     Reason.JUMPED: "frame ignored, its time does not follow from the marks before: the epoch has no time",
     Reason.NO_ORBIT: "channel ignored, where it says that its satellite is there is no orbit",
     Reason.MOVED: "channel ignored, its satellite reported something else before",
-    Reason.TURNED: "attitude ignored, the craft cannot have turned so far; the last one is turned on",
+    Reason.TURNED: "attitude ignored, it is none or not to be turned to; the last one is turned on",
     Reason.TIMED_OUT: "no frame: the node closed nothing in an epoch; what it did not send is not used",
 }
 

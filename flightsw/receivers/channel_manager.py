@@ -107,12 +107,15 @@ def autonomous(channels: I64, receivers: int) -> ChannelManager:
 
 
 def acknowledged(manager: ChannelManager, acks: Acks, epoch: int, options: ChannelOptions) -> ChannelManager:
-    """After this epoch's answers; those that answer no command under way have no effect."""
+    """After this epoch's answers; those that answer no command under way, as it was sent,
+    have no effect."""
     if not len(acks):
         return manager
     channels, satellites = manager.channels, manager.satellites
     rows, inside = channels.rows(acks.receiver, acks.channel)
-    current = inside & (channels.transaction[rows] == acks.transaction)
+    asked = channels.asked[rows]
+    ours = (asked < 0) | (satellite_of(np.maximum(asked, 0)) == acks.sat)  # else the command was altered
+    current = inside & (channels.transaction[rows] == acks.transaction) & ours
     rows, acks = rows[current], acks[current]
     accepted = acks.result == ACCEPTED
     of_second = channels.asked[rows] >= SATELLITES

@@ -96,6 +96,27 @@ def test_takeover_keeps_satellites_on_their_channels_and_releases_the_rest():
     assert commands.transaction.tolist() == [0, 1, 2, 3]
 
 
+def test_an_answer_that_names_another_satellite_is_to_no_command_of_ours():
+    """The command was altered on its way: it is sent again, and what was asked is not held."""
+    c = k.planned(k.autonomous(np.array([2]), 8), permit(G1=0, G2=0), NONE)
+    c, commands = k.due(c, 0, OPTIONS)
+    altered = replace(answers(commands), sat=np.where(commands.sat == G1, G3, commands.sat))
+    c = k.acknowledged(c, altered, 1, OPTIONS)
+    assert c.statistics.accepted == 1
+    c, again = k.due(c, OPTIONS.resend_epochs, OPTIONS)
+    assert listed(again) == [row for row in listed(commands) if row[3] == G1]
+    c = k.acknowledged(c, answers(again), 3, OPTIONS)
+    assert (c.channels.held == c.channels.target).all()
+
+
+def test_an_answer_to_a_release_may_name_any_satellite():
+    c = settled(permit(G1=0, G2=0), channels=(2,))
+    c, commands = k.due(k.planned(c, permit(G2=0), NONE), 5, OPTIONS)
+    assert commands.action.tolist() == [k.RELEASE]
+    c = k.acknowledged(c, replace(answers(commands), sat=np.array([R1])), 6, OPTIONS)
+    assert (c.channels.held == c.channels.target).all()
+
+
 def test_a_channel_is_usable_until_it_answers_then_only_as_commanded():
     """Receivers may refuse a restarted flight software's first commands, all but a few: their channels go on
     measuring what they found, and a fix is made of them."""
