@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
@@ -36,6 +37,10 @@ _own = pytest.StashKey[str]()
 def pytest_configure(config: pytest.Config) -> None:
     """A temporary folder for this process, inherited by all that it starts: buses of other benches that run
     on the machine are not seen, and none of ours is left behind. Its name is short, as sockets' paths are."""
+    # Behind `nohup`, or in the background of a script, signals are ignored, which what is started inherits.
+    for number in (signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
     usual = os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
     config.stash[_own] = tempfile.mkdtemp(prefix="gh-", dir=usual)
     os.environ["TMPDIR"] = tempfile.tempdir = config.stash[_own]
