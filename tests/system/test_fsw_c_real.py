@@ -96,16 +96,26 @@ def agreed(fsw: Path, folder: Path, epochs: Sequence[Sequence[Frame]]) -> list[d
     return own
 
 
+def shown_by(clock: int, epochs: Sequence[Sequence[Frame]]) -> list[list[Frame]]:
+    """Epochs whose marks a clock shows: k + 1, that of domain k."""
+    return [
+        [resealed(f, word_of(f) | clock << 54) if f[0] == TIME_FINE else f for f in epoch] for epoch in epochs
+    ]
+
+
+def test_marks_of_a_clock_that_no_receiver_has_make_no_fix(fsw, epochs, tmp_path):
+    """Of another clock for once a mark is not believed by ours, whatever it shows."""
+    known = first_fix(our_answers(epochs))
+    never = agreed(fsw, tmp_path, shown_by(8, epochs[: known + 2]))
+    assert str(never[known]["NAV_STATUS"][0]["no_fix"]) == "TOO_FEW_SATELLITES"
+    once = [*epochs[: known + 1], *shown_by(8, epochs[known + 1 : known + 2]), epochs[known + 2]]
+    reasons = [str(answer["NAV_STATUS"][0]["no_fix"]) for answer in our_answers(once)[known:]]
+    assert reasons == ["FIX", "NO_TIME_MARK", "FIX"]
+
+
 def test_a_mark_shown_by_a_clock_moves_both_alike(fsw, epochs, tmp_path):
-    """Marks said to be domain 0's, and one of a clock that no receiver has."""
-    stranger = len(epochs) - 2
-
-    def marked(frame, clock):
-        return resealed(frame, word_of(frame) | clock << 54) if frame[0] == TIME_FINE else frame
-
-    shown = [[marked(f, 8 if k == stranger else 1) for f in epoch] for k, epoch in enumerate(epochs)]
-    moved, still = agreed(fsw, tmp_path, shown), our_answers(epochs)
-    assert str(moved[stranger]["NAV_STATUS"][0]["no_fix"]) == "TOO_FEW_SATELLITES"
+    """Marks said to be domain 0's, and such of a clock that no receiver has."""
+    moved, still = agreed(fsw, tmp_path, shown_by(1, epochs)), our_answers(epochs)
     moved_m = []
     for k in range(first_fix(still), len(epochs)):
         if "NAV_X" not in moved[k]:

@@ -58,7 +58,7 @@ def test_damage_and_size():
 
 def test_bits_left_over_tell_most_cuts():
     """What is left of a code cut in two is eight bits or more, or not zero."""
-    whole = compress(told(5, 20_000, 256))
+    whole = compress(told(5, 4_000, 256))
     read = 0
     for end in range(3, len(whole)):
         try:

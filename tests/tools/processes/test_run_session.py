@@ -61,7 +61,7 @@ def test_broken_off_it_keeps_what_is_on_record(config, tmp_path, monkeypatch, ca
 
 
 def test_craft_that_have_a_bus_each_do_not_share_one(config):
-    one_bus = replace(config, scenario="pair", bus="embedded:/nowhere/bus")
+    one_bus = replace(config, scenario="pair", overrides=Overrides(), bus="embedded:/nowhere/bus")
     with pytest.raises(Mistake, match="each of 2 craft has its own bus"):
         run_session.play(one_bus)
     assert not config.out.exists()
