@@ -97,6 +97,12 @@ def test_every_plot_of_a_run_is_drawn(run, tmp_path):
     assert len(spans) == 1, "plots over time show different stretches"
 
 
+def test_satellites_of_two_carriers_have_a_row_where_there_are_any(run, tmp_path):
+    assert "of them by two carriers" not in (run / "report.html").read_text("utf-8")
+    words = ["--vehicle", "soyuz-ms-l1l2", "--ionosphere-free"]
+    assert "of them by two carriers" in (played(tmp_path / "two", *words) / "report.html").read_text("utf-8")
+
+
 def test_a_narrow_window_needs_no_sideways_scrolling(run, tmp_path):
     probe = drawn(run / "report.html", tmp_path, width=600, scheme=browser.DARK)
     assert probe["scroll"] <= probe["width"] == 600

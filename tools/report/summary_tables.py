@@ -42,7 +42,8 @@ _ROWS = (
 def craft_table(figures: Summary, of_recording: bool = False) -> Markup:
     """Statistics of one craft, and what its assignment took; of_recording: a recording was the emulator."""
     settled = figures["converged"]
-    rows = [_row(figures, key, label) for key, label in _ROWS]
+    paired = bool(figures["satellites_paired"]["max"])
+    rows = [_row(figures, key, label) for key, label in _ROWS if paired or key != "satellites_paired"]
     if settled["fixes"]:
         since = f", from {settled['after_s']:g} s on"
         rows += [_row(settled, key, f"{label}{since}") for key, label in _ROWS if key in _CONVERGED]
