@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--message", metavar="NAME", help="only this message, its signals side by side in .parquet")
     add("--force", action="store_true", help="overwrite OUT")
-    add("--quiet", action="store_true", help="no progress and no account: on stderr what is wrong or odd")
+    add("--quiet", action="store_true", help="no progress")
 
 
 def run(arguments: Namespace) -> int:
@@ -103,8 +103,7 @@ def _recording(arguments: Namespace, recording: Any) -> list[str]:
 
     with _counting(arguments.output, arguments.quiet) as show:
         done = convert(recording, arguments.output, show)
-    if not arguments.quiet:
-        print(f"{arguments.output}: {done.summary}")
+    print(f"{arguments.output}: {done.summary}")
     return done.remarks(recording.path, arguments.output)
 
 
@@ -116,8 +115,7 @@ def _signals(arguments: Namespace, recording: Any) -> list[str]:
     database = _spoken(arguments.input, recording) if arguments.dbc is None else load(arguments.dbc)
     with _counting(out, arguments.quiet) as show:
         done = write(recording, out, database, arguments.message, show)
-    if not arguments.quiet:
-        print(f"{out}: {done.rows} rows of {done.read.summary}")
+    print(f"{out}: {done.rows} rows of {done.read.summary}")
     told = [f"{recording.path}: {line}" for line in done.undecoded.remarks(database)]
     return done.read.remarks(recording.path, out) + told
 

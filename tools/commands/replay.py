@@ -87,11 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="exit status 1 if the other side does not say what it said then",
     )
-    add(
-        "--quiet", action="store_true",
-        help="no progress and no result: on stdout the folder of --report alone, on stderr what is wrong or "
-        "odd, with --same a difference",
-    )  # fmt: skip
+    add("--quiet", action="store_true", help="no progress; the result is printed all the same")
 
 
 def _session(text: str) -> int:
@@ -112,31 +108,25 @@ def run(arguments: Namespace) -> int:
     with Stop() as stop, RuntimeDir() as runtime_dir, peer.bus(config.bus, runtime_dir, say) as spec:
         played, folder = session.play(config, found, spec, runtime_dir, say, stop)
     different = config.same and played.comparison.different
-    if not config.quiet:
-        print("\n".join(output.account(config, played)))
-    elif different:
-        print(
-            f"{PROGRAM}: {OTHER_SIDE[config.only or 'emulator']}: {played.comparison.result}", file=sys.stderr
-        )
+    print("\n".join(output.account(config, played)))
     recording = found.recorded.recording
     for line in (*recording.found.lines(recording.path), *damage.lines(found.recorded)):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
-        if not config.quiet:
-            print(flush=True)
-        _report(folder.path, output.facts_of(found, config, played, about), config.quiet)
+        print(flush=True)
+        _report(folder.path, output.facts_of(found, config, played, about))
     if stop():
         return stop.status
     return 1 if different else 0
 
 
-def _report(folder: Path, facts: Mapping[str, Any], quiet: bool) -> None:
+def _report(folder: Path, facts: Mapping[str, Any]) -> None:
     """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them."""
     from gnss_hil.tools.commands import report
     from gnss_hil.tools.recording.run_folder import FACTS, write_json
 
     write_json(folder / FACTS, facts)
-    report.again(folder, None, quiet)
+    report.again(folder, None)
 
 
 def config_of(a: Namespace) -> ReplayConfig:

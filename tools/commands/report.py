@@ -50,8 +50,8 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
     return 0
 
 
-def again(folder: Path, out: Path | None, quiet: bool = False) -> int:
-    """Everything that a run's log tells, anew; if `quiet`, on stdout the folder alone."""
+def again(folder: Path, out: Path | None) -> int:
+    """Everything that a run's log tells, anew."""
     from gnss_hil.tools.recording.run_folder import LOG, check_run_folder
     from gnss_hil.tools.results import assemble, run_digest
     from gnss_hil.tools.results.text import missed, render
@@ -65,8 +65,8 @@ def again(folder: Path, out: Path | None, quiet: bool = False) -> int:
     epochs = max(digest.epochs for digest in digests.values())
     facts = assemble.after_a_crash(assemble.read_facts(folder), scenario, epochs)
     summary = assemble.write(folder, facts, digests)
-    print(folder if quiet else f"{render(summary)}\n")
-    lines = draw(folder, facts, summary, digests, out, told=not quiet) + missed(summary)
+    print(f"{render(summary)}\n")
+    lines = draw(folder, facts, summary, digests, out) + missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 1 if lines else 0

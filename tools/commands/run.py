@@ -42,10 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--no-log", action="store_true", help="no bus.log and no channels.parquet: for very long runs")
     add("--no-report", action="store_true", help="no report.html")
     add("--plain", action="store_true", help="one line of progress on a terminal too, not the live view")
-    add(
-        "--quiet", action="store_true",
-        help="no progress and no summary: on stdout the run folder alone, on stderr what is wrong or odd",
-    )  # fmt: skip
+    add("--quiet", action="store_true", help="no progress; the summary is printed all the same")
 
 
 def config_of(a: Namespace) -> RunConfig:
@@ -118,7 +115,7 @@ def _run_seeds(config: RunConfig, verdict) -> int:
     if rows:
         table = study.write(rows, folder)
         whole = f"{aligned(study.table(rows))}\n\nrun folders: {folder}\ntable:       {table}"
-        print(folder if config.quiet else whole, flush=True)
+        print(whole, flush=True)
     lines += verdict.write_suites() if verdict else []
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
@@ -137,13 +134,13 @@ def _run_one(config: RunConfig, verdict) -> int:
             verdict.write_error("interrupted before it began")
         return stop.status
     whole = f"{render(ran.summary)}\n\nrun folder: {ran.folder}"
-    print(ran.folder if config.quiet else whole, flush=True)
+    print(whole, flush=True)
     lines = [ran.outcome.failure] if ran.outcome.failure else []
     lines += ran.faults
     for note in ran.notes:
         print(f"{PROGRAM}: note: {note}", file=sys.stderr)
     if config.report:
-        lines += report.draw(ran.folder, ran.facts, ran.summary, ran.digests, told=not config.quiet)
+        lines += report.draw(ran.folder, ran.facts, ran.summary, ran.digests)
     if verdict:
         ended = ["interrupted"] if ran.outcome.interrupted else []
         lines += verdict.write(ran.summary, ran.folder, [*lines, *ended])

@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a new folder for the results (default runs/study-factors-<date>-<time>)",
     )  # fmt: skip
     add("--force", action="store_true", help="overwrite the results of an earlier study in DIR")
-    add("--quiet", action="store_true", help="no progress and no table: on stdout the page's path alone")
+    add("--quiet", action="store_true", help="no progress")
 
 
 def run(arguments: Namespace) -> int:
@@ -70,11 +70,10 @@ def run(arguments: Namespace) -> int:
         return INTERRUPTED
     effects = [Effect(name, *found[2 * k : 2 * k + 2]) for k, name in enumerate(names)]
     rows = figures(effects)
-    if not arguments.quiet:
-        print(page.text(rows))
+    print(page.text(rows))
     target = folder / "factors.html"
     page.write(effects, rows, jobs[0].about(), target)
     with draft_of(folder / "factors.json") as draft:
         draft.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
-    print(target if arguments.quiet else f"\nstudy: {target}")
+    print(f"\nstudy: {target}")
     return 0

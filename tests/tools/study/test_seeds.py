@@ -71,13 +71,6 @@ def test_each_is_the_run_of_its_seed_and_the_table_has_its_figures(tmp_path, cap
     assert [suite.get("failures") == "0" for suite in suites] == met
 
 
-def test_quiet_ones_tell_their_folder_alone(tmp_path, capsys):
-    words = ["run", "soyuz", "--bus", "inline", "--duration", "3", "--no-report", "--quiet", "--seeds", "1:2"]
-    assert main([*words, "--out", str(tmp_path / "all")]) == 0
-    assert capsys.readouterr() == (f"{tmp_path / 'all'}\n", "")
-    assert (tmp_path / "all" / "seeds.json").exists()
-
-
 def test_one_that_never_began_is_told_and_the_others_are_played(tmp_path, capsys):
     out, verdict = tmp_path / "all", tmp_path / "verdict.xml"
     arguments = ["run", "soyuz", "--duration", "20", "--quiet", "--flight", "false", "--seeds", "1:2"]
