@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 _PAIRS = (("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2))
-_LEAST_M, _LEAST_MPS = 0.01 / np.sqrt(12), 0.001 / np.sqrt(12)
-"""What the steps of NAV_SIGMA and NAV_VSIGMA leave open: no deviation is taken for smaller."""
+_LEAST_M, _LEAST_MPS, _LEAST_CLOCK_M = 0.01 / np.sqrt(12), 0.001 / np.sqrt(12), 0.001 / np.sqrt(12)
+"""What the steps of NAV_SIGMA, NAV_VSIGMA and NAV_CLOCK_SIGMA leave open: none is taken for smaller."""
 
-_MOST_M, _MOST_MPS = 655.35, 65.535
+_MOST_M, _MOST_MPS, _MOST_CLOCK_M = 655.35, 65.535, 16_777.215
 """Where they saturate: nobody knows by how much a deviation was larger."""
 
 _LEAST_SHARE = 1e-3
@@ -41,7 +41,7 @@ def nees(error: NDArray, sigma: NDArray, rho: NDArray) -> NDArray:
 
 
 def _within(sigma: NDArray, least: float, most: float) -> NDArray:
-    """Deviations (n, 3) as published, nan where they are saturated."""
+    """Deviations as published, nan where they are saturated."""
     return np.where(sigma < most, np.maximum(sigma, least), np.nan)
 
 
@@ -69,4 +69,5 @@ def clock_of_fix(fixes: Mapping[str, NDArray], clock: NDArray) -> NDArray:
 
 def clock_nees(fixes: Mapping[str, NDArray], clock_m: NDArray) -> NDArray:
     """(n,) of the bias of a fix's lowest clock domain against the truth (n,) [m]; 1 on the mean."""
-    return ((fixes["clock_bias_m"] - clock_m) / fixes["sigma_clock_bias_m"]) ** 2
+    sigma_m = _within(fixes["sigma_clock_bias_m"], _LEAST_CLOCK_M, _MOST_CLOCK_M)
+    return ((fixes["clock_bias_m"] - clock_m) / sigma_m) ** 2

@@ -74,3 +74,19 @@ def test_a_saturated_deviation_is_none(unit, v, of, most):
     fixes = {f"sigma_{v}{a}_{unit}": np.array([most - 0.1, most]) for a in "xyz"}
     fixes |= {f"rho_{v}{pair}": np.zeros(2) for pair in ("xy", "xz", "yz")}
     assert np.isnan(of(fixes, np.ones((2, 3)))).tolist() == [False, True]
+
+
+def test_a_saturated_deviation_of_a_clock_is_none():
+    fixes = {"clock_bias_m": np.zeros(2), "sigma_clock_bias_m": np.array([16_777.214, 16_777.215])}
+    assert np.isnan(clock_nees(fixes, np.ones(2))).tolist() == [False, True]
+
+
+def test_a_deviation_of_zero_is_as_wrong_as_its_error():
+    """What a step leaves open is uniform, of variance step^2 / 12: an error of a step counts 12 times. Left
+    out, who publishes zeros would have no squared error at all."""
+    axes = {f"sigma_{a}_m": np.zeros(1) for a in "xyz"} | {f"sigma_v{a}_mps": np.zeros(1) for a in "xyz"}
+    axes |= {f"rho_{v}{pair}": np.zeros(1) for v in ("", "v") for pair in ("xy", "xz", "yz")}
+    assert position_nees(axes, np.array([[0.01, 0.0, 0.0]])) == pytest.approx([12.0])
+    assert velocity_nees(axes, np.array([[0.0, 0.001, 0.0]])) == pytest.approx([12.0])
+    clock = {"clock_bias_m": np.array([0.001]), "sigma_clock_bias_m": np.zeros(1)}
+    assert clock_nees(clock, np.zeros(1)) == pytest.approx([12.0])
