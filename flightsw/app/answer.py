@@ -11,7 +11,7 @@ from gnss_hil.flightsw.app.config import FlightConfig
 from gnss_hil.flightsw.app.modes import NODE_STATE, RAW_MODE
 from gnss_hil.flightsw.app.state import FlightState
 from gnss_hil.flightsw.io import encode
-from gnss_hil.flightsw.io.encode import LONGEST_WITHOUT_FIX, Standing
+from gnss_hil.flightsw.io.encode import Standing
 from gnss_hil.flightsw.io.frame_statistics import Reason
 from gnss_hil.flightsw.records.commands import Commands
 from gnss_hil.flightsw.records.epoch import Mark
@@ -61,5 +61,5 @@ def _standing(config: FlightConfig, state: FlightState, refused: I64 | None) -> 
         attitude_held=attitude is not None and attitude.age > 0,
         unheeded=state.channels.channels.unheeded,
         silent_receivers=silent,
-        without_fix=min(state.without_fix, LONGEST_WITHOUT_FIX),
+        without_fix=state.without_fix,
     )

@@ -24,8 +24,6 @@ _NODE_STATE = raw_of("NodeState")
 REFUSALS = values_of("NAV_REFUSED", "slot")
 """So many kinds of refusal are told of an epoch."""
 
-LONGEST_WITHOUT_FIX = values_of("NAV_STATE", "without_fix") - 1
-
 
 class NodeState(IntEnum):
     """As in the contract's value table."""
@@ -43,7 +41,7 @@ class Standing:
 
     mode              raw value of the contract's table "FlightMode"
     silent_receivers  bit r: receiver r, 0-based, was heard before and closed nothing in this epoch
-    without_fix       epochs
+    without_fix       epochs; saturates as a frame
     """
 
     mode: int

@@ -31,11 +31,14 @@ pytestmark = pytest.mark.verifies(
 STEP_NS = 1_000_000_000
 
 
-def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rules=STRICT, restart=None):
+def flown(
+    delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rules=STRICT, restart=None, silent=None
+):
     """States and solutions of a craft whose receivers are late by delays_m, with new noise every so often.
 
     later   epoch -> that they are late by besides; epochs may have no fix then
     restart   epoch, receiver: one that says it has restarted
+    silent    epoch, receiver: one that measures nothing from then on
 
     Satellites stand still: what differs from epoch to epoch is the noise."""
     c = craft(rate=(0.0,))
@@ -56,6 +59,8 @@ def flown(delays_m, epochs=240, seed=2, delay_m=3.0, lasting=1, later=None, rule
         z = replace(m, pseudorange_m=late + changed_m + noise)
         said = None if restart is None else (np.arange(4) == restart[1]) & (k == restart[0])
         told = replace(inputs, restarted=said)
+        if silent is not None and k >= silent[0]:
+            z = z[np.flatnonzero(z.receiver != silent[1])]
         state, solution = navigator.update(navigator.predict(state, s.T0_NS + k * STEP_NS), z, told)
         assert solution.reason is NoFix.FIX or later is not None
         out.append((state.delays or receiver_delays.unknown(4, delay_m), solution.fix))
@@ -141,6 +146,17 @@ def test_a_receiver_that_says_it_has_restarted_is_learnt_anew_at_once(rules):
     assert against_others @ anew @ against_others > 2 * against_others @ known @ against_others
     assert of_others @ anew @ of_others == pytest.approx(of_others @ known @ of_others, rel=0.2)
     assert apart(out[-1][0].mean_m) == pytest.approx(apart(before + change), abs=1.0)
+
+
+def test_what_was_learnt_of_a_receiver_outlasts_minutes_in_which_it_measures_nothing():
+    """Its antenna is in the shadow of the craft: a delay walks a decimetre an hour."""
+    _, out = flown((4.0, -2.5, 0.5, 1.0), 240, silent=(120, 1))
+    assert not any(fix.used.shape == out[0][1].used.shape for _, fix in out[120:])
+    against_others = np.array([-1, 3, -1, -1.0]) / 3
+    known, later = (
+        against_others @ (d.root_m @ d.root_m.T) @ against_others for d, _ in (out[119], out[239])
+    )
+    assert later < known + 0.1**2 * 4 / 3
 
 
 def test_what_is_forgotten_is_as_before_anything_was_learnt():
