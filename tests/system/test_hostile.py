@@ -7,9 +7,11 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from gnss_hil.tools.command_line.main import main
-from tests.support import hostile
+from tests.support import guided, hostile
 from tests.support.feeder import protection
 from tests.support.programs import GNSS_HIL
 from tests.support.runs import children_of
@@ -49,6 +51,27 @@ def test_its_crc_is_that_of_the_profile():
     can_id, data = rng.integers(0, 0x800, 50), rng.integers(0, 256, (50, 8)).astype(np.uint8)
     expected = [protection(int(i), bytes(d)) for i, d in zip(can_id, data, strict=True)]
     assert hostile.crc(can_id.astype(np.uint32), data).tolist() == expected
+
+
+@pytest.fixture(scope="module")
+def one_input(run):
+    return guided.one_input(run)
+
+
+@given(octets=st.binary(max_size=400))
+@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+def test_whatever_is_done_to_an_epoch_nothing_raises(one_input, octets):
+    """What `python -m tests.support.guided` searches for hours, by what the octets reach."""
+    one_input(octets)
+
+
+def test_its_edits_are_heard_as_sound_frames_where_they_are_made_right():
+    frame = 0x101, bytes([guided.sound((0x101, bytes(8)))[1][0], *bytes(7)])
+    for right in (True, False):
+        octets = bytes([right << 3, 0, 0, 7, 0x5A, *bytes(7)])  # the last octet of the first frame
+        ((can_id, data),) = guided.edited([frame], [frame], octets)
+        assert (can_id, data[1:]) == (0x101, bytes(6) + b"\x5a")
+        assert (data[0] == protection(can_id, data)) == right
 
 
 def test_a_bench_that_is_shouted_at_ends_in_words(run, tmp_path):
