@@ -180,7 +180,10 @@ def _from_starts(offered: Offered, start_m: F64 | None, rules: Rules) -> Kept[In
         for rows in _lesser(offered, start_m, rules)
         if not isinstance(lesser := _of_rows(offered, rows, start_m, rules), NoFix)
     ]
-    return found[0] if len(found) == 1 else kept
+    widest = max(found, key=lambda one: len(one.rows), default=None)
+    if widest is None or not all(np.isin(one.rows, widest.rows).all() for one in found):
+        return kept  # several ways out, and none that has what the others have
+    return widest
 
 
 def _lesser(offered: Offered, start_m: F64 | None, rules: Rules) -> Iterator[Index]:

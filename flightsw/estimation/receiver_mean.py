@@ -29,7 +29,7 @@ from gnss_hil.flightsw.measurement.ionosphere import delay_rate
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.measurement.range_rate import range_rates
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import FASTEST_MPS, NoFix, SnapshotFix, carriable, within
+from gnss_hil.flightsw.records.solution import NoFix, SnapshotFix
 
 NEAREST_FIRST = (
     NoFix.INCONSISTENT_RANGES,
@@ -50,13 +50,11 @@ def receiver_mean(m: Ranges, inputs: FixInputs, prior: Snapshot) -> tuple[Snapsh
         reasons = {reason for reason in found if isinstance(reason, NoFix)}
         return next(reason for reason in NEAREST_FIRST if reason in reasons), prior.antenna
     mean = mean_fix(m, list(solved.values()), inputs)
-    if isinstance(mean, NoFix):
-        return mean, prior.antenna
     lever_m = inputs.lever_arm_body_m[list(solved)].mean(axis=0)
     return for_centre_of_mass(mean, lever_m, inputs.attitude), prior.antenna
 
 
-def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> SnapshotFix | NoFix:
+def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> SnapshotFix:
     """The mean of at least one fix of receivers alone, as a fix of the mean place of their antennas.
 
     The dilution is that of the mean for errors of the same size, independent from measurement to measurement,
@@ -68,8 +66,6 @@ def mean_fix(m: Ranges, fixes: Sequence[SnapshotFix], inputs: FixInputs) -> Snap
         [ReceiverClocks(fix.items, fix.clock_m, s) for fix, s in zip(fixes, systems, strict=True)]
     )
     position = share * _sum([fix.position_m for fix in fixes])
-    if not carriable(position, clock):
-        return NoFix.NO_CONVERGENCE
     velocity, drift = _mean_rates(fixes, systems)
     of_velocity = of_drift = None
     if velocity is not None:
@@ -118,7 +114,7 @@ def _residuals_m(fixes: Sequence[SnapshotFix], n: int) -> F64:
 def _mean_rates(
     fixes: Sequence[SnapshotFix], systems: Sequence[frozenset[int]]
 ) -> tuple[F64, F64] | tuple[None, None]:
-    """Velocity (3,) and drifts (c,); None if a solution lacks them or the bus cannot carry them."""
+    """Velocity (3,) and drifts (c,); None if a solution lacks them."""
     velocities = [fix.velocity_mps for fix in fixes if fix.velocity_mps is not None]
     drifts = [
         ReceiverClocks(fix.items, fix.drift_mps, s)
@@ -128,8 +124,6 @@ def _mean_rates(
     if len(velocities) < len(fixes) or len(drifts) < len(fixes):
         return None, None
     _, drift = mean_clocks(drifts)
-    if not within(drift.tolist(), FASTEST_MPS):
-        return None, None
     return _sum(velocities) / len(fixes), drift
 
 
@@ -180,12 +174,10 @@ def mean_velocity_covariance(
     return _propagated(gain, *rates.errors())
 
 
-def _mean_variances(fixes: Sequence[SnapshotFix], items: tuple[int, ...], name: str) -> F64 | None:
+def _mean_variances(fixes: Sequence[SnapshotFix], items: tuple[int, ...], name: str) -> F64:
     """(c,) of clocks or their rates: the mean over the receivers that have an item, as if what they err by
     were the same error."""
-    values: list[F64] = [v for fix in fixes if (v := getattr(fix, name)) is not None]
-    if len(values) < len(fixes):
-        return None
+    values: list[F64] = [getattr(fix, name) for fix in fixes]
     each = [dict(zip(fix.items, v.tolist(), strict=True)) for fix, v in zip(fixes, values, strict=True)]
     every = [np.mean(v) for v in values]
     return np.array([float(np.mean([of[item] for of in each if item in of] or every)) for item in items])

@@ -104,7 +104,6 @@ class SnapshotNavigator:
         left_out_s = _left_out_s(state, z.receiver, fix.used, len(inputs.domain))
         if delays is not None and (left_out_s > FORGOTTEN_S).any():
             delays = forgotten(delays, left_out_s > FORGOTTEN_S, inputs.budget.delay_m)
-            left_out_s = np.where(left_out_s > FORGOTTEN_S, 0.0, left_out_s)
         after = Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s, left_out_s)
         return after, Solution(NoFix.FIX, fix, orbit)
 

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from gnss_hil.flightsw.attitude.attitude import HELD_RPS, NOT_TURNED_RAD, attitude_now, levers_ecef
+from gnss_hil.flightsw.estimation.all_in_view import all_in_view
+from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.position import Held
+from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from tests.flightsw.estimation.test_position import LEVERS, RATE, SKY, craft, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET
 
 pytestmark = pytest.mark.verifies(
     "flightsw/attitude/attitude.py",
@@ -148,3 +154,16 @@ def test_what_it_is_known_worse_is_in_the_fix():
         expected = gain @ (np.cov(drawn) + np.diag(own)) @ gain.T
         assert covariance == pytest.approx(expected, abs=0.05 * np.trace(expected))
         assert np.trace(covariance) > 1.2 * np.trace(least)
+
+
+def test_a_navigator_knows_that_the_attitude_is_held():
+    """Levers of 20 m by an attitude of three degrees: their errors are in what it says of its fix."""
+    c = craft(levers=10 * LEVERS)
+    m = measurements(s.observe(c, in_view(c, 6, sats=[sat for sat in SKY if sat < 64]), SKY), cn0=70.0)
+    fresh = then(report(), 0.0)
+    held = replace(fresh, age=5, sigma_rad=0.05, rate_sigma_rps=0.01)
+    found = [all_in_view(m, FixInputs(one, c.lever_body, c.domain, BUDGET), Snapshot())[0]
+             for one in (fresh, held)]  # fmt: skip
+    for name in ("covariance_m2", "velocity_covariance_m2ps2"):
+        right, said = (np.trace(getattr(fix, name)) for fix in found)
+        assert said > 1.2 * right, name

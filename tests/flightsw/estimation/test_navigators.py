@@ -331,6 +331,16 @@ def test_range_rates_that_disagree_make_the_velocity_of_the_mean_less_certain():
     assert mean.velocity_covariance_m2ps2 == pytest.approx(agreed * one.rate_misfit, rel=1e-3)
 
 
+def test_ranges_that_disagree_make_the_mean_less_certain():
+    """It is as misfit as the worst receiver; what is published grows by that."""
+    c = craft()
+    m = measurements(s.observe(c, shared(c, 8), SKY))
+    inputs = replace(at(c), rules=Rules(exclude=0, receivers=0, refuse=False))
+    off = replace(m, pseudorange_m=m.pseudorange_m + 60.0 * (np.arange(len(m)) == 2))
+    mean, one = averaged(off, inputs), averaged(off[m.receiver == 0], inputs)
+    assert mean.misfit == one.misfit > 100 and averaged(m, inputs).misfit == 1.0
+
+
 def counted(counts):
     """Measurements of receivers that see so many satellites."""
     c = craft()

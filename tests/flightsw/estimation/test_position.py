@@ -10,6 +10,7 @@ import pytest
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
 from gnss_hil.flightsw.estimation.least_squares import least_squares
 from gnss_hil.flightsw.estimation.position import solve
+from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Fix, NoFix
@@ -398,3 +399,40 @@ def test_velocity_is_along_the_rays_of_the_solution():
     fix = fix_of(c, m, start=start)
     assert fix.iterations == 1
     assert errors(c, fix)[1] < 2e-5 * fix.pdop
+
+
+@pytest.mark.parametrize(("late_m", "carried"), [(1.09e8, True), (1.1e8, False), (-1.1e8, False)])
+def test_a_clock_beyond_what_the_bus_carries_is_no_fix(late_m, carried):
+    """NAV_CLOCK ends at 109,900 km."""
+    c = craft(clock_s=(0.0,))
+    m = measurements(s.observe(c, in_view(c, 8), SKY))
+    found = fix_of(c, replace(m, pseudorange_m=m.pseudorange_m + late_m))
+    assert isinstance(found, Fix) if carried else found is NoFix.NO_CONVERGENCE
+
+
+@pytest.mark.parametrize(
+    ("count", "row", "wrong_m"), [(7, 0, 3e7), (7, 2, 3e7), (8, 3, -2e7), (9, 0, 2e7), (12, 10, -3e7)]
+)
+def test_where_all_lead_nowhere_the_satellite_without_which_they_do_not_is_left_out(count, row, wrong_m):
+    """Also where they do without another as well, and then exclude it: that one has less. Not where none may
+    be left out."""
+    c = craft()
+    m = measurements(s.observe(c, in_view(c, count), SKY))
+    wrong = replace(m, pseudorange_m=m.pseudorange_m + wrong_m * (np.arange(count) == row))
+    fix = fix_of(c, wrong)
+    assert np.flatnonzero(~fix.used).tolist() == [row] and errors(c, fix)[0] < 1e-4
+    assert fix_of(c, wrong, rules=Rules(exclude=0)) is NoFix.NO_CONVERGENCE
+
+
+@pytest.mark.parametrize("row", [5, 6])
+@pytest.mark.parametrize("wrong_m", [5e7, -5e7])
+def test_of_two_ways_out_none_is_taken(row, wrong_m):
+    """Of two GLONASS satellites beside five of GPS one is wrong: without either the other makes an offset of
+    its own, and nothing tells which of them is 50,000 km off."""
+    c = craft()
+    gps, glonass = ([sat for sat in SKY if (sat < 64) == is_gps] for is_gps in (True, False))
+    pairs = in_view(c, 5, sats=gps) + in_view(c, 4, sats=glonass)[2:]
+    m = measurements(s.observe(c, pairs, SKY))
+    assert fix_of(c, m[np.arange(7) != row]).clock_m[1] == pytest.approx(s.C * 3e-8, abs=1e-3)
+    m.pseudorange_m[row] += wrong_m
+    assert fix_of(c, m) is NoFix.NO_CONVERGENCE

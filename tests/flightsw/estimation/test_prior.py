@@ -97,6 +97,7 @@ def test_fixes_that_are_not_where_they_must_be_contradict_it():
                 assert contradicted(replace(fix, **{name: moved}), at) == told
     far = prior((1e3, 0.0, 0.0), (0.0, 1e3, 0.0))
     assert not contradicted(replace(fix, misfit=1e6), replace(far, velocity_mps=VELOCITY))
+    assert contradicted(replace(fix, position_m=fix.position_m * np.nan), prior()), "no number is nowhere"
     assert contradicted(without_motion(fix), far) and not contradicted(without_motion(fix), prior())
 
 

@@ -17,7 +17,7 @@ from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.solution import NoFix, ReceiverDelays
-from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
+from tests.flightsw.estimation.test_position import SKY, craft, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import budget
 
@@ -177,6 +177,15 @@ def test_a_contradiction_of_half_a_minute_costs_nothing_that_was_learnt():
     _, out = flown((4.0, -2.5, 0.5, 1.0), 160, later=later)
     first, last = (np.trace(out[k][0].root_m @ out[k][0].root_m.T) for k in (60, 159))
     assert last < first
+
+
+def test_ranges_that_disagree_teach_nothing():
+    c, unknown = craft(), receiver_delays.unknown(4, 3.0)
+    m = measurements(s.observe(c, in_view(c, 24), SKY))
+    lenient = {"rules": Rules(0, 0, refuse=False), "delays": unknown, "unlearnt_s": 60.0}
+    wrong = replace(m, pseudorange_m=m.pseudorange_m + 300.0 * (np.arange(24) == 3))
+    assert fix_of(c, m, **lenient).delays is not None
+    assert fix_of(c, wrong, **lenient).delays is None
 
 
 def test_delays_are_kept_where_an_epoch_has_no_fix():

@@ -86,3 +86,22 @@ def test_a_fix_that_is_not_where_the_craft_must_be_is_none(judged, clock, rules,
         inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=rules, mark_clock=clock)
         _, solution = navigator.update(Snapshot(known, t_ns=s.T0_NS), z, inputs)
         assert solution.reason is (NoFix.FIX if right else NoFix.AGAINST_ORBIT)
+
+
+def test_the_orbit_of_a_fix_that_is_misfit_is_known_the_worse():
+    c = craft()
+    z = measurements(s.observe(c, in_view(c, 12), SKY))
+    fix = replace(fix_of(c, z), misfit=9.0)
+    inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=Rules(refuse=False))
+    navigator = SnapshotNavigator(lambda *_: (fix, -1))
+    state, _ = navigator.update(Snapshot(t_ns=s.T0_NS), z, inputs)
+    assert state.orbit.covariance_m2 == pytest.approx(9.0 * fix.covariance_m2)
+
+
+def test_time_that_goes_back_takes_nothing_from_how_long_delays_were_not_learnt():
+    """A first mark 1,024 weeks ahead is got rid of: else nothing would be learnt for 20 years."""
+    navigator = NAVIGATORS["all_in_view"].build({})
+    ahead = Snapshot(t_ns=s.T0_NS + 1024 * 604_800 * 10**9, unlearnt_s=5.0, left_out_s=np.array([0.0, 7.0]))
+    state = navigator.predict(ahead, s.T0_NS)
+    assert (state.unlearnt_s, state.left_out_s.tolist()) == (5.0, [0.0, 7.0])
+    assert navigator.predict(state, later(2.0)).unlearnt_s == 7.0

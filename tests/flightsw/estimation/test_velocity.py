@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere, delay, delay_rate
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.records.solution import NoFix
@@ -100,3 +101,17 @@ def test_the_ionosphere_delays_the_code_and_advances_the_carrier():
     known = errors(c, fix_of(c, m, ionosphere=sky))
     assert known[0] < 0.05 and known[1] < 2e-4
     assert fix_of(c, m) == NoFix.INCONSISTENT_RANGES
+
+
+def test_range_rates_that_disagree_make_a_velocity_less_certain():
+    """By the variance of unit weight, of NumPy's weighted lstsq: what is left of two wrong rates, over the
+    four of eight that are more than there are unknowns."""
+    c = craft()
+    m = weak_and_strong(c)
+    off = 2.0 * (np.arange(8) == 1) - 3.0 * (np.arange(8) == 4)
+    agreed = fix_of(c, m)
+    fix = fix_of(c, replace(m, range_rate_mps=m.range_rate_mps + off), rules=Rules(0, 0, refuse=False))
+    root = 1 / np.sqrt(m.rate_variance_m2ps2)
+    _, left, *_ = np.linalg.lstsq(root[:, None] * geometry(c, m), root * off, rcond=None)
+    grown = np.trace(fix.velocity_covariance_m2ps2) / np.trace(agreed.velocity_covariance_m2ps2)
+    assert grown == pytest.approx(left[0] / 4, rel=0.02) and grown > 100

@@ -22,6 +22,7 @@ from gnss_hil.flightsw.integrity.exclusion import (
     outlier_test,
 )
 from gnss_hil.flightsw.records.solution import Fix, NoFix, Solution
+from gnss_hil.flightsw.records.solution import Tested as Word
 from tests.flightsw.app.test_step import fly, soyuz, status
 from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
@@ -95,6 +96,13 @@ def test_a_fix_of_ranges_that_disagree_is_least_squares_and_its_sigma_says_so(co
     assert fix.misfit == pytest.approx(chi2[0] / sigma**2 / (count - 4), rel=1e-3)
     assert fix.covariance_m2 == pytest.approx(good.covariance_m2 * fix.misfit, rel=1e-3)
     assert fix.clock_variance_m2 == pytest.approx(good.clock_variance_m2 * fix.misfit, rel=1e-3)
+
+
+def test_a_fix_of_ranges_that_disagree_is_not_tested():
+    """Whatever the geometry would show: nobody is to trust its orbit for five minutes."""
+    c = craft()
+    assert fix_of(c, offered(c, 24, {}), rules=LENIENT).tested is Word.TESTED
+    assert fix_of(c, offered(c, 24, {2: 60.0}), rules=LENIENT).tested is Word.UNTESTED
 
 
 def test_what_cannot_be_told_apart_is_a_fix_of_all():
