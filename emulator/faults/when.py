@@ -216,6 +216,6 @@ def window(when: When, interval_ns: int) -> Window:
     stop = None if when.stop is None else max(epochs(when.stop), start + 1)
     if when.length is not None:
         stop = start + max(epochs(when.length), 1)
-    every = 0 if when.every is None else max(epochs(when.every), 1)
+    every = 0 if when.every is None else epochs(when.every)
     on = 1 if when.on is None else max(epochs(when.on), 1)
     return Window(start, stop, every, on, when.probability, when.count, when.after)

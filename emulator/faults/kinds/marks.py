@@ -176,7 +176,7 @@ class AnotherMaster(Sleeper):
         layout = self.codec.kinds["TIME_MARK"]
         marks = own.can_id == self.codec.can_id_of["TIME_MARK", 0]
         epoch = physical(layout, "epoch", words[marks]) + self.epochs
-        words[marks] = with_signal(layout, "epoch", words[marks], np.maximum(epoch, 0))
+        words[marks] = with_signal(layout, "epoch", words[marks], epoch)
         if self.session is not None:
             words[marks] = with_signal(
                 layout, "session", words[marks], np.full(int(marks.sum()), self.session)

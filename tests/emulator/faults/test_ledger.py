@@ -88,3 +88,9 @@ def test_frames_are_missing_where_fewer_are_left_than_there_were():
         for line in ("ATT loss @100+5", "ATT corruption @100+5", "ATT repetition @100+5", "ATT delay @100+5")
     }
     assert list(missing.values()) == [20, 0, 0, 4], "a delay holds back the first epoch's; then one for one"
+
+
+def test_epochs_in_which_a_fault_did_nothing_part_stretches():
+    given = [Event(0, epoch, epoch, Direction.FLIGHT, since=1, touched=1) for epoch in (1, 2, 5, 6)]
+    found = ledger.stretches((0, event) for event in given)
+    assert [(one.first, one.last, one.epochs, one.touched) for one in found] == [(1, 2, 2, 2), (5, 6, 2, 2)]

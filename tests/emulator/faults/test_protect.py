@@ -95,6 +95,21 @@ def test_what_comes_after(after, follows):
     assert all(valid(data)), "counters that go on from elsewhere are under valid CRCs"
 
 
+def test_where_nothing_valid_came_before_counters_are_the_senders():
+    struck = strike("ATT counter value by=11 after=last-valid @..5", epochs=10)
+    own, sent = (
+        counters(np.concatenate([of_kind(frames, "ATT_Q01").data for frames in side]))
+        for side in ([one.before for one in struck], [one.block for one in struck])
+    )
+    assert sent == [11] * 5 + own[5:] and own[5] != 0
+
+
+def test_frames_that_are_cut_short_have_no_header():
+    short = "rx1 RANGE length 4 @100+4"
+    for alone, both in zip(strike(short), strike(short, "rx1 RANGE crc wrong @100+4"), strict=True):
+        assert np.array_equal(alone.block.data, both.block.data)
+
+
 def test_a_replay_with_the_header_of_today_passes_every_check():
     struck = strike("rx2 replay 20 @110+10 counter=recompute epoch=recompute crc=recompute")
     heard = contract.fresh_counters(CODEC)

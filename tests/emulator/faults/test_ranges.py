@@ -126,3 +126,12 @@ def test_unhealthy_is_said_in_message_and_almanac():
     assert said and set(said) == {1}
     assert {after["health"] for _, b, after in pairs("G07 unhealthy @100") if b["name"] == "G07"} == {1}
     assert {after["health"] for _, b, after in pairs("G07 unhealthy @100") if b["name"] != "G07"} == {0}
+
+
+def test_a_carrier_of_unknown_wavelength_stays_what_it_was():
+    """Without the frame that tells a channel's frequency nobody knows how many cycles 30 m are."""
+    for one in strike("rx1 SV_VZ loss @100+4", "rx1 range 30 m @100+4")[100:104]:
+        for kind, moved in (("RANGE", True), ("PHASE", False)):
+            before, after = (of_kind(frames, kind).data[:, 2:] for frames in (one.before, one.block))
+            of_one = of_kind(one.block, kind).can_id >> 4 & 7 == 0
+            assert of_one.any() and ((before != after).any(axis=1) == (of_one & moved)).all()

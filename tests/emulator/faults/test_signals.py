@@ -101,6 +101,12 @@ def test_freeze_and_random():
     assert len(set(drawn)) == 4 and max(map(abs, drawn)) <= 1.05
 
 
+def test_what_freezes_is_held_for_a_window_and_no_longer():
+    held = readings("ATT ATT_Q01.q0 freeze @100 every=3 on=2", "ATT_Q01", "q0")
+    before = [one for one, _ in held]
+    assert [after for _, after in held[1:]] == [before[k] for k in (1, 1, 3, 4, 4)]
+
+
 def test_a_label_stands_for_its_number():
     for _, after in readings("SV_Z.health = UNHEALTHY @100+4", "SV_Z", "health")[1:5]:
         assert after == [1] * len(after)
