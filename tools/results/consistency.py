@@ -32,7 +32,7 @@ def nees(error: NDArray, sigma: NDArray, rho: NDArray) -> NDArray:
         unit[:, i, j] = unit[:, j, i] = rho[:, k]
     out = np.full(len(error), np.nan)
     whole = np.concatenate((error, sigma, rho), axis=1)
-    known = np.flatnonzero(np.isfinite(whole).all(axis=1) & (sigma > 0).all(axis=1))
+    known = np.flatnonzero(np.isfinite(whole).all(axis=1))
     known = known[np.linalg.eigvalsh(unit[known])[:, 0] >= _LEAST_SHARE]
     scaled = error[known] / sigma[known]
     solved = np.linalg.solve(unit[known], scaled[:, :, None])[:, :, 0]

@@ -23,7 +23,7 @@ LEAST_BEFORE = 10
 @dataclass(frozen=True, slots=True, eq=False)
 class Fixes:
     """Of epochs that the flight software answered (e,): number, whether there is a fix, and by how much that
-    errs [m], nan where it is not known."""
+    errs [m], nan where there is none or it is not known."""
 
     epoch: I64
     valid: Bool
@@ -87,7 +87,7 @@ def finding(
     by, after = _first_of(_new(signs, named, first) if named else _newly(signs, first, last), first)
     fixed = np.unique(fixes.epoch[fixes.valid & (fixes.epoch >= first) & (fixes.epoch <= last)])
     near = (fixes.epoch >= first) & (fixes.epoch <= behind(first, last))
-    errors_m = fixes.error_m[near & fixes.valid & np.isfinite(fixes.error_m)]
+    errors_m = fixes.error_m[near & np.isfinite(fixes.error_m)]
     return Finding(
         by,
         after,

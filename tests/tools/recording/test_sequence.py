@@ -302,6 +302,24 @@ def test_what_a_flight_software_says_before_the_first_mark_is_no_part_of_the_run
     assert recorded(frame("NAV_X", 1), *PLAIN, lockstep=lockstep) == CANONICAL
 
 
+def test_noise_before_an_answer_is_no_frame_of_it():
+    """It is of the answer's epoch, by a CRC that is wrong: the flight software did not say it."""
+    answer, noise = sealed(frame("NAV_STATUS", 1), 1), frame("NAV_X", 1, header=1 << 4)
+    for before, came in ((noise, 1), (sealed(noise, 1), 2)):
+        sequencer = Sequencer(CODEC, True, SESSION)
+        sequencer.hear(concat([*PLAIN[:6], before, answer, done(1, 1)]))
+        assert sequencer.miscount == ((0, 0, 0) if came == 1 else (1, 1, 2))
+
+
+def test_what_was_declared_is_what_is_on_record_where_answers_are_too_late_for_it():
+    blocks = [piece for k in range(9) for piece in (emulated(k), sync(k))]
+    answers = [piece for k in range(9) for piece in (flown(k), done(k))]
+    sequencer = Sequencer(CODEC, True, SESSION)
+    heard = sequencer.hear(concat([*blocks, *answers]))
+    assert sequencer.lost == 1
+    assert sequencer.declared == sum(len(one.frames) for one in [*heard, *sequencer.finish()])
+
+
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_strays_do_not_bear_each_other_out(lockstep):
     strays = [time_mark(k) for k in (1, 2, 17, 25)]

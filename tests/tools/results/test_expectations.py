@@ -110,3 +110,15 @@ def test_a_fault_that_never_touched_a_frame_meets_nothing():
     assert span(late) == (53, 59) and span(late, frames=False) == (50, 59)
     found = judged(fault=idle, detected_by="none", fix_error_m=5, availability=0)
     assert set(found.values()) == {("never acted", False)}
+
+
+def test_quiet_is_as_long_before_a_fault_as_it_lasts():
+    """A check that speaks every fifteen epochs anyhow did not see a fault of twenty."""
+    found = finding(Expect(), [stretch(50, 69)], FIXES, signs({"silence": [20, 35, 50, 65], "mark": [60]}))
+    assert found.detected_by == "mark"
+
+
+def test_an_epoch_with_two_fixes_is_available_once():
+    """A second flight computer answers too."""
+    twice = Fixes(EPOCHS.repeat(2), FIXES.valid.repeat(2), FIXES.error_m.repeat(2))
+    assert judged(fixes=twice, availability=0.9)["availability"] == ("0.8571", False)

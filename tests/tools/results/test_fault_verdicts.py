@@ -12,6 +12,7 @@ import pytest
 
 from gnss_hil.emulator.faults.checks import CHECKS
 from gnss_hil.emulator.faults.files import of_line
+from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.results.fault_verdicts import fixes_of, judge, seen_in
 from tests.support.programs import GNSS_HIL
 
@@ -129,3 +130,13 @@ def test_checks_have_the_names_of_the_bench(folder):
     corrupted = checks.filter(check="CORRUPTED")["epoch"].unique().to_list()
     assert seen["corrupted"] == set(corrupted)
     assert seen["silence"] and seen["mark"] and not seen["restart"]
+
+
+def test_frames_behind_a_fault_are_not_those_it_touched(tmp_path):
+    """A node that starts anew has other counters for good: frames of the attitude, four in each epoch."""
+    run, line = tmp_path / "run", "ATT restart @10+3"
+    more = ["--duration", "20", "--bus", "inline", "--no-report", "--quiet", "--out", str(run)]
+    assert main(["run", "soyuz", "--fault", line, *more]) == 0
+    (one,) = judge(run, [of_line(line)])
+    assert (one.frames.touched, one.frames.missing) == (3 * 4, 3 * 4)
+    assert polars.read_parquet(run / "faults.parquet")["frames_touched"].sum() == (3 + 7) * 4

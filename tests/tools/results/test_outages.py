@@ -201,3 +201,20 @@ def test_names_that_take_after_s_are_figures_of_epochs():
     assert timed < known
     assert {"a.pdop.p95", "a.fixes", "a.no_fix.NO_ATTITUDE", "a.epochs"} <= timed
     assert {"frames.lost", "a.first_fix_s", "a.assignment.commands", "a.converged.fixes"} <= known - timed
+
+
+def test_a_fix_of_an_instant_that_truth_does_not_know_has_no_error():
+    """By a mark that was wrong: the nearest truth is of another place."""
+    digest, truth = cold_start()
+    figures = craft_summary(digest, truth[::2], 200, S)
+    assert figures["converged"]["fixes"] == 107
+    assert figures["converged"]["position_error_m"]["max"] == 0
+
+
+def test_what_nobody_states_is_no_figure_and_what_no_fix_left_out_does_not_count():
+    rows = fixes((0, True, "FIX"), (1, True, "FIX"), (2, False, "INCONSISTENT_RANGES"))
+    rows |= {"pdop": np.array([0.0, 3.0, 0.0]), "measurements": np.zeros(3)}
+    rows["excluded_satellites"] = np.array([0.0, 2.0, 5.0])
+    figures = craft_summary(Heard(range(3), rows), np.zeros(0, TRUTH), 3, S)
+    assert figures["pdop"] == {"median": 3, "p95": 3} and set(figures["measurements"].values()) == {None}
+    assert figures["excluded"] == {"epochs": 1, "satellites": 2, "receivers": 0}
