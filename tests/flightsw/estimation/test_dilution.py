@@ -58,3 +58,14 @@ def test_what_a_navigator_states_stands(offered):
 def test_too_few_for_a_fix_of_the_epoch_alone_are_the_most_the_contract_can_state(offered, count):
     m, fix, inputs = offered
     assert stated(m, replace(fix, pdop=None, used=np.arange(len(m)) < count), inputs) == MAX_PDOP
+
+
+def test_a_geometry_poorer_than_the_contract_can_state_is_the_most_it_can(offered):
+    """Six satellites within some 300 km of each other, a degree: a dilution of thousands."""
+    m, fix, inputs = offered
+    six = np.flatnonzero(m.sat < 64)[:6]
+    middle = m.pos_sv_m[:, six[:1]]
+    away = np.random.default_rng(2).normal(size=(3, 6)) * 3e5
+    near = m[six]
+    near = replace(near, pos_sv_m=middle + away)
+    assert stated(near, replace(fix, pdop=None, used=np.ones(6, bool)), inputs) == MAX_PDOP

@@ -13,6 +13,7 @@ import pytest
 from gnss_hil.emulator.faults.checks import CHECKS
 from gnss_hil.emulator.faults.files import of_line
 from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.results import parquet
 from gnss_hil.tools.results.fault_verdicts import fixes_of, judge, seen_in
 from tests.support.programs import GNSS_HIL
 
@@ -140,3 +141,15 @@ def test_frames_behind_a_fault_are_not_those_it_touched(tmp_path):
     (one,) = judge(run, [of_line(line)])
     assert (one.frames.touched, one.frames.missing) == (3 * 4, 3 * 4)
     assert polars.read_parquet(run / "faults.parquet")["frames_touched"].sum() == (3 + 7) * 4
+
+
+def test_an_epoch_beyond_the_truth_has_no_error_that_is_known(tmp_path):
+    """Of a mark that named another epoch; two metres off in the one that there was."""
+    place = {f"{axis}_ecef_m": np.array([1.0, 1.0]) for axis in "xyz"}
+    craft = parquet.Labelled(np.zeros(2, np.uint8), ("a",))
+    fixes = {"craft": craft, "epoch": np.array([1, 7]), "valid": np.ones(2, bool), **place}
+    parquet.write(tmp_path / "fixes.parquet", [fixes])
+    true = {**place, "x_ecef_m": np.array([9.0, 3.0])}
+    parquet.write(tmp_path / "truth.parquet", [{"craft": craft, **true}])
+    found = fixes_of(tmp_path, "a").error_m
+    assert found[0] == 2.0 and np.isnan(found[1])
