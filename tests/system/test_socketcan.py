@@ -16,7 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from gnss_hil.tools.processes import vcan
+from gnss_hil.tools.processes.vcan import interfaces, machine
+from gnss_hil.tools.processes.vcan import shell as vcan_shell
 from tests.support.outside import missing
 from tests.support.programs import GNSS_HIL, ROOT
 from tests.support.waiting import HANG_S, exit_status, until
@@ -25,28 +26,31 @@ pytestmark = pytest.mark.verifies(
     "dbc/bus/socketcan.py",
     "dbc/bus/mmsg.py",
     "dbc/bus/pythoncan.py",
-    "tools/processes/vcan.py",
-    "tools/processes/vcan_guard.py",
+    "tools/processes/vcan/interfaces.py",
+    "tools/processes/vcan/shell.py",
+    "tools/processes/vcan/kernel.py",
+    "tools/processes/vcan/guest_scripts.py",
+    "tools/processes/vcan/guard.py",
     "tools/gateway/cangw.py",
     what="SocketCAN, and a kernel that has it",
     by="Linux vcan in user-mode Linux; candump, cansend, cangw, python-can",
     status="validated",
 )
 
-IMPORTS = "import signal, sys; from gnss_hil.tools.processes import vcan"
+IMPORTS = "import signal, sys; from gnss_hil.tools.processes.vcan.shell import shell"
 
 
 @pytest.fixture
 def uml():
     """User-mode Linux, or no test."""
-    fault = vcan._lacking()
+    fault = machine.lacking()
     if fault:
         missing("SOCKETCAN", f"REAL SOCKETCAN WAS NOT TESTED: user-mode Linux {fault}")
 
 
 def shell(*command: str, timeout_s: float = HANG_S, **more) -> subprocess.CompletedProcess:
-    """`vcan.shell` in a process of its own, as the command line runs it."""
-    program = f"{IMPORTS}; sys.exit(vcan.shell(sys.argv[1:], {timeout_s}))"
+    """`shell` in a process of its own, as the command line runs it."""
+    program = f"{IMPORTS}; sys.exit(shell(sys.argv[1:], {timeout_s}))"
     return subprocess.run(
         [sys.executable, "-c", program, *command],
         capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=timeout_s + HANG_S, **more,
@@ -114,7 +118,7 @@ def test_output_is_whole_and_nothing_is_left_behind(uml):
 
 def test_a_command_that_takes_too_long_is_stopped(uml):
     done = shell("sleep", "1000", timeout_s=5)
-    assert done.returncode == vcan.TIMED_OUT
+    assert done.returncode == vcan_shell.TIMED_OUT
     assert done.stderr == "gnss-hil vcan shell: stopped after 5 s\n"
     until(nothing_left)
 
@@ -123,7 +127,7 @@ def test_an_interrupt_ends_it(uml):
     # What runs in the background of a shell ignores interrupts, and so would its children.
     program = (
         f"{IMPORTS}; signal.signal(signal.SIGINT, signal.default_int_handler); "
-        "sys.exit(vcan.shell(['sh', '-c', 'echo here; sleep 1000']))"
+        "sys.exit(shell(['sh', '-c', 'echo here; sleep 1000']))"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL
@@ -194,8 +198,8 @@ def test_memory_is_what_was_asked_for(uml):
 
 
 def test_missing_packages_are_named(monkeypatch, capsys):
-    monkeypatch.setattr(vcan, "_which", lambda program: None)
-    assert vcan.shell(["true"]) == vcan.MISSING
+    monkeypatch.setattr(machine, "which", lambda program: None)
+    assert vcan_shell.shell(["true"]) == machine.MISSING
     said = capsys.readouterr().err
     assert said.startswith(
         "gnss-hil vcan shell: needs the Debian packages coreutils iproute2 kmod user-mode-linux"
@@ -204,10 +208,10 @@ def test_missing_packages_are_named(monkeypatch, capsys):
 
 
 def test_a_kernel_without_can_is_told_in_one_line(monkeypatch, capsys):
-    monkeypatch.setattr(vcan, "_may_change_interfaces", lambda: True)
-    monkeypatch.setattr(vcan, "_is_up", lambda interface: False)
-    monkeypatch.setattr(vcan, "_run", lambda *command: f"{command[0]}: Operation not supported")
-    assert vcan.up(["vcan0"]) == vcan.MISSING
+    monkeypatch.setattr(interfaces, "_may_change_interfaces", lambda: True)
+    monkeypatch.setattr(interfaces, "_is_up", lambda interface: False)
+    monkeypatch.setattr(interfaces, "_run", lambda *command: f"{command[0]}: Operation not supported")
+    assert interfaces.up(["vcan0"]) == machine.MISSING
     said = capsys.readouterr().err
     assert said.startswith(
         "gnss-hil vcan up: vcan0: this kernel gives no virtual CAN (ip: Operation not supported)"

@@ -42,11 +42,11 @@ def memory(text: str) -> int:
 
 
 def run(arguments: Namespace) -> int:
-    from gnss_hil.tools.processes import vcan
+    from gnss_hil.tools.processes.vcan import interfaces, shell
 
     if arguments.what == "up":
-        return vcan.up(arguments.interfaces)
+        return interfaces.up(arguments.interfaces)
     command = arguments.command[1:] if arguments.command[:1] == ["--"] else arguments.command
     if not command:
         raise Mistake("vcan shell: no command; for example: gnss-hil vcan shell -- candump vcan0")
-    return vcan.shell(command, memory_bytes=arguments.mem)
+    return shell.shell(command, memory_bytes=arguments.mem)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import subprocess
+from pathlib import Path
 
 import pytest
 
-from gnss_hil.tools.processes import vcan, wide_registers
+from gnss_hil.tools.processes.vcan import machine, shell, wide_registers
 from tests.support.outside import c_tools
 
 pytestmark = pytest.mark.verifies(
-    "tools/processes/wide_registers.py",
+    "tools/processes/vcan/wide_registers.py",
     what="Wide registers of processors with AMX",
     by="flags as Linux has them; a debugger that gives a part of the registers, as user-mode Linux does",
     status="validated",
@@ -69,14 +70,14 @@ def test_a_part_of_the_registers_is_enough(tmp_path, monkeypatch):
 def test_without_a_compiler_the_packages_are_named(monkeypatch):
     monkeypatch.setattr(wide_registers, "are_there", lambda: True)
     monkeypatch.setattr(wide_registers, "compiler", lambda: None)
-    monkeypatch.setattr(vcan, "_which", lambda name: f"/usr/bin/{name}")
-    monkeypatch.setattr(vcan, "_modules", lambda: vcan.Path("/"))
-    assert vcan._lacking() == wide_registers.LACKING
+    monkeypatch.setattr(machine, "which", lambda name: f"/usr/bin/{name}")
+    monkeypatch.setattr(machine, "module_folder", lambda: Path("/"))
+    assert machine.lacking() == wide_registers.LACKING
 
 
 def test_a_compiler_without_headers_is_told_the_same_way(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(wide_registers, "are_there", lambda: True)
     monkeypatch.setattr(wide_registers, "compiler", lambda: "/bin/false")
-    monkeypatch.setattr(vcan, "_lacking", lambda memory_bytes: "")
-    assert vcan.shell(["true"]) == vcan.MISSING
+    monkeypatch.setattr(machine, "lacking", lambda memory_bytes: "")
+    assert shell.shell(["true"]) == machine.MISSING
     assert capsys.readouterr().err == f"gnss-hil vcan shell: {wide_registers.LACKING}\n"

@@ -1,4 +1,4 @@
-"""`python -I -S vcan_guard.py FOLDER <PIPE`: ends a kernel whose starter died before it could.
+"""`python -I -S guard.py FOLDER <PIPE`: ends a kernel whose starter died before it could.
 
 A script, and one that imports next to nothing. It reads the kernel's process group from the pipe. When the
 pipe ends, its starter is gone, however it went; the group is killed and the kernel's folder removed. A
