@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.emulator.constellation.sky import Sky
 from gnss_hil.emulator.faults.engine import Event, FaultPlan, FaultState
 from gnss_hil.emulator.receivers.base import Craft, Unit

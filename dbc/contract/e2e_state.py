@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import U8, U64, Bool, Index
 from gnss_hil.dbc.common.protection import Protection
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.screening import Verdict
 
 
 class Status(IntEnum):

@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import Field
 
 from gnss_hil.dbc.common.arrays import I64, U8, Bool, Index
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.emulator.faults.base import Now, Rows, known, ranks, streams_of
@@ -28,7 +28,7 @@ from gnss_hil.emulator.faults.spoken import Spoken
 
 Way = Literal["keep", "recompute", "wrong", "value", "freeze", "random", "offset"]
 SHORT = ("recompute", "keep", "wrong")
-_BEYOND = e2e.MAX_DELTA + 4
+_BEYOND = screening.MAX_DELTA + 4
 """A counter that is wrong is ahead by this: no receiver takes it for frames that were lost."""
 
 

@@ -18,7 +18,7 @@ from gnss_hil.dbc.contract.frames import FrameBatch
 
 class Unit(Protocol):
     """A craft between epochs, what all kinds have in common: (verdicts,) command frames refused so far, by
-    `gnss_hil.dbc.contract.e2e.Verdict`."""
+    `gnss_hil.dbc.contract.screening.Verdict`."""
 
     @property
     def refused(self) -> I64: ...

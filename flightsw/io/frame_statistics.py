@@ -8,13 +8,12 @@ from enum import IntEnum
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, U8, U32, Bool, Index, Ints
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.screening import CONSEQUENCE, Verdict
 
 
 class Reason(IntEnum):
-    """Why a frame that passed protection is not used, or is missed; numbered on from `e2e.Verdict`."""
+    """Why a frame that passed protection is not used, or is missed; numbered on from `screening.Verdict`."""
 
     NO_TIME_MARK = 16
     SURPLUS = 17
@@ -34,7 +33,7 @@ class Reason(IntEnum):
 REASONS = max(Reason) + 1
 
 CONSEQUENCE: dict[int, str] = {
-    **e2e.CONSEQUENCE,
+    **CONSEQUENCE,
     Reason.NO_TIME_MARK: "frame ignored, the epoch has no time",
     Reason.SURPLUS: "frame ignored, the first of this epoch stands",
     Reason.INCOMPLETE: "frame ignored, the others of its group are missing",

@@ -10,8 +10,8 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import I8, U8, Bool
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.io.block_layout import BlockLayout, roster
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 

@@ -22,12 +22,12 @@ from functools import cache
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I8, I64, U8, Index
-from gnss_hil.dbc.contract import e2e, e2e_state
+from gnss_hil.dbc.contract import e2e, e2e_state, screening
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import Checked, Verdict
 from gnss_hil.dbc.contract.e2e_state import Limits, Status, StreamStates
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KIND_BY_NAME
+from gnss_hil.dbc.contract.screening import Checked, Verdict
 from gnss_hil.flightsw.io import node_monitor
 from gnss_hil.flightsw.io.block_layout import BlockLayout, block_layout, roster
 from gnss_hil.flightsw.io.frame_statistics import REASONS, Reason, Rejections
@@ -77,10 +77,10 @@ def receive(
 ) -> Received:
     """The frames of a block that are used; all others are counted."""
     layout = block_layout(codec, frames.can_id)
-    checked = e2e.checked(codec, frames, layout.protection)
+    checked = screening.checked(codec, frames, layout.protection)
     epoch = _epoch_of_mark(frames, checked, layout.marks, before.counters)
     checked = _of_our_epoch_and_contract(codec, frames, checked, layout, epoch)
-    screened = e2e.sequenced(frames, checked, before.counters)
+    screened = screening.sequenced(frames, checked, before.counters)
     verdict, in_order = screened.verdict, screened.streams is not None
     if screened.lost or not in_order:
         counts.add(verdict, frames.can_id & SFF_MASK, verdict > Verdict.OK)
@@ -116,7 +116,7 @@ def _epoch_of_mark(frames: FrameBatch, checked: Checked, marks: tuple[int, ...],
         # frame of this stream has its own verdict, whatever its epoch.
         alone = checked.streams[_places(checked, intact)]
         sound = Checked(np.zeros(len(intact), np.uint8), True, None, alone)
-        found = e2e.sequenced(frames[intact], sound, counters)
+        found = screening.sequenced(frames[intact], sound, counters)
         follow = np.flatnonzero(found.verdict <= Verdict.LOST)
         intact = [intact[k] for k in follow] or intact
     return frames.data.item(intact[-1], 1) >> 4

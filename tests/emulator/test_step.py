@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import gpstime, satellites
-from gnss_hil.dbc.contract import e2e, frames
+from gnss_hil.dbc.contract import e2e, frames, screening
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.emulator import assemble
 from gnss_hil.emulator.step import emulate_step
@@ -214,9 +214,9 @@ def test_frames_pass_the_receivers_checks_in_every_epoch(quiet):
     _, blocks, _ = quiet
     counters = e2e.fresh_counters(codec(4))
     for block in blocks:
-        screened = e2e.screen(codec(4), block, counters)
+        screened = screening.screen(codec(4), block, counters)
         counters = screened.counters
-        assert (screened.verdict == e2e.Verdict.OK).all()
+        assert (screened.verdict == screening.Verdict.OK).all()
 
 
 def test_attitude_on_the_bus_is_truth(quiet):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.contract import e2e, frames
+from gnss_hil.dbc.contract import e2e, frames, screening
 from gnss_hil.emulator.receivers.emulated.channels import LOCK
 from gnss_hil.emulator.receivers.emulated.commands import RESULT
 from gnss_hil.emulator.state import commands_rejected
@@ -208,7 +208,7 @@ def test_only_answers_to_the_last_three_epochs_are_obeyed(answered):
     assert (2 not in emulated.tracked(blocks[0], 1)) == obeyed
     assert len(emulated.answers(blocks[0])) == obeyed
     refused = states[0].units[0].refused
-    assert refused.sum() == refused[e2e.Verdict.MIXED_EPOCH] == 1 - obeyed
+    assert refused.sum() == refused[screening.Verdict.MIXED_EPOCH] == 1 - obeyed
 
 
 def test_a_command_held_back_does_not_undo_a_later_one():
@@ -224,7 +224,7 @@ def test_a_command_held_back_does_not_undo_a_later_one():
     # With the counter alone the receiver would obey whatever comes first in its stream, however old.
     states, blocks, _ = emulated.run(the_world, 9, {8: old})
     assert 2 in emulated.tracked(blocks[8], 1)
-    assert states[-1].units[0].refused[e2e.Verdict.MIXED_EPOCH] == 1
+    assert states[-1].units[0].refused[screening.Verdict.MIXED_EPOCH] == 1
 
 
 def test_a_command_held_back_does_not_move_the_counter_of_its_stream():
@@ -238,7 +238,7 @@ def test_a_command_held_back_does_not_move_the_counter_of_its_stream():
     heard = {epoch + 1: frame for epoch, frame in enumerate(sent)}
     states, blocks, _ = emulated.run(the_world, 8, {**heard, 6: frames.concat([sent[0], sent[5]])})
     refused = states[-1].units[0].refused
-    assert refused.sum() == refused[e2e.Verdict.MIXED_EPOCH] == 1
+    assert refused.sum() == refused[screening.Verdict.MIXED_EPOCH] == 1
     assert emulated.tracked(blocks[-1], 1)[2] == name
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.__main__ import _report_rejections
 from gnss_hil.flightsw.io.frame_statistics import Reason, no_rejections
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, batch, concat
 from tests.support import synthetic_epochs as s
@@ -94,7 +94,7 @@ class FakeBus:
         self.commands = []  # (epoch, receiver, channel, action, sat)
 
     def obey(self, inbox, epoch):
-        screened = e2e.screen(CODEC, inbox, self.heard)
+        screened = screening.screen(CODEC, inbox, self.heard)
         self.heard = screened.counters
         rows = screened.frames
         rows = rows[CODEC.kind_of[rows.can_id] == CODEC.kinds["COMMAND"].number]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gnss_hil.dbc.contract.e2e import Screened, Verdict
+from gnss_hil.dbc.contract.screening import Screened, Verdict
 
 
 @dataclass(slots=True)

@@ -14,8 +14,8 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import I64, U8, U32, U64, Bool
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.decoder.block import EPOCHS, Block, GrowingTable, epoch_nibbles, payloads
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.refusals import BEFORE_FIRST_MARK, REASONS, Refusals

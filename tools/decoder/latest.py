@@ -12,9 +12,9 @@ import numpy as np
 
 from gnss_hil.dbc.contract.bits import frame_bits
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.decoder.block import EPOCHS, Block, epoch_nibbles, of_frames, payloads
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.screen import Screen

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import I64, U32
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.decoder.block import GrowingTable
 
 BEFORE_FIRST_MARK = "BEFORE_FIRST_MARK"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import Index
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import Screened
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
+from gnss_hil.dbc.contract.screening import Screened
 from gnss_hil.tools.decoder.counters import Counters
 
 
@@ -31,7 +31,7 @@ class Screen:
 
     def take(self, frames: FrameBatch) -> Screened:
         """Frames (n,) in bus order, checked. Never raises on what a bus may carry."""
-        screened = e2e.screen(self._codec, frames, self._streams)
+        screened = screening.screen(self._codec, frames, self._streams)
         self._streams = screened.counters
         self.counters.add(screened)
         return screened

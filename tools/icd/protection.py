@@ -9,10 +9,11 @@ from itertools import groupby
 
 import numpy as np
 
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.e2e import COUNTERS, TABLE, Verdict
+from gnss_hil.dbc.contract.e2e import COUNTERS, TABLE
 from gnss_hil.dbc.contract.frames import FrameBatch, batch
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.io.frame_statistics import CONSEQUENCE, Reason
 from gnss_hil.tools.icd.prose import render
 from gnss_hil.tools.report.markup import Markup, joined, table, tag
@@ -151,7 +152,7 @@ def advance_verdict(codec: Codec, advance: int) -> Verdict:
     sealed, _ = e2e.protect(codec, plain[:1], before, 0)
     received = e2e.fresh_counters(codec)
     received[at] = 0
-    return Verdict(int(e2e.screen(codec, sealed, received).verdict[0]))
+    return Verdict(int(screening.screen(codec, sealed, received).verdict[0]))
 
 
 def advances(codec: Codec) -> Markup:
@@ -161,7 +162,7 @@ def advances(codec: Codec) -> Markup:
         steps = list(same)
         span = joined(dict.fromkeys((steps[0], steps[-1])), " to ")
         used = "yes" if verdict <= Verdict.LOST else "no"
-        rows.append((span, in_words(verdict.name), used, e2e.CONSEQUENCE.get(verdict, "frame used")))
+        rows.append((span, in_words(verdict.name), used, screening.CONSEQUENCE.get(verdict, "frame used")))
     return table(("counter advance", "state", "used", "consequence"), rows, class_="advances")
 
 

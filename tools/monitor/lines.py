@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.monitor.format import Formatter, identifier
 from gnss_hil.tools.recording.formats.candump import format_lines
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import ERR_FLAG, SFF_MASK, WIDTH, FrameBatch
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.decoder.screen import Screen
 from gnss_hil.tools.decoder.time_marks import Marks, marks_in
 

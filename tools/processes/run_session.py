@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.dbc.process.shutdown import Stop
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.faults import ledger

@@ -9,7 +9,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import I8, I64
 from gnss_hil.dbc.common.vehicle import Vehicle
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
 from gnss_hil.emulator.environment.block import Environment
@@ -59,7 +59,7 @@ class Unit:
     """The receivers of a craft between epochs.
 
     sent, received   counters of protected streams, as sender and receiver
-    refused          (verdicts,) command frames rejected so far, by `gnss_hil.dbc.contract.e2e.Verdict`
+    refused          (verdicts,) command frames rejected so far, by `gnss_hil.dbc.contract.screening.Verdict`
     models           what error models stepped with the receivers remember, in their order
     """
 
@@ -78,6 +78,6 @@ def cold(receivers: Receivers, env: Environment, models: int) -> Unit:
         fresh_knowledge(len(env.sky.sky.index), receivers.holders),
         e2e.fresh_counters(receivers.codec),
         e2e.fresh_counters(receivers.codec),
-        np.zeros(len(e2e.Verdict), np.int64),
+        np.zeros(len(screening.Verdict), np.int64),
         (None,) * models,
     )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I8, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH, FrameBatch
 from gnss_hil.emulator.environment.block import Environment, build_block
@@ -259,11 +259,11 @@ class EmulatedCraft:
         mine = received[kind == codec.kinds["COMMAND"].number]
         if not len(mine):
             return unit.channels, unit.received, unit.refused, ()
-        sound = e2e.checked(codec, mine)
-        timely = sound.refusing(~commands.timely(mine, epoch), e2e.Verdict.MIXED_EPOCH)
-        checked = e2e.sequenced(mine, timely, unit.received)
-        refused = unit.refused + np.bincount(checked.verdict, minlength=len(e2e.Verdict))
-        refused[[e2e.Verdict.OK, e2e.Verdict.LOST]] = 0
+        sound = screening.checked(codec, mine)
+        timely = sound.refusing(~commands.timely(mine, epoch), screening.Verdict.MIXED_EPOCH)
+        checked = screening.sequenced(mine, timely, unit.received)
+        refused = unit.refused + np.bincount(checked.verdict, minlength=len(screening.Verdict))
+        refused[[screening.Verdict.OK, screening.Verdict.LOST]] = 0
         orders = commands.read(codec, checked.frames)
         # A unit that knows neither time nor place cannot judge what the Earth hides: it accepts, and
         # searches in vain.

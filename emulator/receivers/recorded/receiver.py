@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gnss_hil.dbc.common import gpstime, satellites
 from gnss_hil.dbc.common.arrays import F64, I8, I64, Bool
 from gnss_hil.dbc.common.vehicle import Vehicle
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.emulator.constellation.almanac.orbits import HeldAlmanac
@@ -93,7 +93,7 @@ class RecordedCraft:
         return False
 
     def fresh(self) -> RecordedUnit:
-        return RecordedUnit(e2e.fresh_counters(self.codec), np.zeros(len(e2e.Verdict), np.int64))
+        return RecordedUnit(e2e.fresh_counters(self.codec), np.zeros(len(screening.Verdict), np.int64))
 
     def prepare(self, unit: RecordedUnit, epoch: int) -> None:
         """Nothing: all of a file is read before the run."""

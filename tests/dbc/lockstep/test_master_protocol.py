@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EMPTY, ERR_FLAG, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, TIME_NODE
@@ -43,7 +43,9 @@ def test_bench_frames_are_laid_out_as_the_database_says():
             "e2e_crc": frame.data[0, 0], "e2e_counter": 0x12345678 % 15, "epoch_mod16": 8,
             "epoch": 0x5678, "session": 0xABCD, "count": 0x4321,
         }  # fmt: skip
-        assert e2e.screen(CODEC, frame, e2e.fresh_counters(CODEC)).verdict.tolist() == [e2e.Verdict.OK]
+        assert screening.screen(CODEC, frame, e2e.fresh_counters(CODEC)).verdict.tolist() == [
+            screening.Verdict.OK
+        ]
         assert messages.judge(frame, 0, 0xABCD, 0x12345678) == Bench(can_id, 0xABCD, 0x12345678, 0x4321)
     end = messages.encode(messages.END_ID, 1, 600, messages.END_REASON["INTERRUPTED"])
     assert CODEC.decode("BENCH_END", end.data)["reason"][0] == 1

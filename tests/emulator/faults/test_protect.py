@@ -6,8 +6,8 @@ import e2e.p11
 import numpy as np
 import pytest
 
-from gnss_hil.dbc.contract import e2e as contract
-from gnss_hil.dbc.contract.e2e import Verdict
+from gnss_hil.dbc.contract import e2e, screening
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.emulator.faults.files import of_line
 from gnss_hil.emulator.faults.models import FaultError
 from tests.support.faulted import CODEC, all_sound, of_kind, strike
@@ -112,9 +112,9 @@ def test_frames_that_are_cut_short_have_no_header():
 
 def test_a_replay_with_the_header_of_today_passes_every_check():
     struck = strike("rx2 replay 20 @110+10 counter=recompute epoch=recompute crc=recompute")
-    heard = contract.fresh_counters(CODEC)
+    heard = e2e.fresh_counters(CODEC)
     for epoch, one in enumerate(struck):
-        screened = contract.screen(CODEC, one.block, heard)
+        screened = screening.screen(CODEC, one.block, heard)
         heard = screened.counters
         ranges = of_kind(one.block, "RANGE")
         if 110 <= epoch < 120:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.frames import EMPTY, batch, concat
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.state import initial_state
@@ -58,9 +58,9 @@ def flown(config, garbled_blocks):
         if state.mark is not None and state.mark.session != session:
             # Chance has written a whole mark of another session: a new run, whose counters begin anew.
             session, heard = state.mark.session, e2e.fresh_counters(CODEC)
-        screened = e2e.screen(CODEC, answer, heard)
+        screened = screening.screen(CODEC, answer, heard)
         heard = screened.counters
-        assert (screened.verdict == e2e.Verdict.OK).all()
+        assert (screened.verdict == screening.Verdict.OK).all()
         assert len(decoded(answer, "NAV_STATUS")["mode"]) == 1
     return state
 

@@ -9,7 +9,7 @@ import pytest
 
 from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.common.protection import Protection
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.frames import EMPTY, concat
 from gnss_hil.dbc.contract.messages import raw_of
 from gnss_hil.flightsw.app.config import configure
@@ -150,9 +150,9 @@ def test_answer_block_order_and_protection(flight):
     assert set(kinds[len(expected) : -1]) == {"COMMAND"} and kinds[-1] == "HEARTBEAT"
     counters = e2e.fresh_counters(CODEC)
     for answer in answers:
-        screened = e2e.screen(CODEC, answer, counters)
+        screened = screening.screen(CODEC, answer, counters)
         counters = screened.counters
-        assert (screened.verdict == e2e.Verdict.OK).all()
+        assert (screened.verdict == screening.Verdict.OK).all()
     assert (answers[3].data[:, 1] >> 4 == 3).all() and (answers[3].t_ns == s.T0_NS + 3 * 10**9).all()
 
 
@@ -204,8 +204,8 @@ def test_heartbeat_before_the_first_epoch():
     )
     assert heartbeat(config) == beat
     _, answer = flight_step(config, initial_state(config), EMPTY)
-    both = e2e.screen(CODEC, concat([beat, answer]), e2e.fresh_counters(CODEC))
-    assert (both.verdict == e2e.Verdict.OK).all(), "the first epoch's heartbeat follows on from it"
+    both = screening.screen(CODEC, concat([beat, answer]), e2e.fresh_counters(CODEC))
+    assert (both.verdict == screening.Verdict.OK).all(), "the first epoch's heartbeat follows on from it"
 
 
 def test_prototype_commands_nothing_and_uses_every_channel():

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.contract import e2e
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.e2e_state import limits
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EMPTY, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.io.decode import admitted, decode
 from gnss_hil.flightsw.io.frame_statistics import Reason, no_rejections, rejection_table
 from gnss_hil.flightsw.io.reception import nothing_received

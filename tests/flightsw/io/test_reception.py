@@ -9,10 +9,10 @@ import pytest
 
 from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.contract import e2e
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.e2e_state import State, limits
 from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, concat
 from gnss_hil.dbc.contract.messages import KIND_BY_NAME
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.io.decode import decode
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections, no_rejections
 from gnss_hil.flightsw.io.reception import MOST_SETTLED, nothing_received, receive

@@ -66,7 +66,7 @@ def test_counter_states_are_those_of_the_contracts_table():
 
 
 def test_every_reason_has_its_consequence():
-    from gnss_hil.dbc.contract.e2e import Verdict
+    from gnss_hil.dbc.contract.screening import Verdict
     from gnss_hil.flightsw.io.frame_statistics import Reason
 
     (table,) = [e for e in tree().iter("table") if e.get("class") == "reasons"]

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.decoder.epoch_snapshot import snapshot

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, FrameBatch, batch, concat
 from gnss_hil.dbc.contract.messages import HEADER_NAMES
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.live.screen import plain, width_of
@@ -89,7 +89,7 @@ def test_counts_are_those_of_the_protection():
     blocks[71] = concat((blocks[71], blocks[71][30:31], UNREADABLE_ONES))
     stats = heard(*blocks)
     everything = concat(blocks)
-    verdict = e2e.screen(CODEC, everything, e2e.fresh_counters(CODEC)).verdict
+    verdict = screening.screen(CODEC, everything, e2e.fresh_counters(CODEC)).verdict
     expected = {Verdict(v): int(n) for v, n in enumerate(np.bincount(verdict)) if v and n}
     assert stats.faults() == expected and expected[Verdict.CORRUPTED] == 1
     assert stats.frames == len(everything)

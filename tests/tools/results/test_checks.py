@@ -10,8 +10,8 @@ import polars as pl
 import pytest
 
 from gnss_hil.dbc.contract import codec
-from gnss_hil.dbc.contract.e2e import Verdict
 from gnss_hil.dbc.contract.frames import FrameBatch
+from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.decoder.refusals import REASONS, Refusals
