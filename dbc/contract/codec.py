@@ -17,8 +17,10 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.generate import dbc_text
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS, Kind, Message, messages
+from gnss_hil.dbc.contract.layout import Kind
+from gnss_hil.dbc.contract.messages import Message, messages
 
 IDENTIFIERS = 2048
 

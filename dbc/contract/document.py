@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import sys
 
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.codec import codec
-from gnss_hil.dbc.contract.messages import KINDS, MAX_RECEIVERS, VALUES, Kind, Signal
+from gnss_hil.dbc.contract.layout import Kind, Signal
+from gnss_hil.dbc.contract.messages import KINDS
+from gnss_hil.dbc.contract.values import VALUES
 
 
 def _identifiers(kind: Kind) -> str:

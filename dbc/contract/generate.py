@@ -10,7 +10,10 @@ import sys
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
-from gnss_hil.dbc.contract.messages import BIT_RATE, CHANNELS, VALUES, Message, Signal, messages, node_names
+from gnss_hil.dbc.common.limits import CHANNELS
+from gnss_hil.dbc.contract.layout import Signal
+from gnss_hil.dbc.contract.messages import BIT_RATE, Message, messages, node_names
+from gnss_hil.dbc.contract.values import VALUES
 
 CHANNEL_KEY = "channel"
 """Signal by which messages of channels are told apart."""

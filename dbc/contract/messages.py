@@ -1,4 +1,4 @@
-"""The bus contract as one table: every message, signal, identifier and value name.
+"""The bus contract as one table: every message, signal and identifier.
 
 The DBC files, the interface document, the frame budget and the codec's tables are generated from here.
 Tests hold the codec equal to what cantools reads from the DBC, so that what flies is what a third party sees.
@@ -8,8 +8,9 @@ A *kind* is one layout. A kind that repeats per receiver (or per node) has one i
 the 16-bit protection header of AUTOSAR E2E Profile 11 (`gnss_hil.dbc.contract.e2e`): CRC, counter, epoch
 modulo 16.
 
-To add a message: a row of KINDS, among those of its purpose, and in NODES its node, if that is new. What is
-taken twice is refused when this module is imported. Low identifiers go first on the bus. Free are:
+To add a message: a row of KINDS, among those of its purpose, and in NODES its node, if that is new; tables of
+named values are in `values`. What is taken twice is refused when this module is imported (`allocation`). Low
+identifiers go first on the bus. Free are:
 
     identifiers   0x001..0x00F, 0x013..0x01F, 0x028..0x02F, 0x038..0x03F, 0x051..0x05F, 0x180..0x3FF and
                   0x480..0x6FF; for sensors 0x063..0x0FF. Of one for each receiver the first, with stride
@@ -19,13 +20,13 @@ taken twice is refused when this module is imported. Low identifiers go first on
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
-from gnss_hil.dbc.common.limits import CHANNELS as CHANNELS
 from gnss_hil.dbc.common.limits import MAX_RECEIVERS
-from gnss_hil.dbc.common.signals import SIGNALS
-from gnss_hil.dbc.common.systems import CLOCK_DOMAINS, SYSTEMS
+from gnss_hil.dbc.contract.allocation import check
+from gnss_hil.dbc.contract.layout import Kind, Signal, laid_out
+from gnss_hil.dbc.contract.values import TIME_OFFSETS
 
 BIT_RATE = 1_000_000
 
@@ -38,106 +39,6 @@ NODES = {"ATT": ATTITUDE_NODE, "TIME": TIME_NODE, "FLIGHT": FLIGHT_NODE}
 
 HEARTBEAT_BASE = 0x700
 """A node's heartbeat has identifier HEARTBEAT_BASE + node number."""
-
-BENCH_FIRST, BENCH_LAST = 0x7D0, 0x7DE
-"""Bench frames steer lockstep; they are not navigation, not in load figures, not recorded, not faulted."""
-
-UDS_FIRST, UDS_LAST = 0x7DF, 0x7EF
-"""Diagnostics of road vehicles (UDS, OBD) use these on every bus: ISO 15765-4, 11-bit identifiers."""
-
-_OFFSETS = {s.time_offset_item: s.name.upper() for s in SYSTEMS.values() if s.time_offset_item is not None}
-"""Item of NAV_CLOCK -> label of the system whose time offset it carries."""
-
-# Value tables: name -> {raw: label}. Labels are what people and reports see.
-VALUES: dict[str, dict[int, str]] = {
-    "SatSystem": {s.value: s.name.upper() for s in SYSTEMS.values()},
-    "Signal": dict(sorted((s.value, s.name) for s in SIGNALS.values())),
-    "Lock": {0: "IDLE", 1: "SEARCH", 2: "CODE", 3: "CARRIER", 4: "BIT_SYNC", 5: "FULL"},
-    "Action": {0: "RELEASE", 1: "TRACK", 2: "AUTONOMOUS"},
-    "AckResult": {
-        0: "ACCEPTED", 1: "NO_SUCH_CHANNEL", 2: "NO_SUCH_SATELLITE", 3: "NOT_IN_ALMANAC", 4: "UNHEALTHY",
-        5: "BEHIND_EARTH", 6: "ALREADY_TRACKED_HERE", 7: "NO_SUCH_SIGNAL", 8: "BAD_ACTION",
-    },
-    "ReceiverState": {0: "OFF", 1: "START", 2: "AUTONOMOUS", 3: "COMMANDED", 4: "FAULT"},
-    "NodeState": {0: "INIT", 1: "READY", 2: "RUNNING", 3: "DEGRADED", 4: "STOPPING"},
-    "NavMode": {0: "NO_FIX", 1: "POSITION", 2: "POSITION_VELOCITY"},
-    "NoFix": {
-        0: "FIX", 1: "TOO_FEW_SATELLITES", 2: "SINGULAR_GEOMETRY", 3: "NO_CONVERGENCE", 4: "NO_TIME_MARK",
-        5: "NO_ATTITUDE", 6: "INCONSISTENT_RANGES", 7: "NO_VELOCITY", 8: "AGAINST_ORBIT",
-    },
-    "FlightMode": {
-        0: "STANDBY", 1: "START", 2: "NAVIGATING", 3: "COASTING", 4: "LOST", 5: "SURRENDERED",
-    },
-    "Refused": {
-        1: "LOST", 2: "REPEATED", 3: "WRONG_SEQUENCE", 4: "CORRUPTED", 5: "UNKNOWN_ID", 6: "WRONG_LENGTH",
-        7: "REMOTE", 8: "EXTENDED", 9: "ERROR_FRAME", 10: "MIXED_EPOCH", 16: "NO_TIME_MARK", 17: "SURPLUS",
-        18: "INCOMPLETE", 19: "BAD_TIME_MARK", 20: "OTHER_SESSION", 21: "OTHER_CONTRACT", 22: "TIMED_OUT",
-        23: "CONTRADICTED", 24: "STREAM_NOT_VALID", 25: "JUMPED", 26: "NO_ORBIT", 27: "MOVED", 28: "TURNED",
-    },
-    "Tested": {0: "UNTESTED", 1: "CHECKED", 2: "TESTED"},
-    "MarkClock": {0: "GPS", **{k + 1: f"DOMAIN_{k}" for k in range(CLOCK_DOMAINS)}},
-    "ClockItem": {
-        **{k: f"DOMAIN_{k}" for k in range(CLOCK_DOMAINS)},
-        **{item: f"{label}_OFFSET" for item, label in sorted(_OFFSETS.items())},
-    },
-    "Flag": {0: "NO", 1: "YES"},
-    "Health": {0: "HEALTHY", 1: "UNHEALTHY"},
-    "EndReason": {0: "COMPLETED", 1: "INTERRUPTED", 2: "FAILED"},
-}  # fmt: skip
-
-
-def raw_of(table: str) -> dict[str, int]:
-    """Raw values of a value table by their labels."""
-    return {label: raw for raw, label in VALUES[table].items()}
-
-
-@dataclass(frozen=True, slots=True)
-class Signal:
-    name: str
-    bits: int
-    factor: float = 1
-    offset: float = 0
-    unit: str = ""
-    signed: bool = False
-    values: str = ""
-    start: int = -1
-    comment: str = ""
-
-    @property
-    def raw_range(self) -> tuple[int, int]:
-        top = 1 << self.bits - self.signed
-        return (-top, top - 1) if self.signed else (0, top - 1)
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """One message layout and where it stands on the bus.
-
-    per       "" (one message), "receiver" or "node"
-    base      identifier of the first; `stride` to the next receiver's
-    key       signal that, with the identifier, names a protected stream ("" : the identifier alone)
-    cycle     "epoch" (every epoch), "bulk" (a slice every epoch), "event"
-    """
-
-    name: str
-    base: int
-    sender: str
-    receivers: tuple[str, ...]
-    comment: str
-    signals: tuple[Signal, ...]
-    per: str = ""
-    stride: int = 0
-    key: str = ""
-    cycle: str = "epoch"
-
-
-def _laid_out(signals: tuple[Signal, ...], start: int) -> tuple[Signal, ...]:
-    placed = []
-    for s in signals:
-        placed.append(replace(s, start=start))
-        start += s.bits
-    assert start <= 64, f"{[s.name for s in signals]} needs {start} bits"
-    return tuple(placed)
 
 
 def _u(name: str, bits: int, comment: str, unit: str = "", factor: float = 1, offset: float = 0) -> Signal:
@@ -152,7 +53,7 @@ def _enum(name: str, bits: int, table: str, comment: str) -> Signal:
     return Signal(name, bits, values=table, comment=comment)
 
 
-HEADER = _laid_out(
+HEADER = laid_out(
     (
         _u("e2e_crc", 8, "CRC-8 SAE J1850 over the data id (low, high byte) and bytes 1..7"),
         _u("e2e_counter", 4, "0..14 per protected stream; 15 is never sent"),
@@ -177,7 +78,7 @@ _POSITION = "ECEF WGS-84 of the transmission instant, antenna phase centre, not 
 
 
 def _kind(name, base, sender, receivers, comment, *signals, **more) -> Kind:
-    return Kind(name, base, sender, tuple(receivers), comment, HEADER + _laid_out(signals, 16), **more)
+    return Kind(name, base, sender, tuple(receivers), comment, HEADER + laid_out(signals, 16), **more)
 
 
 def _nav(name, base, comment, *signals, **more) -> Kind:
@@ -231,7 +132,7 @@ KINDS: tuple[Kind, ...] = (
          _enum("item", 4, "ClockItem", "which clock"),
          _s("bias_m", 41, 0.0001, "m",
             "; ".join(["receiver clock minus GPS time, times c"]
-                      + [f"{of}_OFFSET: what {of} pseudoranges are longer" for of in _OFFSETS.values()])),
+                      + [f"{of}_OFFSET: what {of} pseudoranges are longer" for of in TIME_OFFSETS.values()])),
          key="item"),
     _nav("NAV_DRIFT", 0x048, "Rate of one clock of the fix.",
          _enum("item", 4, "ClockItem", "which clock"),
@@ -405,58 +306,6 @@ def messages(receivers: int) -> Iterator[Message]:
         else:
             found.append(Message(kind.base, kind.name, kind, kind.sender, expand(kind.receivers, 0)))
     return iter(sorted(found, key=lambda m: m.can_id))
-
-
-def check(kinds: Iterable[Kind], beside: Mapping[str, int]) -> None:
-    """ValueError with one line if two kinds have a name or an identifier in common, or two nodes a number; if
-    a kind has a sender or a receiver that is no node, or an identifier that there is not, that diagnostics
-    use or that is kept for the bench.
-
-    beside  number of each node beside the receivers
-    It is asked of the most receivers: fewer have some of the same identifiers.
-    """
-    numbers: dict[int, str] = {r: f"RX{r}" for r in range(1, MAX_RECEIVERS + 1)}
-    names: dict[str, Kind] = {}
-    taken: dict[int, Kind] = {}
-    for name, number in beside.items():
-        if numbers.setdefault(number, name) != name:
-            raise ValueError(f"nodes {numbers[number]} and {name} both have number {number}")
-    for kind in kinds:
-        if (other := names.setdefault(kind.name, kind)) is not kind:
-            raise ValueError(f"kinds at 0x{other.base:03X} and 0x{kind.base:03X} both have name {kind.name}")
-        sender = {"RX"} if kind.per == "receiver" else {"NODE"} if kind.per == "node" else set()
-        for ends, node in ((sender, kind.sender), *(({"RX"}, node) for node in kind.receivers)):
-            if node not in beside and node not in ends:
-                raise ValueError(f"kind {kind.name}: there is no node {node}")
-        for can_id in _identifiers(kind, numbers):
-            if (other := taken.setdefault(can_id, kind)) is not kind:
-                raise ValueError(f"kinds {other.name} and {kind.name} both have identifier 0x{can_id:03X}")
-            if why := _barred(kind, can_id):
-                raise ValueError(f"kind {kind.name}: identifier 0x{can_id:03X} {why}")
-
-
-def _barred(kind: Kind, can_id: int) -> str:
-    """Why a kind may not have an identifier, for people; "" if it may."""
-    bench = kind.name.startswith("BENCH_")
-    return next(
-        (
-            why
-            for barred, why in (
-                (not 0 < can_id < 1 << 11, "is none of 11 bits"),
-                (UDS_FIRST <= can_id <= UDS_LAST, "is one of UDS"),
-                (BENCH_FIRST <= can_id <= BENCH_LAST and not bench, "is kept for the bench"),
-            )
-            if barred
-        ),
-        "",
-    )
-
-
-def _identifiers(kind: Kind, numbers: Iterable[int]) -> Iterable[int]:
-    """Identifiers of a kind with the most receivers and nodes of these numbers."""
-    if kind.per == "receiver":
-        return [kind.base + kind.stride * r for r in range(MAX_RECEIVERS)]
-    return [kind.base + number - 1 for number in numbers] if kind.per == "node" else (kind.base,)
 
 
 check(KINDS, NODES)

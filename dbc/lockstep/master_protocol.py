@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
 from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, WIDTH, FrameBatch, concat
-from gnss_hil.dbc.contract.messages import FLIGHT_NODE, MAX_RECEIVERS, node_names
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, node_names
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract import e2e
+from gnss_hil.dbc.contract.allocation import BENCH_FIRST, BENCH_LAST
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
-from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KIND_BY_NAME, VALUES
+from gnss_hil.dbc.contract.messages import KIND_BY_NAME
+from gnss_hil.dbc.contract.values import VALUES
 
 SYNC_ID = KIND_BY_NAME["BENCH_SYNC"].base
 DONE_ID = KIND_BY_NAME["BENCH_DONE"].base

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from gnss_hil.dbc.common import signals
 from gnss_hil.dbc.common.arrays import F64
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.emulator.error_models.base import CraftContext, PathModel, PathTerm, Row, Stage
 from gnss_hil.emulator.error_models.params import Factor
 from gnss_hil.emulator.numerics import keyed_draws

@@ -26,7 +26,8 @@ from gnss_hil.dbc.common.arrays import F64, I64, U64, Bool
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, KINDS, VALUES, messages
+from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, KINDS, messages
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.emulator.faults.base import Now, streams_of
 from gnss_hil.emulator.faults.spoken import Spoken
 

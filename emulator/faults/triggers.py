@@ -24,7 +24,8 @@ from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import KIND_BY_NAME, messages, raw_of
+from gnss_hil.dbc.contract.messages import KIND_BY_NAME, messages
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.emulator.faults.where import fields_of, satellite_of
 
 COUNTED = ("handover", "command", "fix")

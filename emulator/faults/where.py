@@ -14,9 +14,10 @@ from gnss_hil.dbc.common.arrays import I64, U64, Bool
 from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.common.near import nearest
 from gnss_hil.dbc.common.systems import SYSTEMS
+from gnss_hil.dbc.contract.allocation import BENCH_FIRST, BENCH_LAST
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, NODES, messages
+from gnss_hil.dbc.contract.messages import NODES, messages
 from gnss_hil.emulator.faults.place import KIND_NAMES, SYSTEM_NAMES, Place, text
 
 

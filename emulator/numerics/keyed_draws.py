@@ -17,7 +17,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.dbc.common.arrays import F64, I64, U64
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 
 SKY_KEY = 0
 """Key of what satellites do: one for all craft and receivers."""

@@ -20,7 +20,8 @@ from gnss_hil.dbc.common.arrays import I64, U8, U32, U64, Bool, Ints
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
-from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS, VALUES, node_names
+from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS, node_names
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.emulator.constellation.almanac.orbits import Predictions
 from gnss_hil.emulator.constellation.sky import SkyState
 from gnss_hil.emulator.receivers.emulated.channels import FULL

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from gnss_hil.dbc.common.arrays import U32
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, NODES, Signal
+from gnss_hil.dbc.contract.layout import Signal
+from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, NODES
 from gnss_hil.emulator.environment.block import Block
 from gnss_hil.emulator.environment.epoch_frames import EpochFrames, epoch_frames
 from gnss_hil.emulator.error_models.checked import ModelError

@@ -15,7 +15,7 @@ from typing import Annotated
 from pydantic import Field
 
 from gnss_hil.dbc.common.vehicle import Strict
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.flightsw.io.encode import NodeState
 from gnss_hil.flightsw.records.solution import NoFix, Solution
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from gnss_hil.dbc.common.arrays import I8, I64
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.app.config import FlightConfig
 from gnss_hil.flightsw.app.modes import Mode
 from gnss_hil.flightsw.attitude.attitude import Attitude

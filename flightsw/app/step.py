@@ -21,7 +21,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.flightsw.app import modes
 from gnss_hil.flightsw.app.answer import answer
 from gnss_hil.flightsw.app.config import FlightConfig, Options

@@ -21,12 +21,12 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import F64, I32, I64, U32, Index
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e_state import Limits, limits
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.flightsw.io import node_monitor
 from gnss_hil.flightsw.io.block_layout import block_layout
 from gnss_hil.flightsw.io.frame_groups import Records, almanac_records, block_plan, group_table

@@ -14,7 +14,8 @@ from gnss_hil.dbc.common.satellites import NUMBERS
 from gnss_hil.dbc.contract.batch_codec import Form, form
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, batch, concat
-from gnss_hil.dbc.contract.messages import FLIGHT_NODE, raw_of, values_of
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE, values_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.flightsw.records.commands import Commands
 from gnss_hil.flightsw.records.ranges import Ranges, distinct
 from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, Solution, Tested

@@ -19,10 +19,11 @@ from functools import cache, lru_cache
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I32, I64, U64, Bool, Index
+from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.batch_codec import Reader, joined, reader
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.messages import CHANNELS, MAX_RECEIVERS, MEASUREMENT_KINDS
+from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS
 
 IONOSPHERE = tuple(f"{name}{k}" for name in ("alpha", "beta") for k in range(4))
 XYZ, VXYZ = ("x_m", "y_m", "z_m"), ("vx_mps", "vy_mps", "vz_mps")

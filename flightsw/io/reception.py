@@ -23,10 +23,11 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import I8, I64, U8, Index
 from gnss_hil.dbc.contract import e2e, e2e_state, screening
+from gnss_hil.dbc.contract.allocation import BENCH_FIRST, BENCH_LAST
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.e2e_state import Limits, Status, StreamStates
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KIND_BY_NAME
+from gnss_hil.dbc.contract.messages import KIND_BY_NAME
 from gnss_hil.dbc.contract.screening import Checked, Verdict
 from gnss_hil.flightsw.io import node_monitor
 from gnss_hil.flightsw.io.block_layout import BlockLayout, block_layout, roster

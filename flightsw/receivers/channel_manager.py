@@ -34,7 +34,8 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.satellites import SATELLITES
-from gnss_hil.dbc.contract.messages import raw_of, values_of
+from gnss_hil.dbc.contract.messages import values_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.flightsw.measurement.signals import satellite_of, signal_of, track_of
 from gnss_hil.flightsw.receivers import channel_table, satellite_table
 from gnss_hil.flightsw.receivers.channel_table import AUTO, IDLE, ChannelTable

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from enum import IntEnum
 from math import hypot
 
 from gnss_hil.dbc.common.arrays import F64, Bool
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 
 FARTHEST_M = 109_900_000.0
 """What NAV_X..NAV_Z and NAV_CLOCK can carry."""

@@ -10,9 +10,11 @@ from pathlib import Path
 import pytest
 from cantools.database import load_string
 
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract import messages as contract
+from gnss_hil.dbc.contract.allocation import BENCH_FIRST, BENCH_LAST, UDS_FIRST, UDS_LAST, check
 from gnss_hil.dbc.contract.generate import dbc_text
-from gnss_hil.dbc.contract.messages import BENCH_FIRST, BENCH_LAST, KINDS, MAX_RECEIVERS, NODES, messages
+from gnss_hil.dbc.contract.messages import KINDS, NODES, messages
 
 CHECKED_IN = resources.files("gnss_hil.dbc.contract").joinpath("gnss.dbc")
 
@@ -29,6 +31,9 @@ def test_cantools_loads_every_size(receivers):
 
 @pytest.mark.verifies(
     "dbc/contract/messages.py",
+    "dbc/contract/values.py",
+    "dbc/contract/layout.py",
+    "dbc/contract/allocation.py",
     "dbc/contract/generate.py",
     what="DBC file",
     by="cantools (strict) and canmatrix load it without a warning",
@@ -65,7 +70,7 @@ def test_identifiers_are_unique_and_ordered_by_purpose():
     assert lowest == sorted(lowest)
     for m in every:
         assert m.kind.name.startswith("BENCH_") == (BENCH_FIRST <= m.can_id <= BENCH_LAST)
-        assert not contract.UDS_FIRST <= m.can_id <= contract.UDS_LAST
+        assert not UDS_FIRST <= m.can_id <= UDS_LAST
 
 
 def test_every_message_and_signal_is_explained_and_addressed():
@@ -111,7 +116,7 @@ def test_what_the_contract_calls_free_is_free():
     assert len(free) + len(taken) == len({*free, *taken}), "nothing that is called free is taken"
     nodes = {*range(11, 16), *range(17, 208)}
     assert nodes | {*range(1, MAX_RECEIVERS + 1), *NODES.values()} == {*range(1, 208)}
-    assert max(nodes) + contract.HEARTBEAT_BASE == contract.BENCH_FIRST - 1
+    assert max(nodes) + contract.HEARTBEAT_BASE == BENCH_FIRST - 1
 
 
 def kind(name="TILT", base=0x070, sender="ATT", receivers=("FLIGHT",), **more):
@@ -142,12 +147,12 @@ def kind(name="TILT", base=0x070, sender="ATT", receivers=("FLIGHT",), **more):
 )  # fmt: skip
 def test_what_is_taken_twice_is_refused(kinds, nodes, line):
     with pytest.raises(ValueError) as caught:
-        contract.check((*KINDS, *kinds), {**NODES, **nodes})
+        check((*KINDS, *kinds), {**NODES, **nodes})
     assert str(caught.value) == line
 
 
 def test_a_free_identifier_and_node_are_taken():
-    contract.check((*KINDS, kind(sender="CLINO")), {**NODES, "CLINO": 11})
+    check((*KINDS, kind(sender="CLINO")), {**NODES, "CLINO": 11})
 
 
 def test_the_table_is_checked_when_it_is_read():

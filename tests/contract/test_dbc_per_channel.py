@@ -7,9 +7,10 @@ import logging
 import pytest
 from cantools.database import load_string
 
+from gnss_hil.dbc.common.limits import CHANNELS
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.generate import dbc_text
-from gnss_hil.dbc.contract.messages import CHANNELS, messages
+from gnss_hil.dbc.contract.messages import messages
 from gnss_hil.tools.command_line.main import main
 from tests.support.live_runs import epochs
 from tests.support.outside import peer

@@ -16,7 +16,7 @@ import pytest
 from scipy.interpolate import BarycentricInterpolator
 
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.emulator.files import rinex_obs, sp3
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark

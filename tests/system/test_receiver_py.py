@@ -28,7 +28,7 @@ from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG
 from gnss_hil.dbc.contract.generate import dbc_text
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import DONE, HEARTBEAT, pack
 from tests.support.programs import FLIGHT

@@ -20,8 +20,8 @@ import pytest
 from gnss_hil.dbc.bus.base import LinkError
 from gnss_hil.dbc.bus.open_link import open_link
 from gnss_hil.dbc.common import vehicle
+from gnss_hil.dbc.contract.allocation import BENCH_FIRST
 from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, batch, concat
-from gnss_hil.dbc.contract.messages import BENCH_FIRST
 from gnss_hil.tools.command_line.main import main
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
 from tests.support.lockstep_frames import mark

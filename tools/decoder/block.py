@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import I64, U64
+from gnss_hil.dbc.common.limits import CHANNELS
 from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.contract.messages import CHANNELS
 
 Columns = Mapping[str, NDArray]
 """A table: columns (n,) by name."""

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import F64, I64, Bool, Index
-from gnss_hil.dbc.contract.messages import CHANNELS, HEADER_NAMES, MEASUREMENT_KINDS
+from gnss_hil.dbc.common.limits import CHANNELS
+from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS
 from gnss_hil.tools.decoder.block import Block
 
 

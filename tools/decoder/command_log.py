@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import I64
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.block import Block
 
 _ACTION = VALUES["Action"]

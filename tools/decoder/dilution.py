@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.common.satellites import NUMBERS, SATELLITES
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 
 _SINGULAR = 1e-9
 """Smallest eigenvalue of the normal equations, satellites of unit weight, below which there is no PDOP."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import F64
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.block import EPOCHS, Block
 from gnss_hil.tools.decoder.channels import lists_used, used_in_fix
 from gnss_hil.tools.decoder.navigation import attitudes

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.arrays import I64, Bool, Index
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.tools.decoder.block import Block, Columns
 from gnss_hil.tools.decoder.channels import Channels
 

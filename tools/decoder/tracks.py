@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.limits import CHANNELS
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.messages import CHANNELS, VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.block import Block
 from gnss_hil.tools.decoder.command_log import exchanges
 

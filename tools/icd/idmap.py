@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.messages import messages as contract_messages
 from gnss_hil.tools.icd.contract import GROUPS, Contract, group_of
 from gnss_hil.tools.report.markup import Markup, svg, tag

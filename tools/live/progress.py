@@ -8,7 +8,7 @@ from typing import TextIO
 
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.common.durations import clock
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact

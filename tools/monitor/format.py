@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, VALUES, messages
+from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, messages
 from gnss_hil.dbc.contract.screening import Verdict
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.block import payloads
 
 UNKNOWN = "?"

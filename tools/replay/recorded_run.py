@@ -9,9 +9,9 @@ from itertools import islice
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact

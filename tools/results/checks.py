@@ -20,8 +20,9 @@ from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, SFF_MASK
-from gnss_hil.dbc.contract.messages import VALUES, messages
+from gnss_hil.dbc.contract.messages import messages
 from gnss_hil.dbc.contract.screening import Verdict
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.decoder.flight_checks import LACKS, UNNAMED, names_of
 from gnss_hil.tools.decoder.refusals import REASONS as FRAME_REASONS

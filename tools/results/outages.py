@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 
 Columns = Mapping[str, NDArray]
 

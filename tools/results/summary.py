@@ -11,7 +11,8 @@ import numpy as np
 
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.messages import BIT_RATE, VALUES
+from gnss_hil.dbc.contract.messages import BIT_RATE
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import consistency, outages

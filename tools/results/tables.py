@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gnss_hil.dbc.common import satellites
 from gnss_hil.dbc.common.gpstime import NS_PER_S
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import checks, parquet
 from gnss_hil.tools.results.parquet import Column, Columns, Labelled, Partial

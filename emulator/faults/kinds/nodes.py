@@ -12,7 +12,8 @@ from gnss_hil.dbc.common.arrays import I64
 from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
-from gnss_hil.dbc.contract.messages import FLIGHT_NODE, raw_of
+from gnss_hil.dbc.contract.messages import FLIGHT_NODE
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.dbc.lockstep import messages as bench
 from gnss_hil.emulator.faults import traffic
 from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, Sleeper, known, streams_of

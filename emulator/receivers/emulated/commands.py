@@ -18,7 +18,7 @@ from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.emulator.receivers.emulated.channels import NOTHING, Channels, retarget
 from gnss_hil.emulator.signal.carriers import Carriers
 

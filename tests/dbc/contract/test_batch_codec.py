@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract.batch_codec import form, joined, reader
 from gnss_hil.dbc.contract.codec import codec, of_messages
-from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS, Kind, Message, Signal
+from gnss_hil.dbc.contract.layout import Kind, Signal
+from gnss_hil.dbc.contract.messages import HEADER_NAMES, MEASUREMENT_KINDS, Message
 
 pytestmark = pytest.mark.verifies(
     "dbc/contract/batch_codec.py",

@@ -10,8 +10,9 @@ from cantools.database import load_string
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.codec import CodecError, codec
-from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, FLIGHT_NODE, MAX_RECEIVERS, TIME_NODE
+from gnss_hil.dbc.contract.messages import ATTITUDE_NODE, FLIGHT_NODE, TIME_NODE
 
 pytestmark = pytest.mark.verifies(
     "dbc/contract/codec.py",

@@ -8,10 +8,11 @@ import e2e.p11
 import numpy as np
 import pytest
 
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.codec import codec
 from gnss_hil.dbc.contract.e2e import crc, fresh_counters, protect
 from gnss_hil.dbc.contract.frames import batch
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS, messages
+from gnss_hil.dbc.contract.messages import messages
 from gnss_hil.dbc.contract.screening import Verdict, screen
 from tests.support import undetected
 

@@ -6,7 +6,7 @@ from scipy import stats
 from scipy.special import ndtri
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.contract.messages import MAX_RECEIVERS
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.emulator.numerics import keyed_draws
 from gnss_hil.emulator.numerics.keyed_draws import Stream
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.dbc.contract.messages import VALUES
 from gnss_hil.dbc.contract.screening import Verdict
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.modes import RAW_MODE, Mode
 from gnss_hil.flightsw.io.encode import REFUSALS, Standing, encode

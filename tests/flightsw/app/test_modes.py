@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.flightsw.app import modes
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.modes import GUIDANCE, NODE_STATE, TRANSITIONS, Event, Guidance, Mode, ModeOptions

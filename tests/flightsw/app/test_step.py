@@ -11,7 +11,7 @@ from gnss_hil.dbc.common import vehicle
 from gnss_hil.dbc.common.protection import Protection
 from gnss_hil.dbc.contract import e2e, screening
 from gnss_hil.dbc.contract.frames import EMPTY, concat
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.state import heartbeat, initial_state
 from gnss_hil.flightsw.app.step import flight_step

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.integrity.satellite_reports import TO_TELL, judged
 from gnss_hil.flightsw.io.frame_statistics import Reason

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.dbc.contract.messages import VALUES
+from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free, paired
 from gnss_hil.flightsw.measurement.observables import of_one_signal

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
-from gnss_hil.dbc.contract.messages import raw_of
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.tools.results import checks
 from tests.tools.decoder.test_digest import CODEC, USED, Sender, channel, digested, frames_of, navigation
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.dbc.contract import codec
-from gnss_hil.dbc.contract.messages import VALUES, raw_of
+from gnss_hil.dbc.contract.values import VALUES, raw_of
 from gnss_hil.emulator.truth import TRUTH
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import outages
