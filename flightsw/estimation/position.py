@@ -20,8 +20,9 @@ from gnss_hil.flightsw.estimation.clocks import clock_columns, is_offset
 from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, scattered
 from gnss_hil.flightsw.estimation.prior import Prior
 from gnss_hil.flightsw.estimation.velocity import motion, rough_velocity
-from gnss_hil.flightsw.integrity import exclusion
-from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Refusal, Rules, Trial, Units
+from gnss_hil.flightsw.integrity import exclusion, reliability
+from gnss_hil.flightsw.integrity.consistency import Trial
+from gnss_hil.flightsw.integrity.exclusion import STRICT, Kept, Refusal, Rules, Units
 from gnss_hil.flightsw.integrity.range_gate import plausible
 from gnss_hil.flightsw.measurement.budget import Budget, range_errors
 from gnss_hil.flightsw.measurement.code_range import CodeRanges, code_ranges
@@ -278,7 +279,7 @@ def solve(
 def _tested(kept: Kept[Intersection], gain: F64, covariance: F64, sat: I64) -> Tested:
     if not kept.consistent:
         return Tested.UNTESTED
-    return exclusion.tested(kept.trial, gain, covariance, sat)
+    return reliability.tested(kept.trial, gain, covariance, sat)
 
 
 def _learnt(delays: ReceiverDelays, used: Offered, found: Intersection, dt_s: float) -> ReceiverDelays | None:

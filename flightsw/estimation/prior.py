@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
-from gnss_hil.flightsw.integrity.exclusion import chi2_limit
+from gnss_hil.flightsw.integrity.consistency import chi2_limit
 from gnss_hil.flightsw.records.solution import Fix, OrbitState, Tested
 
 ACCELERATION_MPS2 = 0.5

@@ -10,7 +10,8 @@ from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.estimation.least_squares import Estimate, least_squares, scattered
 from gnss_hil.flightsw.estimation.prior import Prior
 from gnss_hil.flightsw.integrity import exclusion
-from gnss_hil.flightsw.integrity.exclusion import Refusal, Rules, Trial, Units
+from gnss_hil.flightsw.integrity.consistency import Trial
+from gnss_hil.flightsw.integrity.exclusion import Refusal, Rules, Units
 from gnss_hil.flightsw.measurement.range_rate import RangeRates
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, within

@@ -1,4 +1,4 @@
-"""Do the measurements of an epoch agree, and if not, what is it? For ranges and range rates alike.
+"""Where the measurements of an epoch do not agree, what is it? For ranges and range rates alike.
 
 What fails in practice is a satellite (its clock, its ephemeris), and then on all antennas that track it, or a
 receiver, and then in all that it measures. These are what is excluded: only if they can be isolated from all
@@ -15,45 +15,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
 from itertools import combinations
-from math import comb, sqrt
+from math import comb
 from statistics import NormalDist
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from gnss_hil.dbc.common.arrays import F64, I64, Index
-from gnss_hil.flightsw.measurement.weights import times
-from gnss_hil.flightsw.records.ranges import distinct
-from gnss_hil.flightsw.records.solution import Tested
-
-FALSE_ALARM = 1e-5
-"""Rate of false alarms of a fit: half of it for each of its two tests."""
-
-_ALARM_SIGMA = NormalDist().inv_cdf(1 - FALSE_ALARM / 2)
+from gnss_hil.dbc.common.arrays import I64, Index
+from gnss_hil.flightsw.integrity.consistency import FALSE_ALARM, NOTHING, Trial, agree
 
 DISTINCT = NormalDist().inv_cdf(1 - FALSE_ALARM) ** 2
 """So much more chi-square than the suspect any other satellite must leave behind. A sound satellite is then
 taken for the faulty one at most once in 1e5, whatever the size of the fault: the difference of the two sums
 of squares is normal with mean -d^2 and deviation 2 d, and exceeds D with probability Q((d^2 + D) / 2 d),
 at worst Q(sqrt D)."""
-
-_NOTHING = 1e-6
-"""Share of a measurement in its own residual below which it is not tested at all."""
-
-
-@cache
-def chi2_limit(freedom: int) -> float:
-    """Quantile of chi-square at the false alarm rate. Source: Wilson & Hilferty, PNAS 17 (1931) 684"""
-    spread = 2 / (9 * freedom)
-    return freedom * (1 - spread + _ALARM_SIGMA * sqrt(spread)) ** 3
-
-
-@cache
-def outlier_limit(tests: int) -> float:
-    """Square that the largest of so many normalised residuals exceeds at the false alarm rate."""
-    return NormalDist().inv_cdf(1 - FALSE_ALARM / 2 / (2 * tests)) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,50 +64,6 @@ class Refusal(Enum):
 
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Trial(Generic[T]):
-    """A weighted fit: what it found, and by what it is judged.
-
-    design (n, u), residual (n,); weight the inverse of the measurements' covariance, (n, n), or (n,) its
-    diagonal; covariance (u, u) of the unknowns
-    before  so many of the rows, the last ones, are what was known before
-    """
-
-    found: T
-    design: F64
-    residual: F64
-    weight: F64
-    covariance: F64
-    before: int = 0
-
-    @property
-    def chi_square(self) -> float:
-        return float(self.residual @ times(self.weight, self.residual))
-
-    @property
-    def freedom(self) -> int:
-        return self.design.shape[0] - self.design.shape[1]
-
-    def beside(self, offset: F64, known: F64) -> Trial[T]:
-        """The same fit, judged by what was known before of its first unknowns as well.
-
-        offset (k,), known (k, k)   what was known less what was found, and its covariance
-        What was found stays; residuals are those of a fit of both.
-        """
-        u, k = self.design.shape[1], len(offset)
-        information = np.linalg.inv(known)
-        of_both = np.linalg.inv(known + self.covariance[:k, :k])
-        gain = self.covariance[:, :k] @ of_both
-        step = gain @ offset
-        residual = np.concatenate((self.residual - self.design @ step, offset - step[:k]))
-        n = len(self.residual)
-        weight = np.zeros((n + k, n + k))
-        weight[:n, :n] = self.weight if self.weight.ndim == 2 else np.diag(self.weight)
-        weight[n:, n:] = information
-        design = np.concatenate((self.design, np.eye(k, u)))
-        return Trial(self.found, design, residual, weight, self.covariance - gain @ self.covariance[:k], k)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,88 +145,6 @@ def _without(kept: Kept[T], refit: Refit[T], unit: I64, size: int, several: bool
     return None if trial is None else Kept(trial, rows, agree(trial))
 
 
-def agree(trial: Trial[Any]) -> bool:
-    """Whether what was measured agrees: on the whole, and each by itself. Without redundancy it does."""
-    return trial.freedom < 1 or (chi_square_test(trial) and outlier_test(trial))
-
-
-def chi_square_test(trial: Trial[Any]) -> bool:
-    """Whether the residuals of a fit, with a freedom of at least 1, are noise."""
-    return trial.chi_square <= chi2_limit(trial.freedom)
-
-
-def outlier_test(trial: Trial[Any]) -> bool:
-    """Whether no measurement is off by more than noise makes the worst of them. A single fault that drowns in
-    the sum of all squares stands out here. Source: Baarda, A testing procedure for use in geodetic networks
-    (1968): normalised residuals
-    """
-    left, own = _left(trial)
-    pull = times(trial.weight, trial.residual)
-    tested = left > _NOTHING * own
-    return bool((pull * pull <= outlier_limit(len(own)) * left)[tested].all())
-
-
-TOLERATED, UNSEEN = 5.33, 1.43
-"""So many sigmas of a fix (1e-7, two-sided) a fault may move it unseen; so many of them are left to noise:
-then one in twenty of the worst faults moves it farther and is not seen."""
-
-
-def tested(trial: Trial[Any], gain: F64, covariance: F64, sat: I64) -> Tested:
-    """How well measurements that agree are checked by each other, and by what was known before, whichever of
-    them is wrong, or all of a satellite alike.
-
-    gain (k, n), covariance (k, k)   of what is published: what it moves by with each measurement
-    sat (n,)   satellites of the measurements
-    Source: Baarda (1968), external reliability: a fault is seen, half of the time, where it lifts a residual
-    or the sum of all squares to its limit
-    """
-    if trial.freedom < 1:
-        return Tested.UNTESTED
-    limits = outlier_limit(len(trial.residual)), chi2_limit(trial.freedom) - trial.freedom
-    moves: F64 = np.linalg.solve(covariance, gain).astype(np.float64, copy=False)
-    left, own = _left(trial)
-    n = len(sat)
-    moved2, of_one = np.add.reduce(gain * moves), left[:n]
-    # Of a fault of one range its own residual is the worst, and the sum of squares is that residual's.
-    found = [_told(of_one, own[:n], moved2, of_one / min(limits))]
-    if distinct(sat) < n:
-        found.append(_of_satellites(trial, left, gain, moves, sat, limits))
-    return min(found)
-
-
-def _told(checked: F64, own: F64, moved2: F64, seen: F64) -> Tested:
-    """Of faults (f,) of a metre: what is left of their squares, of how much; the square of what they move, in
-    sigmas; and of what they are seen by, over its limit."""
-    if not (checked > _NOTHING * own)[moved2 > _NOTHING * own].all():
-        return Tested.UNTESTED
-    return Tested.TESTED if (moved2 <= (TOLERATED - UNSEEN) ** 2 * seen).all() else Tested.CHECKED
-
-
-def _left(trial: Trial[Any]) -> tuple[F64, F64]:
-    """(n,) of each measurement: what the fit leaves of its weight, and that."""
-    weight, along = trial.weight, times(trial.weight, trial.design)
-    own = weight if weight.ndim == 1 else weight.diagonal()
-    return own - np.add.reduce((along @ trial.covariance) * along, axis=1), own
-
-
-def _of_satellites(
-    trial: Trial[Any], left: F64, gain: F64, moves: F64, sat: I64, limits: tuple[float, float]
-) -> Tested:
-    """As `tested`, of faults of satellites in all their ranges, where they have more than one."""
-    of_satellite = sat[:, None] == np.unique(sat)
-    fault = of_satellite[:, np.add.reduce(of_satellite) > 1].astype(float)
-    rows = np.concatenate((fault, np.zeros((trial.before, fault.shape[1]))))
-    weighted = times(trial.weight, rows)
-    along = times(trial.weight, trial.design)
-    pull = weighted - along @ (trial.covariance @ (along.T @ rows))
-    on_the_whole = np.add.reduce(rows * pull)
-    own = np.add.reduce(rows * weighted)
-    checked = left > _NOTHING * (trial.weight if trial.weight.ndim == 1 else trial.weight.diagonal())
-    by_one = (pull[checked] ** 2 / left[checked, None]).max(axis=0, initial=0.0)
-    moved2 = np.add.reduce((gain @ fault) * (moves @ fault))
-    return _told(on_the_whole, own, moved2, np.maximum(by_one / limits[0], on_the_whole / limits[1]))
-
-
 def isolate(unit: I64, trial: Trial[Any], size: int = 1, several: bool = False) -> frozenset[int] | None:
     """The units, so many, without which the others agree distinctly better than without any other so many;
     None if none stand out or nothing would be left to test the others by.
@@ -323,7 +173,7 @@ def isolate(unit: I64, trial: Trial[Any], size: int = 1, several: bool = False) 
         for suspects in combinations(names, size):
             rows = np.concatenate([rows_of[name] for name in suspects])
             share, axes = np.linalg.eigh(left[np.ix_(rows, rows)])
-            tested = share > _NOTHING
+            tested = share > NOTHING
             gain = float(((pull[rows] @ axes[:, tested]) ** 2 / share[tested]).sum())
             yield gain, suspects, int(tested.sum())
 

@@ -1,4 +1,4 @@
-"""What is excluded together, what is judged beside the measurements, and how well a fix is tested."""
+"""What is excluded together, and beside what was known before."""
 
 from __future__ import annotations
 
@@ -7,70 +7,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gnss_hil.flightsw.integrity import exclusion
 from gnss_hil.flightsw.integrity.exclusion import (
     BEFORE,
     MOST_SETS,
     OF_SATELLITES,
-    TOLERATED,
     Kept,
     Refusal,
     Rules,
-    Trial,
     Units,
-    agree,
     exclude,
     isolate,
 )
 from gnss_hil.flightsw.records.solution import NoFix
-from gnss_hil.flightsw.records.solution import Tested as Word
 from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.flightsw.integrity.test_exclusion import offered
 from tests.support import synthetic_epochs as s
+from tests.support.fits import drawn_design, trial_of
 
 pytestmark = pytest.mark.verifies(
     "flightsw/integrity/exclusion.py",
-    what="Satellites and receivers excluded, and how well a fix is tested",
-    by="least squares of measurements and of what was known before by NumPy lstsq; faults drawn 20,000 times",
+    what="Satellites and receivers excluded",
+    by="least squares of measurements and of what was known before by NumPy lstsq",
     status="validated",
 )
-
-
-def trial_of(design, y, weight, known=None, offset=None):
-    """A fit of y, and beside it what was known before of its first unknowns."""
-    full = np.diag(weight) if weight.ndim == 1 else weight
-    covariance = np.linalg.inv(design.T @ full @ design)
-    x = covariance @ design.T @ full @ y
-    trial = Trial(x, design, y - design @ x, weight, covariance)
-    return trial if known is None else trial.beside(offset - x[: len(offset)], known)
-
-
-def drawn_design(rng, n):
-    """Of n ranges: lines of sight and a clock."""
-    los = rng.normal(size=(n, 3))
-    return np.column_stack((los / np.linalg.norm(los, axis=1)[:, None], np.ones(n)))
-
-
-@pytest.mark.parametrize("correlated", [False, True])
-def test_beside_what_was_known_before_is_a_fit_of_both(correlated):
-    rng = np.random.default_rng(1)
-    design, y, before = drawn_design(rng, 9), 5 * rng.normal(size=9), 5 * rng.normal(size=3)
-    root = np.diag(rng.uniform(0.5, 2, 9)) + 0.3 * correlated
-    known_root = np.eye(3) + 0.3 * rng.normal(size=(3, 3))
-    weight = np.linalg.inv(root @ root.T)
-    known = known_root @ known_root.T
-    trial = trial_of(design, y, weight if correlated else weight.diagonal(), known, before)
-
-    both = np.vstack((design, np.eye(3, 4)))
-    whiten = np.linalg.inv(np.block([[root, np.zeros((9, 3))], [np.zeros((3, 9)), known_root]]))
-    values = np.concatenate((y, before))
-    x, chi2, *_ = np.linalg.lstsq(whiten @ both, whiten @ values, rcond=None)
-    assert trial.residual == pytest.approx(values - both @ x, abs=1e-9)
-    assert trial.chi_square == pytest.approx(chi2[0])
-    assert trial.covariance == pytest.approx(np.linalg.inv(both.T @ whiten.T @ whiten @ both))
-    assert (trial.freedom, trial.before) == (8, 3) and np.array_equal(trial.design, both)
-    own = trial_of(design, y, weight)
-    assert trial.found == pytest.approx(own.found) and trial.found != pytest.approx(x), "what was found stays"
 
 
 def receivers_off(metres, count=24, which=1):
@@ -184,93 +143,3 @@ def test_a_satellite_is_excluded_beside_what_was_known_before():
     assert isinstance(kept, Kept) and kept.rows.tolist() == [0, 1, 2, 4]
     alone = trial_of(design, y, weight)
     assert exclude(alone, refit, units, Rules(receivers=0)) is Refusal.INCONSISTENT
-
-
-class Case:
-    """A drawn geometry of satellites (n,), whose own errors are in all their ranges; what was known before to
-    so many metres, if it was."""
-
-    def __init__(self, seed, sat, known_m=None):
-        self.sat, self.known_m = sat, known_m
-        self.design = drawn_design(np.random.default_rng(seed), len(np.unique(sat)))[sat]
-        self.errors = np.eye(len(sat)) + 0.5 * (sat[:, None] == sat)
-        self.weight = np.linalg.inv(self.errors)
-        covariance = np.linalg.inv(self.design.T @ self.weight @ self.design)
-        self.gain = (covariance @ self.design.T @ self.weight)[:3]
-        self.information = np.linalg.inv(covariance[:3, :3])
-
-    def trial(self, y, before=(0.0, 0.0, 0.0)):
-        known = None if self.known_m is None else self.known_m**2 * np.eye(3)
-        return trial_of(self.design, y, self.weight, known, np.asarray(before))
-
-    @property
-    def said(self):
-        covariance = np.linalg.inv(self.information)
-        return exclusion.tested(self.trial(np.zeros(len(self.sat))), self.gain, covariance, self.sat)
-
-    def shown(self, fault):
-        """By how many sigmas a fault (n,) moves the fix, for each that it stands out by."""
-        moved = self.gain @ fault
-        return np.sqrt(moved @ self.information @ moved / self.trial(fault).chi_square)
-
-    def missed(self, fault, draws, rng):
-        """Share of drawn errors with a fault (n,) that moved the fix too far and agree all the same."""
-        y = np.linalg.cholesky(self.errors) @ rng.normal(size=(len(fault), draws)) + fault[:, None]
-        before = (self.known_m or 0.0) * rng.normal(size=(3, draws))
-        moved = self.gain @ fault
-        along = self.information @ moved / np.sqrt(moved @ self.information @ moved)
-        far = np.flatnonzero(along @ self.gain @ y > TOLERATED)
-        return sum(agree(self.trial(y[:, k], before[:, k])) for k in far) / draws
-
-
-ALONE, SOME, TWICE = np.arange(14), np.array([*range(20), 0, 1, 2]), np.repeat(np.arange(22), 2)
-
-
-@pytest.mark.slow(seconds=8)
-@pytest.mark.parametrize("known_m", [None, 1.0], ids=["by itself", "with an orbit"])
-@pytest.mark.parametrize("sat", [ALONE, SOME, TWICE], ids=["on one antenna", "some on two", "on two"])
-def test_of_a_fix_that_is_tested_no_fault_goes_unseen_more_than_once_in_twenty(sat, known_m):
-    """The least well tested of many geometries, its worst satellite, the worst size of its fault."""
-    chosen = [case for seed in range(200) if (case := Case(seed, sat, known_m)).said is Word.TESTED]
-    assert 4 < len(chosen) < 200
-    case, fault = max(
-        ((case, 1.0 * (sat == k)) for case in chosen for k in np.unique(sat)),
-        key=lambda one: one[0].shown(one[1]),
-    )
-    rng, fault = np.random.default_rng(8), fault / np.sqrt(case.trial(fault).chi_square)
-    sizes = np.arange(4.0, 9.0, 0.25)
-    worst = max(sizes, key=lambda size: case.missed(size * fault, 1_000, rng))
-    missed = case.missed(worst * fault, 20_000, rng)
-    print(f"{len(chosen)} tested; at {worst} sigma missed {missed:.4f}")
-    assert missed < 0.05 + 3 * np.sqrt(0.05 / 20_000)
-
-
-@pytest.mark.parametrize(
-    ("count", "known_m", "said"),
-    [
-        (4, None, "UNTESTED"),
-        (5, None, "CHECKED"),
-        (4, 1.0, "CHECKED"),
-        (40, None, "TESTED"),
-        (40, 1.0, "TESTED"),
-    ],
-)
-def test_how_well_a_fix_is_tested(count, known_m, said):
-    assert Case(3, np.arange(count), known_m).said.name == said
-
-
-def test_a_satellite_that_nothing_checks_is_not_by_its_own_ranges():
-    """Four satellites on four antennas each: all ranges of one may be off, and agree."""
-    case = Case(3, np.repeat(np.arange(4), 4))
-    y = 500.0 * (case.sat == 2)
-    assert agree(case.trial(y)) and np.linalg.norm(case.gain @ y) > 100
-    assert case.said is Word.UNTESTED
-
-
-def test_what_no_fix_is_moved_by_need_not_be_checked():
-    """The only range of its clock."""
-    case = Case(3, np.arange(40))
-    case.design = np.column_stack((case.design, np.zeros(40)))
-    case.design[39] = 0.0, 0.0, 1.0, 0.0, 1.0
-    case.gain[:, 39] = 0.0
-    assert case.said is Word.TESTED
