@@ -37,14 +37,14 @@ def run(arguments: Namespace) -> int:
 
 def _compared(first: Path, second: Path, out: Path | None) -> int:
     """Figures side by side on stdout, plots in a page."""
-    from gnss_hil.tools.report import compare
+    from gnss_hil.tools.report.comparison import figures, page, runs
     from gnss_hil.tools.results.text import broken_off
 
-    runs = compare.read(first), compare.read(second)
-    path = out or first / f"compare-{runs[1].name}.html"
-    print("\n".join(compare.told(*runs)))
-    print(f"\nreport: {compare.write(*runs, path)}")
-    for run in runs:
+    pair = runs.read(first), runs.read(second)
+    path = out or first / f"compare-{pair[1].name}.html"
+    print("\n".join(figures.told(*pair)))
+    print(f"\nreport: {page.write(*pair, path)}")
+    for run in pair:
         if broken := broken_off(run.summary):
             print(f"{PROGRAM}: {run.name} is not complete: {broken}", file=sys.stderr)
     return 0

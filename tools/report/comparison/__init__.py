@@ -1,0 +1,1 @@
+"""Two runs compared: `gnss-hil report RUN RUN2`."""
