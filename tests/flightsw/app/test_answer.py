@@ -14,7 +14,7 @@ from gnss_hil.flightsw.io.encode import REFUSALS, Standing, encode
 from gnss_hil.flightsw.io.frame_statistics import CONSEQUENCE, Reason, no_rejections
 from gnss_hil.flightsw.records.solution import NoFix, Solution
 from gnss_hil.flightsw.records.solution import Tested as Word
-from tests.flightsw.app.test_step import SKY, drop, fly, soyuz, status
+from tests.support.flights import SKY, drop, fly, soyuz, status
 from tests.support.flown import CODEC, FakeBus, decoded
 
 pytestmark = pytest.mark.verifies(

@@ -27,7 +27,7 @@ from gnss_hil.tools.run_config.config import Overrides
 from gnss_hil.tools.run_config.overrides import overridden
 from gnss_hil.tools.schema.json_schema import schema
 from gnss_hil.tools.schema.page import page
-from tests.flightsw.app.test_step import SKY, fly, soyuz
+from tests.support.flights import SKY, fly, soyuz
 from tests.support.flown import FakeBus
 
 pytestmark = pytest.mark.verifies(

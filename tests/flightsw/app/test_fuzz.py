@@ -14,8 +14,8 @@ from gnss_hil.dbc.contract.frames import EMPTY, batch, concat
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.state import initial_state
 from gnss_hil.flightsw.app.step import flight_step
-from tests.flightsw.app.test_step import SOYUZ, soyuz
 from tests.support import synthetic_epochs as s
+from tests.support.flights import SOYUZ, soyuz
 from tests.support.flown import CODEC, FakeBus, decoded
 
 KINDS = sorted(CODEC.kinds)

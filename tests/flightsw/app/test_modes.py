@@ -12,7 +12,7 @@ from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.app.modes import GUIDANCE, NODE_STATE, TRANSITIONS, Event, Guidance, Mode, ModeOptions
 from gnss_hil.flightsw.io.encode import NodeState
 from gnss_hil.flightsw.records.solution import FixMode, NoFix, OrbitState, Solution
-from tests.flightsw.app.test_step import AUTONOMOUS, SKY, drop, fly, soyuz
+from tests.support.flights import AUTONOMOUS, SKY, drop, fly, soyuz
 from tests.support.flown import FakeBus, decoded
 
 pytestmark = pytest.mark.verifies(

@@ -14,9 +14,8 @@ from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.position import Held
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.records.epoch import AttitudeReport
-from tests.flightsw.estimation.test_position import LEVERS, RATE, SKY, craft, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
-from tests.support.budgets import BUDGET
+from tests.support.fixes import LEVERS, RATE, SKY, craft, fix_of, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/attitude/attitude.py",

@@ -11,9 +11,9 @@ from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.estimation.position import solve
 from gnss_hil.flightsw.records.solution import MAX_PDOP, NoFix, Solution
-from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
+from tests.support.fixes import craft, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/estimation/dilution.py",

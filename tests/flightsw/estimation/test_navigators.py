@@ -23,10 +23,10 @@ from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState
-from tests.flightsw.app.test_step import drop, fly, soyuz, status, used
-from tests.flightsw.estimation.test_position import LEVERS, craft, in_view, measurements, separate
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import budget, sigma_m
+from tests.support.fixes import LEVERS, craft, in_view, measurements, separate
+from tests.support.flights import drop, fly, soyuz, status, used
 from tests.support.flown import CODEC, FakeBus, decoded, position_of
 
 pytestmark = [

@@ -19,8 +19,8 @@ from gnss_hil.flightsw.estimation.prior import (
 from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState, without_motion
 from gnss_hil.flightsw.records.solution import Tested as Word
-from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import SKY, craft, errors, fix_of, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/estimation/prior.py",

@@ -19,10 +19,10 @@ from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, Solution
-from tests.flightsw.app.test_step import fly, soyuz, status
-from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
+from tests.support.fixes import craft, in_view, measurements
+from tests.support.flights import fly, soyuz, status
 from tests.support.flown import FakeBus, decoded, position_of
 
 SOYUZ = vehicle.load(vehicle.find("soyuz-ms"))

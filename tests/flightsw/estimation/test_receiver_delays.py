@@ -17,9 +17,9 @@ from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.measurement.weights import weight
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.solution import NoFix, ReceiverDelays
-from tests.flightsw.estimation.test_position import SKY, craft, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import budget
+from tests.support.fixes import SKY, craft, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/estimation/receiver_delays.py",

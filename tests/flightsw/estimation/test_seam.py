@@ -25,10 +25,10 @@ from gnss_hil.flightsw.measurement.range_rate import range_rates
 from gnss_hil.flightsw.measurement.registry import OTHER_KINDS, MeasurementRow
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.solution import Fix, FixMode, NoFix, OrbitState, Solution
-from tests.flightsw.app.test_step import SKY, drop, error_m, fly, soyuz, status
-from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
+from tests.support.fixes import craft, in_view, measurements
+from tests.support.flights import SKY, drop, error_m, fly, soyuz, status
 from tests.support.flown import FakeBus, decoded
 
 pytestmark = pytest.mark.verifies(

@@ -13,9 +13,9 @@ from gnss_hil.flightsw.estimation.snapshot import MAX_COAST_S, Snapshot, Snapsho
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState
-from tests.flightsw.estimation.test_position import SKY, craft, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
+from tests.support.fixes import SKY, craft, fix_of, in_view, measurements
 
 POSITION, VELOCITY = s.truth_ecef(craft())
 

@@ -13,9 +13,9 @@ from gnss_hil.flightsw.estimation.best_antenna import best_antenna
 from gnss_hil.flightsw.estimation.receiver_mean import receiver_mean
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.records.solution import OrbitState
-from tests.flightsw.estimation.test_position import craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import budget
+from tests.support.fixes import craft, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/estimation/unreduced.py",

@@ -11,16 +11,8 @@ from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere, delay, delay_rate
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.records.solution import NoFix
-from tests.flightsw.estimation.test_position import (
-    SKY,
-    craft,
-    errors,
-    fix_of,
-    in_view,
-    measurements,
-    noise_of,
-)
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import SKY, craft, errors, fix_of, in_view, measurements, noise_of
 
 GPS = [sat for sat in SKY if sat < 64]
 CN0 = np.array([50.0, 30.0, 44.0, 36.0, 47.0, 33.0, 41.0, 38.0])

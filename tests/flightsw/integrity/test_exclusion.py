@@ -13,10 +13,9 @@ from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.consistency import Trial, agree
 from gnss_hil.flightsw.integrity.exclusion import Kept, Rules
 from gnss_hil.flightsw.records.solution import Fix, NoFix, Solution
-from gnss_hil.flightsw.records.solution import Tested as Word
-from tests.flightsw.app.test_step import fly, soyuz, status
-from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import SKY, craft, errors, fix_of, in_view, measurements
+from tests.support.flights import fly, soyuz, status
 from tests.support.flown import FakeBus, channel_frames, decoded
 
 pytestmark = pytest.mark.verifies(

@@ -19,10 +19,10 @@ from gnss_hil.flightsw.integrity.exclusion import (
     isolate,
 )
 from gnss_hil.flightsw.records.solution import NoFix
-from tests.flightsw.estimation.test_position import SKY, craft, errors, fix_of, in_view, measurements
 from tests.flightsw.integrity.test_exclusion import offered
 from tests.support import synthetic_epochs as s
 from tests.support.fits import drawn_design, trial_of
+from tests.support.fixes import SKY, craft, errors, fix_of, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/integrity/exclusion.py",

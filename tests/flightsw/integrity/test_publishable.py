@@ -28,8 +28,8 @@ from gnss_hil.flightsw.records.solution import (
     SolutionError,
     carriable,
 )
-from tests.flightsw.app.test_step import CODEC, SKY, drop, fly, soyuz, status
-from tests.support.flown import FakeBus
+from tests.support.flights import SKY, drop, fly, soyuz, status
+from tests.support.flown import CODEC, FakeBus
 
 pytestmark = pytest.mark.verifies(
     "flightsw/integrity/publishable.py",

@@ -10,18 +10,8 @@ import pytest
 from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.integrity.range_gate import NEAR_M, WIDEST_M, plausible
 from gnss_hil.flightsw.records.solution import NoFix
-from tests.flightsw.estimation.test_position import (
-    GEO,
-    LEO,
-    MEO,
-    SKY,
-    craft,
-    errors,
-    fix_of,
-    in_view,
-    measurements,
-)
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import GEO, LEO, MEO, SKY, craft, errors, fix_of, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/integrity/range_gate.py",

@@ -16,10 +16,10 @@ from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.orbit.almanac import PROVEN_NS, ROWS
 from gnss_hil.flightsw.records.epoch import NO_ALMANAC, Mark, Measurements, empty_epoch
 from gnss_hil.flightsw.records.solution import OrbitState
-from tests.flightsw.app.test_step import fly, soyuz, used
 from tests.flightsw.assignment.test_boresight_angles import almanac_rows
-from tests.flightsw.estimation.test_position import SKY, craft, in_view
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import SKY, craft, in_view
+from tests.support.flights import fly, soyuz, used
 from tests.support.flown import CODEC, FakeBus
 
 pytestmark = [

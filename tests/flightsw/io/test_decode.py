@@ -15,8 +15,8 @@ from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.io.decode import admitted, decode
 from gnss_hil.flightsw.io.frame_statistics import Reason, no_rejections, rejection_table
 from gnss_hil.flightsw.io.reception import nothing_received
-from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import craft
 from tests.support.flown import CODEC, FakeBus, frames
 
 pytestmark = [

@@ -16,8 +16,8 @@ from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.flightsw.io.decode import decode
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections, no_rejections
 from gnss_hil.flightsw.io.reception import MOST_SETTLED, nothing_received, receive
-from tests.flightsw.estimation.test_position import craft
 from tests.support import synthetic_epochs as s
+from tests.support.fixes import craft
 from tests.support.flown import CODEC, FakeBus, frames
 
 pytestmark = pytest.mark.verifies(

@@ -14,9 +14,9 @@ from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
 from gnss_hil.flightsw.measurement.options import MeasurementOptions
 from gnss_hil.flightsw.records.solution import ReceiverDelays
 from gnss_hil.tools.command_line.main import main
-from tests.flightsw.estimation.test_position import SKY, craft, in_view, measurements
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET, SPACE_M, budget
+from tests.support.fixes import SKY, craft, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/measurement/budget.py",

@@ -19,9 +19,9 @@ from gnss_hil.flightsw.measurement.ionosphere_free import ionosphere_free, paire
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.records.epoch import Measurements
 from gnss_hil.flightsw.records.solution import NoFix
-from tests.flightsw.app.test_step import fly, soyuz, status, used
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
+from tests.support.flights import fly, soyuz, status, used
 from tests.support.flown import FakeBus, channel_frames, decoded, position_of
 
 _SHIPPED = vehicle.load(vehicle.find("soyuz-ms"))

@@ -12,10 +12,10 @@ from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere, delay, d
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.flightsw.measurement.range_rate import range_rates
 from gnss_hil.flightsw.measurement.satellite_shares import none_shared, satellite_shares
-from tests.flightsw.estimation.test_position import craft
 from tests.flightsw.measurement.test_budget import twice
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import SPACE_M, budget
+from tests.support.fixes import craft
 
 pytestmark = pytest.mark.verifies(
     "flightsw/measurement/satellite_shares.py",
