@@ -10,19 +10,17 @@ from __future__ import annotations
 
 import errno
 import math
-import os
 import selectors
 import socket
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 
-from gnss_hil.dbc.bus.base import LinkError
-from gnss_hil.dbc.bus.embedded import CHUNK, FRAME, SUN_PATH_BYTES, credentials
+from gnss_hil.dbc.bus.embedded import CHUNK, FRAME, credentials
+from gnss_hil.dbc.bus.hub_peer import Peer
+from gnss_hil.dbc.bus.hub_socket import listening, mark_of
 from gnss_hil.dbc.contract.frames import WIDTH
 
 QUEUE_BYTES = 1 << 20
@@ -44,47 +42,6 @@ Tap = Callable[[int, bytes], None]
 
 PeerWatch = Callable[[int, bool], None]
 """Called in the hub's thread with a peer's number: True it joined, False it is gone."""
-
-
-@dataclass(eq=False, slots=True)
-class _Peer:
-    """One connection. `tail` is the beginning of a frame that has not come whole; `queue` waits to leave;
-    `full_s` is when it began to hold the others back."""
-
-    number: int
-    sock: socket.socket
-    tail: bytes = b""
-    queue: deque[memoryview] = field(default_factory=deque)
-    queued: int = 0
-    deaf: bool = False
-    interest: int = selectors.EVENT_READ
-    process: int = 0
-    full_s: float = math.inf
-
-    def offer(self, wire: bytes) -> None:
-        if self.deaf:
-            return
-        self.queue.append(memoryview(wire))
-        self.queued += len(wire)
-        if len(self.queue) == 1:
-            self.flush()
-
-    def flush(self) -> None:
-        """Sends what the socket takes. A peer that shut its reading side stays as a sender."""
-        try:
-            while self.queue:
-                sent = self.sock.send(self.queue[0])
-                self.queued -= sent
-                if sent < len(self.queue[0]):
-                    self.queue[0] = self.queue[0][sent:]
-                else:
-                    self.queue.popleft()
-        except BlockingIOError:
-            pass
-        except OSError:
-            self.deaf = True
-            self.queue.clear()
-            self.queued = 0
 
 
 class Hub:
@@ -111,11 +68,11 @@ class Hub:
         self._clock = clock
         self._taps = tuple(taps)
         self._watch = watch
-        self._peers: dict[int, _Peer] = {}
+        self._peers: dict[int, Peer] = {}
         self._full: set[int] = set()
         self._joined = 0
-        self._listener = _listen(self.path)
-        self._mark = _mark(self.path)
+        self._listener = listening(self.path)
+        self._mark = mark_of(self.path)
         self._wake, self._woken = socket.socketpair()
         self._selector = selectors.DefaultSelector()
         self._refusing = False
@@ -147,7 +104,7 @@ class Hub:
     @property
     def reachable(self) -> bool:
         """Whether what lies at `path` is this hub's socket: it may be gone, or another's by now."""
-        return _mark(self.path) == self._mark
+        return mark_of(self.path) == self._mark
 
     def close(self) -> None:
         """Ends the bus: every peer reads an end of file. May be called twice."""
@@ -204,7 +161,7 @@ class Hub:
                 return
             sock.setblocking(False)
             self._joined += 1
-            peer = _Peer(self._joined, sock, process=credentials(sock)[0])
+            peer = Peer(self._joined, sock, process=credentials(sock)[0])
             self._selector.register(sock, peer.interest, peer)
             self._peers[peer.number] = peer
             self._apply_interest()
@@ -219,7 +176,7 @@ class Hub:
     def _listen_on(self, listener: socket.socket) -> None:
         self._selector.register(listener, selectors.EVENT_READ, None)
 
-    def _read(self, peer: _Peer) -> None:
+    def _read(self, peer: Peer) -> None:
         try:
             wire = peer.sock.recv(CHUNK)
         except BlockingIOError:
@@ -248,7 +205,7 @@ class Hub:
         self.malformed += len(frames) - len(sound)
         return b"".join(sound)
 
-    def _forward(self, sender: _Peer, wire: bytes) -> None:
+    def _forward(self, sender: Peer, wire: bytes) -> None:
         if not wire:
             return
         for peer in self._peers.values():
@@ -258,7 +215,7 @@ class Hub:
         for tap in self._taps:
             tap(sender.number, wire)
 
-    def _settle(self, peer: _Peer) -> None:
+    def _settle(self, peer: Peer) -> None:
         """Brings the selector in line with a peer's queue."""
         full = peer.queued > QUEUE_BYTES
         if full != (peer.number in self._full):
@@ -284,7 +241,7 @@ class Hub:
                 self._selector.modify(peer.sock, interest, peer)
             peer.interest = interest
 
-    def _drop(self, peer: _Peer) -> None:
+    def _drop(self, peer: Peer) -> None:
         if peer.interest:
             self._selector.unregister(peer.sock)
         peer.sock.close()
@@ -303,47 +260,3 @@ class Hub:
         self._selector.close()
         if self.reachable:
             self.path.unlink(missing_ok=True)
-
-
-def _mark(path: Path) -> tuple[int, int] | None:
-    """Device and inode of what lies at a path; None if nothing does."""
-    try:
-        found = path.lstat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
-
-
-def _listen(path: Path) -> socket.socket:
-    if len(os.fsencode(path)) > SUN_PATH_BYTES:
-        raise LinkError(f"bus 'embedded:{path}': the path is longer than {SUN_PATH_BYTES} bytes")
-    _clear_away(path)
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    try:
-        os.fchmod(sock.fileno(), 0o600)  # before bind, so that the name never exists with another mode
-        sock.bind(os.fspath(path))
-        sock.listen()
-    except OSError as error:
-        sock.close()
-        raise LinkError(f"bus 'embedded:{path}': {_refusal(path, error)}") from None
-    sock.setblocking(False)
-    return sock
-
-
-def _refusal(path: Path, error: OSError) -> str:
-    if error.errno != errno.EADDRINUSE:
-        return error.strerror or str(error)
-    return "another process serves it" if path.is_socket() else "something else than a socket is there"
-
-
-def _clear_away(path: Path) -> None:
-    """Removes the socket of a hub that died without removing it; anything else at `path` stays."""
-    if not path.is_socket():
-        return
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        try:
-            probe.connect(os.fspath(path))
-        except ConnectionRefusedError:
-            path.unlink(missing_ok=True)
-        except OSError:
-            return  # bind will say what is wrong

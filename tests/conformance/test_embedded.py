@@ -281,6 +281,8 @@ def test_a_sender_held_back_may_give_up(hub):
     "dbc/bus/inline.py",
     "dbc/bus/embedded.py",
     "dbc/bus/hub.py",
+    "dbc/bus/hub_peer.py",
+    "dbc/bus/hub_socket.py",
     "dbc/bus/plugin.py",
     "dbc/bus/runtime_dir.py",
     what="The embedded bus",
