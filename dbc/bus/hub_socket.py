@@ -21,7 +21,7 @@ def mark_of(path: Path) -> tuple[int, int] | None:
 
 
 def listening(path: Path) -> socket.socket:
-    """A socket at a path that its user alone can reach, listening; LinkError in one line if there can be none."""
+    """A socket at a path, listening, that its user alone can reach; LinkError if there can be none."""
     if len(os.fsencode(path)) > SUN_PATH_BYTES:
         raise LinkError(f"bus 'embedded:{path}': the path is longer than {SUN_PATH_BYTES} bytes")
     _clear_away(path)

@@ -13,16 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Bench, Refusal
 from gnss_hil.dbc.lockstep.slave_protocol import Label
-from gnss_hil.tools.decoder.block import EPOCHS
-from gnss_hil.tools.decoder.decoder import HELD_BACK
 from gnss_hil.tools.decoder.time_marks import marks_in
 from gnss_hil.tools.recording.account import Heard
+from gnss_hil.tools.recording.flight_blocks import FlightBlocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +48,11 @@ class Sequencer:
     whose mark is lost or late begins behind the SYNC before it. A record is of one run: another on the bus is
     refused, unless the first had not brought an epoch yet.
 
-    A flight block ends with BENCH_DONE{epoch, count}: the last `count` frames of that node before it. An
-    epoch answered twice (its BENCH_SYNC was repeated) counts once, wherever the second answer arrives.
-
     session   of the run, None if it is not known beforehand; that it is means that its emulator sends SYNCs
     opened    epochs that began      ended  BENCH_END was heard
     refused   bench frames that were not believed;  refused_in  how many of them in which epoch
     refused_marks  intact time marks that opened no epoch
-    late      answers that came two epochs after their own or later
-    lost      of those, answers so late that they are left out: their frames say the epoch modulo 16 only
-    miscounts   answers whose DONE says another number of frames than came;  miscount  the first: epoch, said,
-              came
+    flight    what the flight software answered
     """
 
     def __init__(self, codec: Codec, lockstep: bool, session: int | None = None):
@@ -68,28 +60,25 @@ class Sequencer:
         self._lockstep = lockstep
         self._flight_id = np.zeros(IDENTIFIERS, bool)
         self._flight_id[[i for i, sender in enumerate(codec.sender_of) if sender == "FLIGHT"]] = True
-        self._heartbeat = codec.kinds["HEARTBEAT"].number
         self._session = session
         self._at: Label | None = None
         self._doubtful: _Doubtful | None = None
         self._heard: list[FrameBatch] = []
         self._block = 0  # pieces heard when SYNC closed the block; what comes then is of the next epoch
-        self._answers: list[FrameBatch] = []
-        self._pending: list[FrameBatch] = []
-        self._answered = -1
         self._announced = -1
-        self.opened = self._syncs = self._dones = 0  # epochs marked, announced, answered
+        self.flight = FlightBlocks(codec)
+        self.opened = self._syncs = 0  # epochs marked, announced
         self.ended = False
         self.refused: Counter[Refusal] = Counter()
         self.refused_in: Counter[int] = Counter()
-        self.refused_marks = self.late = self.lost = self.miscounts = 0
-        self.miscount = (0, 0, 0)
-        self._declared = 0
+        self.refused_marks = 0
+        self._declared = 0  # by the emulator, in SYNC
 
     @property
     def declared(self) -> int:
         """Frames that the senders of all blocks declare; 0 if a declaration is missing in any epoch."""
-        return self._declared if self._dones == self._syncs >= self.opened else 0
+        whole = self.flight.answers == self._syncs >= self.opened
+        return self._declared + self.flight.declared if whole else 0
 
     @property
     def session(self) -> int | None:
@@ -99,13 +88,14 @@ class Sequencer:
     @property
     def answers(self) -> int:
         """Epochs that the flight software closed with DONE."""
-        return self._dones
+        return self.flight.answers
 
     def account(self, recorded: int) -> Heard:
         """What was counted up to now, so many epochs on record."""
+        flight = self.flight
         return Heard(
-            recorded, self.answers, dict(self.refused), self.refused_marks, self.late, self.lost,
-            ended=self.ended, miscounts=self.miscounts, miscount=self.miscount,
+            recorded, flight.answers, dict(self.refused), self.refused_marks, flight.late, flight.lost,
+            ended=self.ended, miscounts=flight.miscounts, miscount=flight.miscount,
             refused_in=dict(self.refused_in),
         )  # fmt: skip
 
@@ -117,13 +107,13 @@ class Sequencer:
     @property
     def answering(self) -> bool:
         """Whether the flight software closes its blocks with BENCH_DONE."""
-        return self._dones > 0
+        return self.flight.answers > 0
 
     @property
     def unanswered(self) -> int:
         """Epochs that were announced and not answered before the next one began."""
-        waiting = self._at is not None and self._announced == self._at.epoch > self._answered
-        return self._syncs - self._dones - waiting
+        waiting = self._at is not None and self._announced == self._at.epoch > self.flight.answered
+        return self._syncs - self.flight.answers - waiting
 
     def hear(self, frames: FrameBatch) -> list[Epoch]:
         """Epochs that these frames completed."""
@@ -147,10 +137,8 @@ class Sequencer:
         if self._at is None:
             return []
         self._pass_over()
-        tail = [] if self.ended and self.steered else self._pending
-        return self._close(
-            [self._without_announcements(piece, not self.steered) for piece in tail], last=True
-        )
+        over = self.ended and self.steered
+        return self._close([] if over else self.flight.unclaimed(start=not self.steered), last=True)
 
     def _on_mark(self, label: Label, mark: FrameBatch) -> list[Epoch]:
         if self.ended or (self._at is None and self._session not in (None, label.session)):
@@ -211,7 +199,8 @@ class Sequencer:
         self._doubtful = None
         closed = self._close_for_next() if onward else []
         if not onward:
-            self._heard, self._answers = [], []
+            self._heard = []
+            self.flight.take_closed()
             self.refused_marks += 1
             self.opened -= 1
         self._open(doubtful.label, pieces)
@@ -241,17 +230,17 @@ class Sequencer:
             return []
         tail = []
         if not self.steered:
-            tail = [self._without_announcements(piece, start=True) for piece in self._pending]
+            tail = self.flight.unclaimed(start=True)
         elif not self._lockstep and not self.answering:
-            tail = self._pending
+            tail = self.flight.pending
         return self._close(tail, last=False)
 
     def _close(self, tail: list[FrameBatch], last: bool) -> list[Epoch]:
         assert self._at is not None
-        epoch = Epoch(self._at.epoch, concat([*self._heard, *self._answers, *tail]))
-        self._heard, self._answers = [], []
+        epoch = Epoch(self._at.epoch, concat([*self._heard, *self.flight.take_closed(), *tail]))
+        self._heard = []
         if tail or last:
-            self._pending = []
+            self.flight.pending = []
         if last:
             self._at = None
         return [epoch]
@@ -262,7 +251,7 @@ class Sequencer:
         flight = self._flight_id[frames.can_id & SFF_MASK]
         apart = self._lockstep or self.steered
         if apart and flight.any() and self._at is not None:
-            self._pending.append(frames[flight])
+            self.flight.pending.append(frames[flight])
         if self._at is not None and not self.ended:
             rest = frames[~flight] if apart else frames
             if len(rest):
@@ -282,11 +271,11 @@ class Sequencer:
             else None
         )
         if late is not None:
-            self._take_answer(late.epoch, late.count)
+            self.flight.close(late.epoch, late.count, self._at.epoch, self.ended)
         elif isinstance(found, Bench) and found.can_id == messages.END_ID and not self.ended:
             self.ended = True
         elif isinstance(found, Bench) and found.can_id == messages.DONE_ID and found.epoch <= self._announced:
-            self._take_answer(found.epoch, found.count)
+            self.flight.close(found.epoch, found.count, self._at.epoch, self.ended)
         else:
             self._refuse(found)
         return []
@@ -326,45 +315,3 @@ class Sequencer:
         label = self._doubtful.label
         found = messages.judge(frames, row, label.session, label.epoch)
         return found if isinstance(found, Bench) and found.epoch == label.epoch else None
-
-    def _take_answer(self, epoch: int, count: int) -> None:
-        """A flight block is whole. Of an epoch answered before it is the same again, and not kept."""
-        assert self._at is not None
-        block = concat(self._pending)
-        self._pending = []
-        first = max(len(block) - count, 0)
-        before, block = block[:first], block[first:]
-        before = self._without_announcements(before, start=not self._dones)
-        if not self.ended:
-            self._answers.append(before)
-        if epoch <= self._answered:
-            return
-        self._answered = epoch
-        self._check_count(epoch, count, len(block) + self._strays_of(epoch, before, block))
-        self._dones += 1
-        self._declared += count
-        behind = self._at.epoch - epoch
-        self.late += behind > messages.NEAR
-        if behind < HELD_BACK:
-            self._answers.append(block)
-        else:
-            self.lost += 1
-            self._declared -= count
-
-    def _strays_of(self, epoch: int, before: FrameBatch, block: FrameBatch) -> int:
-        """Frames before a block that are of its epoch and intact, and not the block said once already."""
-        whole = before[(before.can_id <= SFF_MASK) & (before.data[:, 1] >> 4 == epoch % EPOCHS)]
-        whole = whole[e2e.crc(whole.can_id, whole.data) == whole.data[:, 0]]
-        said = {*zip(block.can_id.tolist(), block.words.tolist(), strict=True)}
-        return sum(one not in said for one in zip(whole.can_id.tolist(), whole.words.tolist(), strict=True))
-
-    def _check_count(self, epoch: int, said: int, came: int) -> None:
-        if came != said:
-            self.miscount = self.miscount if self.miscounts else (epoch, said, came)
-            self.miscounts += 1
-
-    def _without_announcements(self, frames: FrameBatch, start: bool) -> FrameBatch:
-        """Without the heartbeats by which a node that waits announces itself, at the start all there are,
-        later those whose counter and epoch are 0. How many there are depends on wall time."""
-        beats = self._codec.kind_of[frames.can_id & SFF_MASK] == self._heartbeat
-        return frames[~(beats & (start | (frames.data[:, 1] == 0)))]

@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import pytest
 
-from gnss_hil.dbc.contract import codec, e2e
-from gnss_hil.dbc.contract.frames import EMPTY, FrameBatch, batch, concat
+from gnss_hil.dbc.contract.frames import FrameBatch, batch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.tools.recording.sequence import Sequencer
+from tests.support.run_pieces import (
+    CANONICAL,
+    CODEC,
+    GREETING,
+    PLAIN,
+    SESSION,
+    done,
+    emulated,
+    flown,
+    frame,
+    recorded,
+    sync,
+    time_mark,
+)
 
 pytestmark = pytest.mark.verifies(
     "tools/recording/recorder.py",
@@ -20,49 +33,6 @@ pytestmark = pytest.mark.verifies(
     by="an order of our own; the same bytes inline, embedded, on a real vcan, whichever side pauses",
     status="modelled",
 )
-
-CODEC = codec.codec(4)
-SESSION = 7
-
-
-def frame(name: str, mark: int, number: int = 0, header: int = 0) -> FrameBatch:
-    """A frame of a kind that can be told from others by `mark`."""
-    return batch([CODEC.can_id_of[name, number]], bytes([0, header, mark, 0, 0, 0, 0, 0]))
-
-
-def time_mark(epoch: int, session: int = SESSION) -> FrameBatch:
-    payload = CODEC.encode("TIME_MARK", {"session": session, "epoch": epoch}, 1)
-    mark = batch([CODEC.can_id_of["TIME_MARK", 0]], payload)
-    return e2e.protect(CODEC, mark, e2e.fresh_counters(CODEC), epoch)[0]
-
-
-def emulated(epoch: int) -> FrameBatch:
-    return concat([time_mark(epoch), frame("RANGE", epoch % 256, 1)])
-
-
-def flown(epoch: int) -> FrameBatch:
-    return concat([frame("NAV_STATUS", epoch), frame("HEARTBEAT", epoch, 16, header=epoch % 16 << 4 | 1)])
-
-
-def sync(epoch: int) -> FrameBatch:
-    return messages.encode(messages.SYNC_ID, SESSION, epoch, 2)
-
-
-def done(epoch: int, count: int = 2) -> FrameBatch:
-    return messages.encode(messages.DONE_ID, SESSION, epoch, count)
-
-
-GREETING = frame("HEARTBEAT", 99, 16)
-CANONICAL = [(0, concat([emulated(0), flown(0)])), (1, concat([emulated(1), flown(1)]))]
-
-
-def recorded(*heard: FrameBatch, piece: int = 1000, lockstep: bool = True) -> list[tuple[int, FrameBatch]]:
-    sequencer, bus = Sequencer(CODEC, lockstep), concat(heard)
-    epochs = [e for i in range(0, len(bus), piece) for e in sequencer.hear(bus[i : i + piece])]
-    return [(e.number, e.frames) for e in [*epochs, *sequencer.finish()]]
-
-
-PLAIN = [emulated(0), sync(0), flown(0), done(0), emulated(1), sync(1), flown(1), done(1)]
 
 
 @pytest.mark.parametrize("piece", [1, 2, 3, 1000])
@@ -84,11 +54,6 @@ def test_order_does_not_depend_on_the_pieces(piece):
 )
 def test_what_is_no_part_of_the_run_leaves_no_trace(heard):
     assert recorded(*heard) == CANONICAL
-
-
-def test_an_answer_after_its_epoch_is_kept_where_it_was_heard():
-    heard = [emulated(0), sync(0), emulated(1), sync(1), flown(0), done(0), flown(1), done(1)]
-    assert recorded(*heard) == [(0, emulated(0)), (1, concat([emulated(1), flown(0), flown(1)]))]
 
 
 def test_frames_that_nobody_closes_are_kept():
@@ -253,48 +218,6 @@ def test_another_run_behind_the_first_is_refused():
     heard = sequencer.hear(concat([*PLAIN, *again]))
     assert [(e.number, e.frames) for e in [*heard, *sequencer.finish()]] == CANONICAL
     assert sequencer.refused_marks == 4
-
-
-def test_heartbeats_of_a_node_that_waits_between_epochs_leave_no_trace():
-    """Seven seconds of silence, and a flight software announces itself twenty times."""
-    assert recorded(*PLAIN[:4], *[GREETING] * 20, *PLAIN[4:]) == CANONICAL
-    assert recorded(*PLAIN[:6], *[GREETING] * 20, *PLAIN[6:]) == CANONICAL
-
-
-@pytest.mark.parametrize("behind", [1, 2, 7, 8, 15, 16, 40])
-@pytest.mark.parametrize("lockstep", [True, False])
-def test_a_late_answer_is_told_as_late_and_beyond_what_frames_can_tell_left_out(lockstep, behind):
-    marks = [piece for k in range(1, behind + 1) for piece in (emulated(k), sync(k))]
-    sequencer = Sequencer(CODEC, lockstep, SESSION)
-    heard = sequencer.hear(concat([emulated(0), sync(0), *marks, flown(0), done(0)]))
-    last = [*heard, *sequencer.finish()][-1]
-    kept = flown(0) if behind < 8 else EMPTY
-    assert (last.number, last.frames) == (behind, concat([emulated(behind), kept]))
-    assert (sequencer.late, sequencer.lost) == (behind > 1, behind >= 8)
-
-
-def sealed(frames: FrameBatch, epoch: int) -> FrameBatch:
-    return e2e.protect(CODEC, frames, e2e.fresh_counters(CODEC), epoch)[0]
-
-
-@pytest.mark.parametrize(
-    ("said", "miscount"), [(1, (1, 1, 2)), (2, (0, 0, 0)), (3, (1, 3, 2)), (9, (1, 9, 2))]
-)
-@pytest.mark.parametrize("lockstep", [True, False])
-def test_a_wrong_count_of_done_is_told(lockstep, said, miscount):
-    answer = sealed(concat([frame("NAV_STATUS", 1), frame("NAV_X", 1)]), 1)
-    sequencer = Sequencer(CODEC, lockstep, SESSION)
-    heard = sequencer.hear(concat([*PLAIN[:6], answer, done(1, said)]))
-    assert [*heard, *sequencer.finish()][1].frames == concat([emulated(1), answer])
-    assert (sequencer.miscounts, sequencer.miscount) == (miscount[0], miscount)
-
-
-def test_an_answer_given_twice_counts_right():
-    """DONE was lost: the same frames come again."""
-    answer = sealed(concat([frame("NAV_STATUS", 1), frame("NAV_X", 1)]), 1)
-    sequencer = Sequencer(CODEC, True, SESSION)
-    sequencer.hear(concat([*PLAIN[:6], answer, sync(1), answer, done(1)]))
-    assert sequencer.miscounts == 0
 
 
 @pytest.mark.parametrize("lockstep", [True, False])
