@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
@@ -160,4 +161,4 @@ def test_the_table_is_checked_when_it_is_read():
     source = Path(contract.__file__).read_text("utf-8")
     twice = source.replace("\nKIND_BY_NAME", "\nKINDS = (*KINDS, replace(KINDS[0]))\nKIND_BY_NAME", 1)
     with pytest.raises(ValueError, match="TIME_MARK"):
-        exec(twice, {"__name__": contract.__name__})
+        exec(twice, {"__name__": contract.__name__, "replace": replace})

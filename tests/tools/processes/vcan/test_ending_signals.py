@@ -8,6 +8,13 @@ import pytest
 
 from gnss_hil.tools.processes.vcan.ending_signals import Ended, EndingSignals
 
+pytestmark = pytest.mark.verifies(
+    "tools/processes/vcan/ending_signals.py",
+    what="Signals that ask to end",
+    by="signals raised at every moment: before, while it waits, while it cleans up",
+    status="modelled",
+)
+
 
 def test_a_signal_is_raised_once_and_only_where_it_is_waited_for():
     before = signal.getsignal(signal.SIGTERM)

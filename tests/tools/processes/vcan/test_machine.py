@@ -10,6 +10,13 @@ import pytest
 
 from gnss_hil.tools.processes.vcan import machine
 
+pytestmark = pytest.mark.verifies(
+    "tools/processes/vcan/machine.py",
+    what="What a kernel of a virtual CAN needs of the machine",
+    by="rules of ours, on folders mounted in every way",
+    status="modelled",
+)
+
 GIB = 1 << 30
 
 
