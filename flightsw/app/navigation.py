@@ -14,7 +14,7 @@ from gnss_hil.flightsw.estimation.dilution import with_dilution
 from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.measurement.ionosphere import USUAL, Ionosphere
-from gnss_hil.flightsw.measurement.ionosphere_filter import Delays
+from gnss_hil.flightsw.measurement.ionosphere_filter import IonosphereDelays
 from gnss_hil.flightsw.measurement.ionosphere_free import filtered, ionosphere_free
 from gnss_hil.flightsw.measurement.observables import of_one_signal
 from gnss_hil.flightsw.measurement.registry import other_measurements
@@ -23,7 +23,9 @@ from gnss_hil.flightsw.records.ranges import Ranges
 from gnss_hil.flightsw.records.solution import Solution, SolutionError
 
 
-def ranges_of(m: Measurements, config: FlightConfig, delays: Delays, t_ns: int) -> tuple[Delays, Ranges]:
+def ranges_of(
+    m: Measurements, config: FlightConfig, delays: IonosphereDelays, t_ns: int
+) -> tuple[IonosphereDelays, Ranges]:
     """Measurements as ranges, one row for each antenna and satellite, and the delays followed until then."""
     options = config.options
     if not options.ionosphere_free:

@@ -16,7 +16,7 @@ from gnss_hil.flightsw.integrity.time_marks import TimeMarks
 from gnss_hil.flightsw.io import encode
 from gnss_hil.flightsw.io.frame_statistics import no_rejections
 from gnss_hil.flightsw.io.reception import Reception, nothing_received
-from gnss_hil.flightsw.measurement.ionosphere_filter import Delays, nothing_known
+from gnss_hil.flightsw.measurement.ionosphere_filter import IonosphereDelays, nothing_known
 from gnss_hil.flightsw.orbit import almanac
 from gnss_hil.flightsw.receivers import channel_manager
 from gnss_hil.flightsw.receivers.channel_manager import ChannelManager
@@ -38,7 +38,7 @@ class FlightState:
     predictions    where satellites are
     channels       what the receivers were commanded and acknowledged
     without_fix    epochs since the last fix, or since the first time mark; those without a mark count
-    delays         what the ionosphere delays, where it is followed
+    ionosphere_delays  of the satellites, where they are followed
     marks          which time marks were believed
     single_fixes   fixes by one signal of each satellite where pairs were wanted and too few
     """
@@ -56,7 +56,7 @@ class FlightState:
     channels: ChannelManager
     without_fix: int
     single_fixes: int
-    delays: Delays
+    ionosphere_delays: IonosphereDelays
     marks: TimeMarks
 
 
@@ -81,7 +81,7 @@ def initial_state(config: FlightConfig) -> FlightState:
         channels=channel_manager.autonomous(config.vehicle.channels, MAX_RECEIVERS),
         without_fix=0,
         single_fixes=0,
-        delays=nothing_known(),
+        ionosphere_delays=nothing_known(),
         marks=TimeMarks(),
     )
 

@@ -66,7 +66,7 @@ def flight_step(
         state.predictions, reports.almanac, m.where(sound), t_ns, reports.sent_ns[sound]
     )
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
-    delays, z = ranges_of(offered, config, state.delays, t_ns)
+    delays, z = ranges_of(offered, config, state.ionosphere_delays, t_ns)
     inputs = fix_inputs(config, decoded, mark, attitude, restarted)
 
     nav, solution = navigated(config, state.nav, t_ns, z, inputs)
@@ -99,7 +99,7 @@ def flight_step(
         channels=channels,
         without_fix=without_fix,
         single_fixes=state.single_fixes + (single and solution.fix is not None),
-        delays=delays,
+        ionosphere_delays=delays,
         marks=marks,
     )
     return answer(config, state, after, z, commands, mark)

@@ -1,4 +1,4 @@
-"""ReceiverDelays of receivers with their lines, learnt from epoch to epoch.
+"""Delays of receivers with their lines, learnt from epoch to epoch.
 
 Receivers on one clock differ by what their lines and filters delay, metres that nobody has calibrated. In an
 epoch's solution each is an unknown of a known size, which costs as much as a clock of its own. But delays
@@ -27,7 +27,7 @@ LEAST = 1e-9
 makes less than nothing of it."""
 
 DRIFT_M2PS = 0.1**2 / 3600
-"""ReceiverDelays walk a decimetre in an hour, by temperature (modelled)."""
+"""Delays walk a decimetre in an hour, by temperature (modelled)."""
 
 
 def unknown(receivers: int, delay_m: float) -> ReceiverDelays:

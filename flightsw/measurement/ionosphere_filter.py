@@ -34,8 +34,8 @@ NEVER_NS = -(1 << 62)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Delays:
-    """(SATELLITES,) each.
+class IonosphereDelays:
+    """Of the satellites, (SATELLITES,) each.
 
     t_ns      when it was last measured
     delay_m   of the code of the first signal;  rate_mps of it
@@ -48,8 +48,9 @@ class Delays:
     variances: F64
 
 
-def nothing_known() -> Delays:
-    return Delays(
+def nothing_known() -> IonosphereDelays:
+    """Before the first pair of carriers."""
+    return IonosphereDelays(
         np.full(SATELLITES, NEVER_NS), np.zeros(SATELLITES), np.zeros(SATELLITES), np.zeros((3, SATELLITES))
     )
 
@@ -70,8 +71,8 @@ class Followed:
 
 
 def follow(
-    delays: Delays, t_ns: int, sat: I64, measured_m: F64, variance_m2: F64, walk_mps_rts: float
-) -> tuple[Delays, Followed]:
+    delays: IonosphereDelays, t_ns: int, sat: I64, measured_m: F64, variance_m2: F64, walk_mps_rts: float
+) -> tuple[IonosphereDelays, Followed]:
     """Delays after measurements of satellites (n,) at t_ns, of which one satellite may have several.
 
     walk_mps_rts  of the rate [m/s/sqrt(s)]
@@ -104,4 +105,6 @@ def follow(
     columns[0][found], columns[1][found], columns[2][found] = t_ns, delay, rate
     columns[3][:, found] = after
     share = gain[place] * r[place] / variance_m2
-    return Delays(*columns), Followed(delay[place], rate[place], after[0][place], after[2][place], share)
+    return IonosphereDelays(*columns), Followed(
+        delay[place], rate[place], after[0][place], after[2][place], share
+    )

@@ -15,7 +15,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, Index
 from gnss_hil.flightsw.measurement.budget import Budget
-from gnss_hil.flightsw.measurement.ionosphere_filter import Delays, follow
+from gnss_hil.flightsw.measurement.ionosphere_filter import IonosphereDelays, follow
 from gnss_hil.flightsw.measurement.observables import antenna_satellite, of_each_channel
 from gnss_hil.flightsw.measurement.signals import PAIRS, carrier_hz
 from gnss_hil.flightsw.records.epoch import Measurements
@@ -57,8 +57,8 @@ def ionosphere_free(m: Measurements, budget: Budget) -> Ranges:
 
 
 def filtered(
-    m: Measurements, budget: Budget, delays: Delays, t_ns: int, walk_mps_rts: float
-) -> tuple[Delays, Ranges]:
+    m: Measurements, budget: Budget, delays: IonosphereDelays, t_ns: int, walk_mps_rts: float
+) -> tuple[IonosphereDelays, Ranges]:
     """The same ranges with less noise: of the first signal, less the delay that has been followed from epoch
     to epoch (`gnss_hil.flightsw.measurement.ionosphere_filter`); and the delays after this one.
 
