@@ -16,7 +16,7 @@ from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.orbits import tabulated, trajectory
 from gnss_hil.emulator.orbits.dynamics import CraftState, build_orbit
-from gnss_hil.emulator.orbits.tabulated import Span
+from gnss_hil.emulator.orbits.tabulated import Span, Wanted
 from gnss_hil.emulator.orbits.trajectory import Segments, Trajectory, TrajectoryError
 
 _METRES = {"m": 1.0, "km": 1e3, "ft": 0.3048}
@@ -54,13 +54,17 @@ class Asked:
     whole: bool
     tell: Tell
 
+    @property
+    def of_a_table(self) -> Wanted:
+        return Wanted(self.name, self.measured, self.span_ns, self.tell, self.whole)
+
 
 Maker = Callable[[Asked], Flown]
 
 
 def _oem(asked: Asked) -> Segments:
     message = oem.read(Path(asked.name))
-    return tabulated.of_ephemeris(message, asked.name, asked.measured, asked.span_ns, asked.tell, asked.whole)
+    return tabulated.of_ephemeris(message, asked.of_a_table)
 
 
 def _tle(asked: Asked) -> Trajectory:
@@ -81,9 +85,7 @@ def _tle(asked: Asked) -> Trajectory:
 def _csv(asked: Asked) -> Segments:
     table = csv_table.read(Path(asked.name), _AXES)
     pos_m = _METRES[asked.given.unit] * table.columns
-    return tabulated.of_table(
-        table.t_ns, pos_m, "J2000", asked.name, asked.measured, asked.span_ns, asked.tell, asked.whole
-    )
+    return tabulated.of_table(table.t_ns, pos_m, "J2000", asked.of_a_table)
 
 
 KINDS: dict[str, Maker] = {"oem": _oem, "tle": _tle, "csv": _csv}

@@ -78,20 +78,34 @@ class States:
     useable_ns: Span
 
 
-def of_ephemeris(
-    ephemeris: Ephemeris,
-    origin: str,
-    measured: Orientation | None = None,
-    span_ns: Span | None = None,
-    tell: Tell = untold,
-    whole: bool = True,
-) -> Segments:
-    """The orbit of an ephemeris message over a run, or all of it; TrajectoryError if there is none.
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What of a table is wanted.
 
-    whole  a gap between segments in the run is a fault, else it is told; so is one before or after all
-           segments, which else is the caller's to tell
+    origin    where it is from, for messages
+    measured  the Earth's orientation, None without a file of it
+    span_ns   the run; None: all of the table
+    tell      takes remarks
+    whole     a gap between segments in the run is a fault, else it is told; so is one before or after all
+              segments, which else is the caller's to tell
     """
-    frame = frame_of(ephemeris, origin)
+
+    origin: str
+    measured: Orientation | None = None
+    span_ns: Span | None = None
+    tell: Tell = untold
+    whole: bool = True
+
+    def remark(self, text: str) -> None:
+        self.tell(f"{self.origin}: {text}")
+
+    def fault(self, text: str) -> TrajectoryError:
+        return TrajectoryError(f"{self.origin}: {text}")
+
+
+def of_ephemeris(ephemeris: Ephemeris, wanted: Wanted) -> Segments:
+    """The orbit of an ephemeris message; TrajectoryError if there is none."""
+    frame, measured = frame_of(ephemeris, wanted.origin), wanted.measured
     bounds, parts, absent = [*ephemeris.begins, len(ephemeris.t_ns)], [], 0
     for number, (begin, end) in enumerate(pairwise(bounds)):
         there = begin + np.flatnonzero(_present(ephemeris.pos_m[begin:end]))
@@ -100,33 +114,24 @@ def of_ephemeris(
             continue
         t_ns = ephemeris.t_ns[there]
         useable_ns = ephemeris.useable_ns[number] if ephemeris.useable_ns else (int(t_ns[0]), int(t_ns[-1]))
-        there = there[_near(t_ns, span_ns)]
+        there = there[_near(t_ns, wanted.span_ns)]
         t_ns, pos_m, vel_mps = ephemeris.t_ns[there], ephemeris.pos_m[there], ephemeris.vel_mps[there]
         moving = partial(_moving, frame, t_ns, pos_m, vel_mps, measured) if _present(vel_mps).all() else None
         parts.append(States(t_ns, in_ecef(frame, t_ns, pos_m, measured), moving, useable_ns))
-    return _believed(parts, absent, origin, span_ns, tell, whole)
+    return _believed(parts, absent, wanted)
 
 
-def of_table(
-    t_ns: I64,
-    pos_m: F64,
-    frame: str,
-    origin: str,
-    measured: Orientation | None = None,
-    span_ns: Span | None = None,
-    tell: Tell = untold,
-    whole: bool = True,
-) -> Segments:
+def of_table(t_ns: I64, pos_m: F64, frame: str, wanted: Wanted) -> Segments:
     """The orbit of positions (n, 3) [m] at GPS times t_ns (n,), in one of `trajectory.FRAMES`."""
     assert frame in FRAMES
     there = _present(pos_m)
     t_ns, pos_m = t_ns[there], pos_m[there]
     parts = []
     if len(t_ns) > 1:
-        useable_ns, near = (int(t_ns[0]), int(t_ns[-1])), _near(t_ns, span_ns)
+        useable_ns, near = (int(t_ns[0]), int(t_ns[-1])), _near(t_ns, wanted.span_ns)
         t_ns, pos_m = t_ns[near], pos_m[near]
-        parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, measured), None, useable_ns)]
-    return _believed(parts, int(np.count_nonzero(~there)), origin, span_ns, tell, whole)
+        parts = [States(t_ns, in_ecef(frame, t_ns, pos_m, wanted.measured), None, useable_ns)]
+    return _believed(parts, int(np.count_nonzero(~there)), wanted)
 
 
 def _near(t_ns: I64, span_ns: Span | None) -> slice:
@@ -148,32 +153,31 @@ def _present(vectors: F64) -> Bool:
     return ~((vectors[:, 0] == vectors[:, 1]) & (vectors[:, 1] == vectors[:, 2]))
 
 
-def _believed(
-    parts: Sequence[States], absent: int, origin: str, span_ns: Span | None, tell: Tell, whole: bool
-) -> Segments:
+def _believed(parts: Sequence[States], absent: int, wanted: Wanted) -> Segments:
+    """The orbit of stretches, judged; so many states of the table are none."""
     if not parts:
-        raise TrajectoryError(f"{origin}: fewer than two states; an orbit needs two at least")
+        raise wanted.fault("fewer than two states; an orbit needs two at least")
     for part in parts:
-        _check_distance(part, origin)
+        _check_distance(part, wanted)
     if absent:
-        tell(f"{origin}: {absent} states are left out: the same number three times is none")
+        wanted.remark(f"{absent} states are left out: the same number three times is none")
     arcs = [Trajectory(part.t_ns, part.pos_ecef_m) for part in parts]
     found = Segments(arcs, [part.useable_ns for part in parts])
-    begin_ns, end_ns = span_ns or found.span_ns
-    if span_ns:
-        found.check(begin_ns, end_ns, origin, whole)
-        _judge_gaps(found, span_ns, origin, tell, whole)
+    begin_ns, end_ns = wanted.span_ns or found.span_ns
+    if wanted.span_ns:
+        found.check(begin_ns, end_ns, wanted.origin, wanted.whole)
+        _judge_gaps(found, wanted.span_ns, wanted)
     for number, part in enumerate(parts):
         used_ns = max(begin_ns, part.useable_ns[0]), min(end_ns, part.useable_ns[1])
         if used_ns[0] <= used_ns[1]:
             arcs[number] = _best(part, used_ns)
-            _judge(part, arcs[number], used_ns, origin, tell)
+            _judge(part, arcs[number], used_ns, wanted)
     best = Segments(arcs, found.useable_ns)
-    _judge_overlaps(best, (begin_ns, end_ns), origin, tell)
+    _judge_overlaps(best, (begin_ns, end_ns), wanted)
     return best
 
 
-def _judge_overlaps(found: Segments, span_ns: Span, origin: str, tell: Tell) -> None:
+def _judge_overlaps(found: Segments, span_ns: Span, wanted: Wanted) -> None:
     """Tell of segments that are of other orbits where they overlap in a run."""
     for number, (first_ns, last_ns) in enumerate(found.useable_ns):
         for later in range(number + 1, len(found.arcs)):
@@ -186,29 +190,29 @@ def _judge_overlaps(found: Segments, span_ns: Span, origin: str, tell: Tell) -> 
             apart_m = np.linalg.norm(one - other, axis=1).max()
             if apart_m > FINE_M:
                 begin, end = map(gpstime.iso, (begin_ns, end_ns))
-                tell(
-                    f"{origin}: segments overlap from {begin} to {end} GPS and are up to {_length(apart_m)} "
+                wanted.remark(
+                    f"segments overlap from {begin} to {end} GPS and are up to {_length(apart_m)} "
                     "apart: the later one counts"
                 )
 
 
-def _judge_gaps(found: Segments, span_ns: Span, origin: str, tell: Tell, whole: bool) -> None:
+def _judge_gaps(found: Segments, span_ns: Span, wanted: Wanted) -> None:
     """TrajectoryError if a run that needs all of an orbit is in a gap between segments; else it is told."""
     for gap_ns in found.gaps_ns(*span_ns):
         held, first, begin, end = map(gpstime.iso, (*gap_ns, *span_ns))
-        said = f"{origin}: no state between {held} and {first}, where one segment ends and the next begins"
-        if whole:
-            raise TrajectoryError(f"{said}; the run is from {begin} to {end} (GPS time)")
-        tell(f"{said}: nothing is known there")
+        said = f"no state between {held} and {first}, where one segment ends and the next begins"
+        if wanted.whole:
+            raise wanted.fault(f"{said}; the run is from {begin} to {end} (GPS time)")
+        wanted.remark(f"{said}: nothing is known there")
 
 
-def _check_distance(part: States, origin: str) -> None:
+def _check_distance(part: States, wanted: Wanted) -> None:
     distance_m = np.linalg.norm(part.pos_ecef_m, axis=1)
     odd = np.flatnonzero((distance_m < NEAREST_M) | (distance_m > FARTHEST_M))
     if len(odd):
         when, km = gpstime.iso(int(part.t_ns[odd[0]])), distance_m[odd[0]] / 1e3
-        raise TrajectoryError(
-            f"{origin}: at {when} GPS the craft is {km:.7g} km from the Earth's centre: are units and centre "
+        raise wanted.fault(
+            f"at {when} GPS the craft is {km:.7g} km from the Earth's centre: are units and centre "
             f"right? Allowed are {NEAREST_M / 1e3:g} to {FARTHEST_M / 1e3:g} km"
         )
 
@@ -237,7 +241,7 @@ def _instants(t_ns: I64, used_ns: Span) -> I64:
     return np.clip(np.append(middles, (begin, (begin + end) // 2, end)), begin, end)
 
 
-def _judge(part: States, arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None:
+def _judge(part: States, arc: Trajectory, used_ns: Span, wanted: Wanted) -> None:
     instants = _instants(part.t_ns, used_ns)
     doubt_m = arc.doubt_m(instants)
     worst = int(np.argmax(doubt_m))
@@ -246,21 +250,21 @@ def _judge(part: States, arc: Trajectory, used_ns: Span, origin: str, tell: Tell
         step_s = (part.t_ns[row] - part.t_ns[row - 1]) / gpstime.NS_PER_S
         when = gpstime.iso(int(instants[worst]))
         said = (
-            f"{origin}: at {when} GPS states are {step_s:g} s apart, too coarse a step or not of one orbit: "
+            f"at {when} GPS states are {step_s:g} s apart, too coarse a step or not of one orbit: "
             f"the place is uncertain by some {_length(doubt_m[worst])}"
         )
         if doubt_m[worst] > _HOPELESS * np.linalg.norm(part.pos_ecef_m[row]):
-            raise TrajectoryError(said)
-        tell(said)
-    _judge_velocities(part, arc, used_ns, origin, tell)
-    _judge_fall(arc, used_ns, origin, tell)
+            raise wanted.fault(said)
+        wanted.remark(said)
+    _judge_velocities(part, arc, used_ns, wanted)
+    _judge_fall(arc, used_ns, wanted)
 
 
 def _length(metres: float) -> str:
     return f"{metres / 1e3:.3g} km" if metres >= 1e3 else f"{metres:.3g} m"
 
 
-def _judge_velocities(part: States, arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None:
+def _judge_velocities(part: States, arc: Trajectory, used_ns: Span, wanted: Wanted) -> None:
     """Tell of velocities that are not those of the positions."""
     if part.vel_ecef_mps is None:
         return
@@ -274,13 +278,13 @@ def _judge_velocities(part: States, arc: Trajectory, used_ns: Span, origin: str,
     worst = int(np.argmax(off_mps - allowed_mps))
     if off_mps[worst] > allowed_mps[worst]:
         when = gpstime.iso(int(part.t_ns[rows[worst]]))
-        tell(
-            f"{origin}: at {when} GPS the velocity written is {off_mps[worst]:.4g} m/s off that of the "
+        wanted.remark(
+            f"at {when} GPS the velocity written is {off_mps[worst]:.4g} m/s off that of the "
             "positions, which are flown: are units, axes and times right?"
         )
 
 
-def _judge_fall(arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None:
+def _judge_fall(arc: Trajectory, used_ns: Span, wanted: Wanted) -> None:
     """Tell of a motion that the Earth's pull does not explain, by what it did over some minutes."""
     first_ns, last_ns = arc.span_ns
     half_ns = min(_ARC_NS, (last_ns - first_ns) // 2)
@@ -290,12 +294,12 @@ def _judge_fall(arc: Trajectory, used_ns: Span, origin: str, tell: Tell) -> None
     share = max(unexplained(arc.over(t_ns + since_ns).pos_ecef_m, half_s) for t_ns in np.unique(middles_ns))
     if share > _STRANGE:
         said = (
-            f"{origin}: the craft's motion differs from a free fall about the Earth by up to {share:.0%} of "
+            f"the craft's motion differs from a free fall about the Earth by up to {share:.0%} of "
             "gravity: unless it is under thrust, are units, axes, centre and times right?"
         )
         if share > _NO_CRAFT:
-            raise TrajectoryError(said)
-        tell(said)
+            raise wanted.fault(said)
+        wanted.remark(said)
 
 
 def unexplained(pos_ecef_m: F64, half_s: float) -> float:

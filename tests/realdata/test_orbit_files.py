@@ -13,6 +13,7 @@ from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.earth.constants import ROTATION_RPS
 from gnss_hil.emulator.files import csv_table, oem, tle
 from gnss_hil.emulator.orbits import tabulated, trajectory
+from gnss_hil.emulator.orbits.tabulated import Wanted
 from gnss_hil.emulator.orbits.trajectory import Trajectory
 from tests.support.outside import data_file
 
@@ -25,7 +26,7 @@ def test_the_stations_ephemeris_message_moves_as_it_says():
     """NASA's OEM of 2025, EME2000, 4 min apart: velocities by the positions alone against its own."""
     path = data_file("orbits/ISS.OEM_J2K_EPH.xml.gz")
     message = oem.read(path)
-    orbit = tabulated.of_ephemeris(message, str(path))
+    orbit = tabulated.of_ephemeris(message, Wanted(str(path)))
     off = []
     for row in range(100, 1300, 40):
         t_ns = int(message.t_ns[row])
@@ -39,7 +40,7 @@ def test_the_stations_ephemeris_message_moves_as_it_says():
 def test_positions_left_out_of_it_are_found_again():
     path = data_file("orbits/ISS.OEM_J2K_EPH.xml.gz")
     message = oem.read(path)
-    whole = tabulated.of_ephemeris(message, str(path))
+    whole = tabulated.of_ephemeris(message, Wanted(str(path)))
     t_ns = message.t_ns[:400]
     kept = np.ones(len(t_ns), bool)
     kept[50::60] = False

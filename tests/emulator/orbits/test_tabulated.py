@@ -12,6 +12,7 @@ from gnss_hil.emulator.earth import frames
 from gnss_hil.emulator.earth.constants import MU_M3PS2
 from gnss_hil.emulator.files.oem import Ephemeris
 from gnss_hil.emulator.orbits import tabulated
+from gnss_hil.emulator.orbits.tabulated import Wanted
 from gnss_hil.emulator.orbits.trajectory import TrajectoryError, hermite
 
 pytestmark = pytest.mark.verifies(
@@ -55,7 +56,7 @@ def read(given, begin_s, end_s):
     """The orbit over a run, and what was told."""
     told = []
     span_ns = tuple(ns((begin_s, end_s)).tolist())
-    return tabulated.of_ephemeris(given, "x.oem", None, span_ns, told.append), told
+    return tabulated.of_ephemeris(given, Wanted("x.oem", None, span_ns, told.append)), told
 
 
 def off_m(orbit, t_s, **more):
@@ -95,7 +96,7 @@ def test_without_velocities_a_coarse_step_is_told_with_what_it_makes_uncertain()
     t_s, place, _ = stretch(0, 30 * 600, 600)
     told = []
     orbit = tabulated.of_table(
-        ns(t_s), place, "GCRF", "x.csv", None, tuple(ns((9010, 9500)).tolist()), told.append
+        ns(t_s), place, "GCRF", Wanted("x.csv", None, tuple(ns((9010, 9500)).tolist()), told.append)
     )
     wrong_m = off_m(orbit, np.linspace(9010, 9500, 50))
     assert wrong_m > 1
@@ -149,7 +150,7 @@ def test_a_run_between_two_segments_is_refused():
 def test_a_reference_may_have_gaps_and_knows_where():
     given, told = message(stretch(0, 1200, 60), stretch(7200, 8400, 60)), []
     span_ns = tuple(ns((600, 7800)).tolist())
-    orbit = tabulated.of_ephemeris(given, "x.oem", None, span_ns, told.append, whole=False)
+    orbit = tabulated.of_ephemeris(given, Wanted("x.oem", None, span_ns, told.append, whole=False))
     assert told == [
         "x.oem: no state between 2020-01-01T00:20:18 and 2020-01-01T02:00:18, where one segment ends and the "
         "next begins: nothing is known there"
@@ -160,12 +161,12 @@ def test_a_reference_may_have_gaps_and_knows_where():
     assert off_m(orbit, np.linspace(7200, 7800, 9)) < 1e-3
     for begin_s, end_s in ((600, 9000), (-500, 9000)):
         span_ns = tuple(ns((begin_s, end_s)).tolist())
-        part = tabulated.of_ephemeris(given, "x.oem", None, span_ns, told.append, whole=False)
+        part = tabulated.of_ephemeris(given, Wanted("x.oem", None, span_ns, told.append, whole=False))
         assert off_m(part, np.linspace(7200, 8400, 9)) < 1e-3
     for begin_s, end_s in ((8401, 9000), (-50, -1)):
         with pytest.raises(TrajectoryError, match="states from"):
             outside_ns = tuple(ns((begin_s, end_s)).tolist())
-            tabulated.of_ephemeris(given, "x.oem", None, outside_ns, told.append, whole=False)
+            tabulated.of_ephemeris(given, Wanted("x.oem", None, outside_ns, told.append, whole=False))
 
 
 def test_segments_that_meet_are_kept_apart_and_the_later_one_counts_from_there():

@@ -11,6 +11,7 @@ from gnss_hil.emulator.files import tle
 from gnss_hil.emulator.files.finals import Orientation
 from gnss_hil.emulator.files.oem import Ephemeris
 from gnss_hil.emulator.orbits import tabulated, trajectory
+from gnss_hil.emulator.orbits.tabulated import Wanted
 from gnss_hil.emulator.orbits.trajectory import Trajectory, TrajectoryError, lagrange
 
 pytestmark = [
@@ -98,7 +99,7 @@ def test_every_frame_comes_to_the_earths_by_measured_orientation(name, turn):
     place = circle(np.arange(20) * 60)[0]
     measured = Orientation(t_ns[[0, -1]], np.full(2, -18.2), np.array(((1e-6, 2e-6), (1e-6, 2e-6))), "f")
     for given in (None, measured):
-        orbit = tabulated.of_ephemeris(Ephemeris("X", name, t_ns, place, place), "x.oem", given)
+        orbit = tabulated.of_ephemeris(Ephemeris("X", name, t_ns, place, place), Wanted("x.oem", given))
         expected = turn(int(t_ns[7]), given) @ place[7]
         assert orbit.at(int(t_ns[7])).pos_ecef_m == pytest.approx(expected, abs=1e-5)
 
@@ -107,7 +108,7 @@ def test_an_unknown_frame_and_a_run_beyond_the_table_are_refused():
     t_ns = START_NS + np.arange(20) * 60 * gpstime.NS_PER_S
     table = Ephemeris("X", "MARS", t_ns, np.ones((20, 3)), np.ones((20, 3)))
     with pytest.raises(TrajectoryError, match=r"x\.oem: REF_FRAME is MARS; allowed are EME2000"):
-        tabulated.of_ephemeris(table, "x.oem")
+        tabulated.of_ephemeris(table, Wanted("x.oem"))
     orbit = Trajectory(t_ns, circle(np.arange(20) * 60)[0])
     with pytest.raises(TrajectoryError, match=r"x\.oem: states from .* to .*; the run is from"):
         orbit.check(START_NS, START_NS + 86_400 * gpstime.NS_PER_S, "x.oem")
