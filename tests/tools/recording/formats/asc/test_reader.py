@@ -19,6 +19,7 @@ from gnss_hil.tools.recording.formats.asc.header import date_of
 from gnss_hil.tools.recording.formats.asc.lines import parse
 from gnss_hil.tools.recording.formats.order import joined
 from gnss_hil.tools.recording.formats.piece import BEYOND, CUT, FD, XL, Findings, LogError, Piece
+from tests.support.can_messages import hexes, read_whole
 
 pytestmark = pytest.mark.verifies(
     "tools/recording/formats/asc/reader.py",
@@ -51,21 +52,14 @@ def utc(monkeypatch):
 @pytest.fixture
 def read(tmp_path):
     def read(text: str | bytes) -> tuple[Piece, Findings]:
-        path, found = tmp_path / "a.asc", Findings()
-        path.write_bytes(text.encode() if isinstance(text, str) else text)
-        return joined(list(reader.read(path, found))), found
+        octets = text.encode() if isinstance(text, str) else text
+        return read_whole(reader.read, tmp_path / "a.asc", octets)
 
     return read
 
 
 def elapsed(piece: Piece) -> list[int]:
     return (piece.unix_us - START_US).tolist()
-
-
-def hexes(piece: Piece) -> list[str]:
-    """Flags and identifier, and payload, of each frame."""
-    return [f"{i:X}#{bytes(d[:n]).hex().upper()}" for i, n, d in
-            zip(piece.frames.can_id, piece.frames.length, piece.frames.data, strict=True)]  # fmt: skip
 
 
 def test_a_file_of_canoe(read):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import random
 import struct
 import zlib
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 import can
@@ -14,12 +14,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG, FrameBatch
+from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, FrameBatch
 from gnss_hil.tools.recording.formats.blf import containers, reader
 from gnss_hil.tools.recording.formats.blf.writer import BlfWriter
 from gnss_hil.tools.recording.formats.order import joined
 from gnss_hil.tools.recording.formats.piece import CUT, FD, Findings, LogError, Piece
 from gnss_hil.tools.recording.formats.recording import Channels
+from tests.support.can_messages import drawn, hexes, read_whole, rows_of_messages, rows_of_piece
 
 pytestmark = pytest.mark.verifies(
     "tools/recording/formats/blf/reader.py",
@@ -36,6 +37,8 @@ pytestmark = pytest.mark.verifies(
 
 START = 1_351_642_484
 PAYLOAD = bytes.fromhex("8A000304050607FF")
+
+some_messages = partial(drawn, START)
 
 
 def body(
@@ -85,46 +88,9 @@ def file(*parts: bytes, announced: int | None = None, start=(2012, 10, 3, 31, 0,
 @pytest.fixture
 def read(tmp_path):
     def read(octets: bytes) -> tuple[Piece, Findings]:
-        path, found = tmp_path / "a.blf", Findings()
-        path.write_bytes(octets)
-        pieces = list(reader.read(path, found))
-        return (joined(pieces) if pieces else None), found
+        return read_whole(reader.read, tmp_path / "a.blf", octets)
 
     return read
-
-
-def hexes(piece: Piece) -> list[str]:
-    return [f"{i:X}#{bytes(d[:n]).hex().upper()}" for i, n, d in
-            zip(piece.frames.can_id, piece.frames.length, piece.frames.data, strict=True)]  # fmt: skip
-
-
-def some_messages(n: int, seed: int = 3) -> list[can.Message]:
-    rng = random.Random(seed)
-    messages = []
-    for i in range(n):
-        extended, remote, fd, sent, error = (rng.random() < p for p in (0.3, 0.1, 0.2, 0.3, 0.05))
-        data = b"" if remote and not error else rng.randbytes(rng.randrange(9))
-        messages.append(can.Message(
-            START + i * 0.001, rng.randrange(2**29 if extended else 2**11), extended,
-            remote and not error, error, rng.randrange(3), len(data), data,
-            fd and not remote and not error, not sent or error,
-        ))  # fmt: skip
-    return messages
-
-
-def expected(messages: list[can.Message]) -> list[tuple]:
-    rows = []
-    for m in messages:
-        flags = EFF_FLAG * m.is_extended_id | RTR_FLAG * m.is_remote_frame | ERR_FLAG * m.is_error_frame
-        data = bytes(m.dlc) if m.is_remote_frame else bytes(m.data)
-        name = f"{m.arbitration_id | flags:X}#{data.hex().upper()}"
-        rows.append((round(m.timestamp * 1e6), f"can{m.channel}", name, not m.is_rx))
-    return rows
-
-
-def told(piece: Piece) -> list[tuple]:
-    buses = [name.decode() for name in piece.bus.tolist()]
-    return list(zip(piece.unix_us.tolist(), buses, hexes(piece), piece.sent.tolist(), strict=True))
 
 
 @pytest.mark.parametrize("level", [0, 6])
@@ -140,7 +106,7 @@ def test_python_cans_files_are_read_as_it_reads_them(tmp_path, level, container_
     theirs, found = list(can.BLFReader(path)), Findings()
     ours = joined(list(reader.read(path, found)))
     kept = [m for m in theirs if not m.is_fd]
-    assert told(ours) == expected(kept)
+    assert rows_of_piece(ours) == rows_of_messages(kept)
     assert dict(+found.omitted) == {FD: len(theirs) - len(kept)} and dict(found.passed) == {"markers": 30}
     assert not found.remarks and found.share == 1
 
@@ -156,7 +122,7 @@ def test_python_can_reads_ours(tmp_path):
     writer.write(piece.rows(slice(2000, None)))
     writer.close()
     theirs = can.BLFReader(path)
-    assert expected(list(theirs)) == told(piece)
+    assert rows_of_messages(list(theirs)) == rows_of_piece(piece)
     assert theirs.object_count == len(piece.frames) and theirs.file_size == path.stat().st_size
     assert theirs.start_timestamp == START and abs(theirs.stop_timestamp - piece.unix_us[-1] / 1e6) < 1e-3
 
@@ -209,7 +175,7 @@ def test_objects_of_all_kinds_in_containers_cut_anywhere(read, monkeypatch, step
     monkeypatch.setattr(reader, "JOINED_BYTES", joined_bytes)
     data = b"".join(OBJECTS)
     piece, found = read(file(*(container(data[i : i + step], method) for i in range(0, len(data), step))))
-    assert told(piece) == [(START * 10**6 + t, *row) for t, *row in WANTED]
+    assert rows_of_piece(piece) == [(START * 10**6 + t, *row) for t, *row in WANTED]
     assert dict(+found.omitted) == OMITTED and dict(found.passed) == PASSED and not found.remarks
 
 

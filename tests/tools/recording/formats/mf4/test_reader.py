@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-import random
 import struct
+from functools import partial
 
 import can
 import numpy as np
@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gnss_hil.dbc.contract.frames import EFF_FLAG, ERR_FLAG, RTR_FLAG
+from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG
 from gnss_hil.tools.recording.formats.mf4 import data as mf4_data
 from gnss_hil.tools.recording.formats.mf4 import reader, variable, writer
 from gnss_hil.tools.recording.formats.mf4.frames import INVALID
@@ -20,6 +20,8 @@ from gnss_hil.tools.recording.formats.mf4.writer import Mf4Writer
 from gnss_hil.tools.recording.formats.order import joined
 from gnss_hil.tools.recording.formats.piece import CUT, FD, Findings, LogError, Piece
 from gnss_hil.tools.recording.formats.recording import Channels
+from tests.support import can_messages
+from tests.support.can_messages import read_whole
 from tests.support.outside import peer
 from tests.tools.recording.formats.mf4.assembly import (
     BYTES,
@@ -55,6 +57,11 @@ pytestmark = pytest.mark.verifies(
 )
 
 START_US = START_NS // 1000
+
+some_messages = partial(can_messages.drawn, START_US / 1e6, sent_errors=True)
+told = partial(can_messages.rows_of_piece, since_us=START_US)
+of_python_can = partial(can_messages.rows_of_messages, since_us=START_US)
+
 TIME = {"name": "t", "byte": 0, "bits": 64, "kind": MASTER, "type": FLOAT}
 
 
@@ -66,43 +73,9 @@ def quiet():
 @pytest.fixture
 def read(tmp_path):
     def read(octets: bytes) -> tuple[Piece, Findings]:
-        path, found = tmp_path / "a.mf4", Findings()
-        path.write_bytes(octets)
-        pieces = list(reader.read(path, found))
-        return (joined(pieces) if pieces else None), found
+        return read_whole(reader.read, tmp_path / "a.mf4", octets)
 
     return read
-
-
-def told(piece: Piece) -> list[tuple]:
-    names = [f"{i:X}#{bytes(d[:n]).hex().upper()}" for i, n, d in
-             zip(piece.frames.can_id, piece.frames.length, piece.frames.data, strict=True)]  # fmt: skip
-    buses = [name.decode() for name in piece.bus.tolist()]
-    return list(zip((piece.unix_us - START_US).tolist(), buses, names, piece.sent.tolist(), strict=True))
-
-
-def of_python_can(messages) -> list[tuple]:
-    rows = []
-    for m in messages:
-        flags = EFF_FLAG * m.is_extended_id | RTR_FLAG * m.is_remote_frame | ERR_FLAG * m.is_error_frame
-        data = bytes(m.dlc) if m.is_remote_frame else bytes(m.data)
-        name = f"{m.arbitration_id | flags:X}#{data.hex().upper()}"
-        rows.append((round(m.timestamp * 1e6) - START_US, f"can{m.channel}", name, not m.is_rx))
-    return rows
-
-
-def some_messages(n: int, seed: int = 3) -> list[can.Message]:
-    rng = random.Random(seed)
-    messages = []
-    for i in range(n):
-        extended, remote, fd, sent, error = (rng.random() < p for p in (0.3, 0.1, 0.2, 0.3, 0.05))
-        data = b"" if remote and not error else rng.randbytes(rng.randrange(9))
-        messages.append(can.Message(
-            START_US / 1e6 + i * 0.001, rng.randrange(2**29 if extended else 2**11), extended,
-            remote and not error, error, rng.randrange(3), len(data), data,
-            fd and not remote and not error, not sent,
-        ))  # fmt: skip
-    return messages
 
 
 @pytest.mark.parametrize("level", [0, 1, 2])
