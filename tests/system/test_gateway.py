@@ -14,10 +14,10 @@ from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.emulator.faults.kinds.row import GATEWAY
 from gnss_hil.tools.command_line.main import main
 from tests.support import every_kind
+from tests.support.fsw_c import build
 from tests.support.gateways import OURS, on_record, spoken, through
 from tests.support.programs import GNSS_HIL
 from tests.support.waiting import ended
-from tests.system.test_fsw_c import build
 
 pytestmark = [
     pytest.mark.slow,

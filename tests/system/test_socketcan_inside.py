@@ -24,10 +24,10 @@ from gnss_hil.dbc.contract.allocation import BENCH_FIRST
 from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, batch, concat
 from gnss_hil.tools.command_line.main import main
 from tests.conformance.test_links import assert_same, gather, numbered, numbers
+from tests.support.fsw_c import AGREEMENT_M, COPIES_M, build, distances_m, without_figures
 from tests.support.lockstep_frames import mark
 from tests.support.outside import can_utils
 from tests.support.waiting import ended, exit_status, pause, until
-from tests.system.test_fsw_c import AGREEMENT_M, COPIES_M, build, distances_m, without_figures
 
 VEHICLE = vehicle.find("soyuz-ms")
 

@@ -21,19 +21,13 @@ from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.flightsw.measurement.budget import budget_of
 from gnss_hil.tools.command_line.main import main
 from tests.support.feeder import Feeder, Frame, decoded, recorded
-from tests.system import test_fsw_c as example
+from tests.support.fsw_c import AGREEMENT_M, COPIES_M
 
-pytestmark = example.pytestmark
+pytestmark = pytest.mark.verifies(what="Assignment and commands, a second time")
+
 TIME_FINE, RANGE, RATE, L2P = 0x012, 0x100, 0x101, 3
 CHANNEL_AND_HEADER = (1 << 21) - 1
 LIGHT_MPS = 299_792_458.0
-
-
-@pytest.fixture(scope="module")
-def fsw(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("fsw_c")
-    example.build(folder)
-    return folder / "fsw"
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +84,7 @@ def agreed(fsw: Path, folder: Path, epochs: Sequence[Sequence[Frame]]) -> list[d
         if "NAV_X" in ours:
             counts = ours["NAV_STATUS"][0]
             alone = counts["measurements"] == counts["satellites"]
-            agreement_m = example.AGREEMENT_M if alone else example.COPIES_M
+            agreement_m = AGREEMENT_M if alone else COPIES_M
             assert said(ours, "", "m") == pytest.approx(said(other, "", "m"), abs=agreement_m)
             assert said(ours, "v", "mps") == pytest.approx(said(other, "v", "mps"), abs=0.0005)
     return own
