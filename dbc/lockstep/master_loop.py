@@ -32,9 +32,6 @@ half as long again."""
 WAITING_TOLD_S = 2.0
 """Who waits at the barrier so long says for whom; what is wrong with a heartbeat is said when it is heard."""
 
-MOST_UNANSWERED = 6
-"""Epochs in a row that a run may go unanswered; at a pace, so many times the limit of an answer."""
-
 
 class MissingNodes(Exception):
     """The barrier's limit passed, or what was heard will not do; the message says who is missing, or why."""

@@ -17,7 +17,6 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.emulator.faults.base import Now
 from gnss_hil.emulator.faults.signals import physical, with_signal
-from gnss_hil.emulator.faults.where import fields_of
 from gnss_hil.emulator.signal.bands import wavelength_m
 
 
@@ -130,9 +129,3 @@ class Moved:
         left = np.cross(out, vel)
         left /= np.linalg.norm(left, axis=-1, keepdims=True)
         return self.radial_m * out + self.along_m * np.cross(left, out) + self.cross_m * left
-
-
-def carries_satellites(codec: Codec) -> Bool:
-    """(2048,) identifiers whose frames a satellite can be told of."""
-    fields = fields_of(codec)
-    return (fields.channel >= 0) | (fields.number >= 0)

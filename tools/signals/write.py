@@ -19,8 +19,6 @@ from gnss_hil.tools.signals.database import Database
 from gnss_hil.tools.signals.decode import Undecoded
 from gnss_hil.tools.signals.tables import LongTable, MessageTable, Table
 
-SUFFIX = ".parquet"
-
 
 @dataclass(slots=True)
 class Decoded:

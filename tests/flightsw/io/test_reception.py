@@ -212,7 +212,6 @@ def test_a_time_mark_that_is_not_used_gives_no_epoch(blocks):
 
 
 SILENT = ("TIME_MARK", "TIME_GPS", "ATT_Q01", "ATT_RATE", "TAG", "STATUS", "HEARTBEAT")
-OF_EVENTS = ("RANGE", "SV_CLOCK", "ALM_XY", "ACK")
 
 
 @pytest.mark.parametrize("kind", SILENT)

@@ -163,10 +163,6 @@ def test_garbage_keeps_the_channels_and_the_crcs():
     assert of_kind(mine(one.block, 2), "STATUS") == of_kind(mine(one.before, 2), "STATUS")
 
 
-def with_commands(struck):
-    return [one for one in struck if len(of_kind(one.before, "ACK")) or len(one.answer)]
-
-
 def test_commands_lost_doubled_and_altered():
     lost, doubled, fresh, altered = (
         strike(line)
