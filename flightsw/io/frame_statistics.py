@@ -8,8 +8,9 @@ from enum import IntEnum
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import I64, U8, U32, Bool, Index, Ints
+from gnss_hil.dbc.contract import screening
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
-from gnss_hil.dbc.contract.screening import CONSEQUENCE, Verdict
+from gnss_hil.dbc.contract.screening import Verdict
 
 
 class Reason(IntEnum):
@@ -33,7 +34,7 @@ class Reason(IntEnum):
 REASONS = max(Reason) + 1
 
 CONSEQUENCE: dict[int, str] = {
-    **CONSEQUENCE,
+    **screening.CONSEQUENCE,
     Reason.NO_TIME_MARK: "frame ignored, the epoch has no time",
     Reason.SURPLUS: "frame ignored, the first of this epoch stands",
     Reason.INCOMPLETE: "frame ignored, the others of its group are missing",
