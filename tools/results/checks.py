@@ -51,25 +51,10 @@ SAID = tuple(VALUES["Refused"].values())
 LACKING = tuple(name.upper() for name in LACKS)
 """What the flight software says that it does without."""
 
-CHECKS = tuple(
-    dict.fromkeys(
-        (
-            *(
-                LOST,
-                *REJECTIONS,
-                SILENCE,
-                RESTART,
-                MARK,
-                NO_ANSWER,
-                OTHER_ANSWER,
-                BENCH,
-                UNHEALTHY,
-                *outages.REASONS,
-            ),
-            *(EXCLUDED_SATELLITE, EXCLUDED_RECEIVER, *SAID, *LACKING),
-        )
-    )
-)
+CHECKS = tuple(dict.fromkeys((
+    LOST, *REJECTIONS, SILENCE, RESTART, MARK, NO_ANSWER, OTHER_ANSWER, BENCH, UNHEALTHY, *outages.REASONS,
+    EXCLUDED_SATELLITE, EXCLUDED_RECEIVER, *SAID, *LACKING,
+)))  # fmt: skip
 """All that a check may be called; reasons that the contract does not name are UNKNOWN_ and the number."""
 
 
@@ -143,8 +128,8 @@ def _sources(digest: Digest) -> Iterator[_Rows]:
     yield _Rows(frames["row"], reason, _names(digest.codec, frames["can_id"]), frames["frames"])
     names = np.array(digest.nodes.names)
     for check, nodes in ((SILENCE, digest.nodes.silent), (RESTART, digest.nodes.restarted)):
-        yield _once(nodes["row"], check, names[nodes["node"]])
-    yield _once(_jumps(**digest.marks), MARK, TIME)
+        yield _rows(nodes["row"], check, names[nodes["node"]])
+    yield _rows(_jumps(**digest.marks), MARK, TIME)
     yield _unmarked(digest)
     yield _unanswered(digest)
     yield _answered_otherwise(digest)
@@ -160,21 +145,21 @@ def _bench(digest: Digest, refused: Sequence[Sequence[int]]) -> _Rows:
     row_of = {epoch: row for row, epoch in enumerate(digest.marks["epoch"].tolist())}
     known = [(row_of[epoch], count) for epoch, count in refused if epoch in row_of]
     row, count = np.array(known, np.int64).reshape(-1, 2).T
-    return replace(_once(row, BENCH, BENCH), count=count)
+    return _rows(row, BENCH, BENCH, count)
 
 
 def _unmarked(digest: Digest) -> _Rows:
     """Epochs without a mark of which several nodes sent frames; of one alone they may be of another time."""
     several = digest.unmarked["senders"] > 1
     row, ahead = (digest.unmarked[name][several] for name in ("row", "ahead"))
-    return replace(_once(row, MARK, TIME), ahead=ahead)
+    return replace(_rows(row, MARK, TIME), ahead=ahead)
 
 
 def _unhealthy(digest: Digest) -> _Rows:
     """Satellites that say they are unhealthy, are measured and in no fix, by epoch; count: channels."""
     of = digest.unhealthy
     key, count = np.unique(np.stack([of["row"], of["sat"]]), axis=1, return_counts=True)
-    return replace(_once(key[0], UNHEALTHY, _satellites(key[1])), count=count)
+    return _rows(key[0], UNHEALTHY, _satellites(key[1]), count)
 
 
 def _said(digest: Digest) -> _Rows:
@@ -196,7 +181,7 @@ def _left_out(digest: Digest) -> _Rows:
 def _lacks(digest: Digest) -> _Rows:
     """What the flight software says that it does without."""
     of = digest.lacks
-    return replace(_once(of["row"], np.array(LACKING)[of["which"]], FLIGHT), by=FLIGHT)
+    return _rows(of["row"], np.array(LACKING)[of["which"]], FLIGHT, by=FLIGHT)
 
 
 def _excluded(out: Mapping[str, NDArray]) -> NDArray[np.str_]:
@@ -208,10 +193,22 @@ def _satellites(sat: NDArray[np.integer]) -> NDArray[np.str_]:
     return np.array([satellites.name(one) for one in sat.tolist()], str)
 
 
-def _once(row: NDArray[np.integer], check: str | NDArray, where: str | Sequence[str] | NDArray) -> _Rows:
-    """Rows (k,) that count as one each."""
+def _rows(
+    row: NDArray[np.integer],
+    check: str | NDArray,
+    where: str | Sequence[str] | NDArray,
+    count: I64 | int = 1,
+    by: str = BENCH,
+) -> _Rows:
+    """Rows (k,), of which what is the same in all may be given once."""
     check, where = (np.broadcast_to(np.asarray(one, str), len(row)) for one in (check, where))
-    return _Rows(row.astype(np.int64), check, where, np.ones(len(row), np.int64))
+    return _Rows(row.astype(np.int64), check, where, np.broadcast_to(count, len(row)).astype(np.int64), by)
+
+
+def _counted(counts: Mapping[tuple[int, str], int], check: str) -> _Rows:
+    """Rows of a check by row of the marks and by where."""
+    row, where = np.array([row for row, _ in counts], np.int64), [where for _, where in counts]
+    return _rows(row, check, where, np.array(list(counts.values()), np.int64))
 
 
 def _jumps(t_ns: I64, epoch: I64) -> I64:
@@ -233,8 +230,7 @@ def _unanswered(digest: Digest) -> _Rows:
         for t, receiver, event in zip(events["t_ns"], events["receiver"], events["event"], strict=True)
         if event == "repeat"
     )
-    found = _once(np.array([row for row, _ in repeats], np.int64), NO_ANSWER, [where for _, where in repeats])
-    return replace(found, count=np.array(list(repeats.values()), np.int64))
+    return _counted(repeats, NO_ANSWER)
 
 
 def _answered_otherwise(digest: Digest) -> _Rows:
@@ -247,16 +243,13 @@ def _answered_otherwise(digest: Digest) -> _Rows:
     for t, event, action, *key, satellite in zip(*(events[name] for name in names), strict=True):
         receiver, channel, number = key
         if event == "ack":
-            found[row_of[t], f"RX{receiver}"] += satellite != asked.get(
-                (receiver, channel, number), satellite
-            )
+            if satellite != asked.get((receiver, channel, number), satellite):
+                found[row_of[t], f"RX{receiver}"] += 1
         elif action == "TRACK":
             asked[receiver, channel, number] = satellite
         else:
             asked.pop((receiver, channel, number), None)
-    wrong = {key: count for key, count in found.items() if count}
-    rows = _once(np.array([row for row, _ in wrong], np.int64), OTHER_ANSWER, [where for _, where in wrong])
-    return replace(rows, count=np.array(list(wrong.values()), np.int64))
+    return _counted(found, OTHER_ANSWER)
 
 
 def _without_fix(digest: Digest) -> _Rows:
@@ -268,7 +261,7 @@ def _without_fix(digest: Digest) -> _Rows:
     why = np.full(len(row), outages.SILENT, object)
     reported = np.array([t in said for t in t_ns], bool)
     why[reported] = outages.reason_names(np.array([said[t] for t in t_ns if t in said]))
-    return replace(_once(row, why.astype(str), FLIGHT), by=FLIGHT)
+    return _rows(row, why.astype(str), FLIGHT, by=FLIGHT)
 
 
 def _names(codec: Codec, can_id: NDArray[np.uint32]) -> NDArray[np.str_]:
