@@ -23,7 +23,7 @@ from gnss_hil.emulator.faults.kinds.row import RUN
 from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.results import fault_verdicts
-from gnss_hil.tools.results.text import fault_cells
+from gnss_hil.tools.results.fault_text import fault_cells
 from tests.results.kept import ROOT, commit
 from tests.support.gateways import OURS, through
 from tests.support.programs import GNSS_HIL

@@ -152,6 +152,8 @@ def test_without_a_log_the_figures_are_the_same(inline, tmp_path):
 
 @pytest.mark.verifies(
     "tools/results/text.py",
+    "tools/results/fault_text.py",
+    "tools/results/figures.py",
     "tools/results/junit.py",
     "tools/results/verdict.py",
     what="Verdict in words and as JUnit",

@@ -89,7 +89,7 @@ def _run_seeds(config: RunConfig, verdict) -> int:
     from gnss_hil.tools.common.places import check_new_folder
     from gnss_hil.tools.processes.run_session import Interruptible
     from gnss_hil.tools.recording.run_folder import default_path
-    from gnss_hil.tools.results.text import aligned
+    from gnss_hil.tools.results.figures import aligned
     from gnss_hil.tools.study import seeds as study
 
     folder = config.out or default_path(Path(config.scenario).stem)

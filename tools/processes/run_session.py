@@ -32,8 +32,8 @@ from gnss_hil.tools.recording.run_folder import (
     write_json,
 )
 from gnss_hil.tools.results import assemble
+from gnss_hil.tools.results.fault_text import idle
 from gnss_hil.tools.results.run_digest import RunDigest, bus_names
-from gnss_hil.tools.results.text import idle
 from gnss_hil.tools.run_config import plan as plans
 from gnss_hil.tools.run_config import sides
 from gnss_hil.tools.run_config.config import EXTERNAL, OURS, RunConfig

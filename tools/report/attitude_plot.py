@@ -9,7 +9,7 @@ from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.plot import Json, Plot, axis, piled
 from gnss_hil.tools.report.time_series import NO_TRUTH, shades, trace
-from gnss_hil.tools.results.text import small
+from gnss_hil.tools.results.figures import small
 
 _NAMES = ("roll", "pitch", "yaw")
 _LEAST_SPAN_DEG = 2.0

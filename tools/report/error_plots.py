@@ -23,7 +23,7 @@ from gnss_hil.tools.report.plot import (
     time_axis,
 )
 from gnss_hil.tools.report.time_series import NO_FIX, NO_TRUTH, shades, trace
-from gnss_hil.tools.results.text import small
+from gnss_hil.tools.results.figures import small
 
 _DIRECTIONS = ("radial", "along", "cross")
 _BANDS = ((3, "--band-3"), (1, "--band-1"))

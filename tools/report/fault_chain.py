@@ -7,7 +7,7 @@ from itertools import accumulate
 
 from gnss_hil.tools.report.markup import Markup, svg, tag
 from gnss_hil.tools.results.fault_chain import Stage
-from gnss_hil.tools.results.text import figure
+from gnss_hil.tools.results.figures import figure
 
 _WIDTH, _BAR, _LINE, _TOP = 344.0, 16.0, 15.0, 20.0
 _LEAST = 2.0

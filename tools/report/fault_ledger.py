@@ -16,7 +16,7 @@ from gnss_hil.tools.report.markup import Markup, table, tag, text
 from gnss_hil.tools.report.plot import Json, Plot, milliseconds
 from gnss_hil.tools.results import faults
 from gnss_hil.tools.results.fault_chain import chain
-from gnss_hil.tools.results.text import fault_cells, fault_missed
+from gnss_hil.tools.results.fault_text import fault_cells, fault_missed
 
 _HEAD = (
     ("", ""), ("fault", "kind, place"), ("acted in", "epochs"), ("seen by", "after epochs"),

@@ -9,7 +9,7 @@ from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.error_plots import view
 from gnss_hil.tools.report.plot import Json, Plot, axis, piled, usual_span
 from gnss_hil.tools.report.time_series import trace
-from gnss_hil.tools.results.text import small
+from gnss_hil.tools.results.figures import small
 
 _DIRECTIONS = ("radial", "along", "cross")
 

@@ -13,7 +13,7 @@ from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.emulator.numerics.rotations import dcm_of_quaternions
 from gnss_hil.flightsw.measurement.range_model import rays
 from gnss_hil.tools.report.plot import Json, Plot, array2d, axis, moments, time_axis
-from gnss_hil.tools.results.text import small
+from gnss_hil.tools.results.figures import small
 
 _COLUMNS = 180
 """Stretches of time of the picture."""

@@ -10,17 +10,9 @@ import numpy as np
 from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
+from gnss_hil.tools.results.figures import figure, percent, small
 from gnss_hil.tools.results.outages import Stretches
-from gnss_hil.tools.results.text import (
-    assignment,
-    besides,
-    broken_off,
-    figure,
-    not_sent,
-    outages,
-    percent,
-    small,
-)
+from gnss_hil.tools.results.text import assignment, besides, broken_off, not_sent, outages
 
 Summary = Mapping[str, Any]
 

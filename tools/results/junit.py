@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from gnss_hil.tools.results.text import fault_missed, missed
+from gnss_hil.tools.results.fault_text import fault_missed
+from gnss_hil.tools.results.text import missed
 
 Case = tuple[str, str]
 """Name, and what is wrong; "" if nothing is."""

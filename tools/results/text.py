@@ -2,47 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gnss_hil.tools.common.durations import clock
+from gnss_hil.tools.results.fault_text import fault_missed, faults
+from gnss_hil.tools.results.figures import figure, percent, small
 
 REPLAY_OF = "replay of "
 """So begins what a summary has as the emulator where a recording was played."""
-
-
-def figure(value, digits: int = 2) -> str:
-    if value is None:
-        return "-"
-    return (
-        f"{value:,.{digits}f}".replace(",", " ")
-        if isinstance(value, float)
-        else f"{value:,}".replace(",", " ")
-    )
-
-
-def small(value) -> str:
-    """A figure of any size, never with an exponent."""
-    if value is None:
-        return "-"
-    if 0 < abs(value) < 0.01:
-        return f"{value:.5f}"
-    return f"{value:.3f}" if abs(value) < 1 else f"{value:.2f}" if abs(value) < 10 else f"{value:.1f}"
-
-
-def percent(part: int, whole: int) -> str:
-    """A share with one decimal, never rounded up: what is not all of them is not 100 %."""
-    return f"{1000 * part // whole / 10:.1f}" if whole else "-"
-
-
-def aligned(rows: Iterable[Sequence[str]]) -> str:
-    """Cells in columns for a terminal, the first flush left, the others right."""
-    rows = list(rows)
-    first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
-    return "\n".join(
-        f"{name:<{first}}" + "".join(f"  {cell:>{width}}" for cell, width in zip(cells, others, strict=True))
-        for name, *cells in rows
-    )
 
 
 def _spread(s: Mapping[str, Any]) -> str:
@@ -271,72 +239,6 @@ def render(s: Mapping[str, Any]) -> str:
     width = max(len(left) for left, _ in rows) + 2
     lines = [f"{left:<{width}}{right}".rstrip() for left, right in rows]
     return "\n".join([*lines, *faults(s)])
-
-
-_LEDGER = (
-    "fault", "kind", "place", "acted", "seen by", "after", "touched", "refused", "let through", "at the fix",
-    "fixes", "",
-)  # fmt: skip
-
-
-def faults(s: Mapping[str, Any]) -> list[str]:
-    """What became of the run's faults, as lines of a table; none without faults."""
-    if not s.get("faults"):
-        return []
-    several = len(s["craft"]) > 1
-    return ["", *aligned([_LEDGER, *(fault_cells(row, several) for row in s["faults"])]).splitlines()]
-
-
-def fault_cells(row: Mapping[str, Any], several: bool = False) -> tuple[str, ...]:
-    """A fault of the ledger: name, kind, place, when it acted, by which check it was seen, after how many
-    epochs, frames touched, refused and let through, error at the fix, share of epochs with a fix, verdict.
-
-    several   whether there are several craft: then it says whose
-    """
-    name = f"{row['craft']} {row['fault']}" if several else row["fault"]
-    frames, error_m = row["frames"], row["fix_error_m"]
-    head = (name, row["kind"], row["place"])
-    if row["first_epoch"] is None:
-        return (*head, "never", *(["-"] * 7), fault_verdict(row))
-    return (
-        *head,
-        f"{row['first_epoch']}..{row['last_epoch']}",
-        row["detected_by"] or "nothing",
-        "-" if row["after_epochs"] is None else figure(row["after_epochs"]),
-        *(figure(frames[key]) for key in ("touched", "refused", "let_through")),
-        "-" if error_m is None else f"{small(error_m)} m",
-        f"{100 * row['availability']:.3g} %",
-        fault_verdict(row),
-    )
-
-
-def fault_verdict(row: Mapping[str, Any]) -> str:
-    """What became of what was expected of a fault; "" where nothing was."""
-    return "" if not row["expectations"] else "met" if row["met"] else "MISSED"
-
-
-def idle(s: Mapping[str, Any]) -> list[str]:
-    """One line for each fault that never acted and of which nothing was expected."""
-    return [
-        f"fault {_called(row)} never acted: its window, trigger or place never came"
-        for row in s.get("faults", ())
-        if row["first_epoch"] is None and not row["expectations"]
-    ]
-
-
-def _called(row: Mapping[str, Any]) -> str:
-    return f"'{row['fault']}' ({row['place']}, craft {row['craft']})"
-
-
-def fault_missed(row: Mapping[str, Any]) -> list[str]:
-    """One line for each expectation of a fault that was not met; one if it never acted."""
-    if row["first_epoch"] is None and row["expectations"]:
-        return [f"fault {_called(row)} never acted: nothing of what was expected of it is met"]
-    return [
-        f"expectation missed: fault {_called(row)}: {one['key']}: {one['found']}, expected {one['expected']}"
-        for one in row["expectations"]
-        if not one["met"]
-    ]
 
 
 def _limits(row: Mapping[str, Any]) -> str:

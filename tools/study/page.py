@@ -11,7 +11,7 @@ import numpy as np
 from gnss_hil.tools.report.document import Page, card, lead, note
 from gnss_hil.tools.report.markup import table, tag
 from gnss_hil.tools.report.plot import Plot, axis, log_axis, overlaid, positive_span
-from gnss_hil.tools.results.text import aligned
+from gnss_hil.tools.results.figures import aligned
 from gnss_hil.tools.study.factors import COLUMNS, Effect
 
 _NOTE = (

@@ -12,7 +12,8 @@ import numpy as np
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.processes.run_session import Interruptible, Ran, play
 from gnss_hil.tools.recording.run_folder import write_json
-from gnss_hil.tools.results.text import figure, missed, small
+from gnss_hil.tools.results.figures import figure, small
+from gnss_hil.tools.results.text import missed
 from gnss_hil.tools.run_config.config import RunConfig
 
 TABLE = "seeds.json"

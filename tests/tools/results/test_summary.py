@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 from gnss_hil.dbc.contract import codec
 from gnss_hil.dbc.contract.frames import concat
+from gnss_hil.emulator.truth import TRUTH
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
-from gnss_hil.tools.results.summary import build
+from gnss_hil.tools.results.summary import build, errors_against_truth, judge, metrics, statistics
 from gnss_hil.tools.results.text import CLOCK_SAID, render
 from tests.support import live_runs
+from tests.tools.results.test_outages import UNCERTAINTY
 
 CODEC = codec.codec(4)
 
@@ -111,3 +114,31 @@ def test_a_run_at_a_pace_says_how_late_its_marks_were():
     assert "marks late" not in render(
         build(facts("lockstep") | {"mark_late_ms": None}, {"a": counted(1, 0)}, None)
     )
+
+
+def test_errors_compare_equal_instants_only():
+    rows = np.zeros(2, TRUTH)
+    rows["t_gps_ns"] = [10, 20]
+    rows["position_ecef_m"] = [[0, 0, 0], [1, 2, 3]]
+    fixes = {"t_ns": np.array([20, 15, 10]), "valid": np.array([True, True, False])}
+    fixes |= {f"{a}_m": np.array([4.0, 9, 9]) for a in "xyz"} | {
+        f"v{a}_mps": np.array([0.0, 9, 9]) for a in "xyz"
+    }
+    fixes |= {name: np.full(3, 0.5) for name in UNCERTAINTY}
+    found = errors_against_truth(fixes, rows)
+    assert found.position_m == pytest.approx([np.sqrt(3**2 + 2**2 + 1)])
+    assert found.velocity_mps.tolist() == [0]
+    assert {name: len(values) for name, values in found.nees.items()} == dict(position=1, velocity=1, clock=1)
+
+
+def test_statistics_leave_out_what_is_not_there():
+    assert statistics([3, np.nan, 4], ("mean", "rms", "max")) == {"mean": 3.5, "rms": 3.535534, "max": 4}
+    assert statistics([np.nan], ("mean",)) == {"mean": None}
+
+
+def test_expectations_are_judged():
+    figures = {"soyuz": {"pdop": {"median": 2.0, "p95": None}}}
+    assert metrics(figures) == {"soyuz.pdop.median": 2.0, "soyuz.pdop.p95": None}
+    limits = {"soyuz.pdop.median": {"min": 2.0, "max": 2.0}, "soyuz.pdop.p95": {"max": 9}}
+    assert [row["met"] for row in judge(limits, metrics(figures))] == [True, False]
+    assert [row["met"] for row in judge({"soyuz.pdop.median": {"max": 1.9}}, metrics(figures))] == [False]

@@ -15,8 +15,8 @@ from gnss_hil.tools.report.comparison.judgement import (
 )
 from gnss_hil.tools.report.comparison.runs import RUN_KEYS, Run, names_of
 from gnss_hil.tools.report.summary_tables import setting, shown
+from gnss_hil.tools.results.figures import aligned
 from gnss_hil.tools.results.summary import metrics
-from gnss_hil.tools.results.text import aligned
 
 
 def differences(first: Run, second: Run) -> list[tuple[str, str, str]]:

@@ -1,0 +1,73 @@
+"""What became of a run's faults, as a person reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gnss_hil.tools.results.figures import aligned, figure, small
+
+_LEDGER = (
+    "fault", "kind", "place", "acted", "seen by", "after", "touched", "refused", "let through", "at the fix",
+    "fixes", "",
+)  # fmt: skip
+
+
+def faults(s: Mapping[str, Any]) -> list[str]:
+    """What became of the run's faults, as lines of a table; none without faults."""
+    if not s.get("faults"):
+        return []
+    several = len(s["craft"]) > 1
+    return ["", *aligned([_LEDGER, *(fault_cells(row, several) for row in s["faults"])]).splitlines()]
+
+
+def fault_cells(row: Mapping[str, Any], several: bool = False) -> tuple[str, ...]:
+    """A fault of the ledger: name, kind, place, when it acted, by which check it was seen, after how many
+    epochs, frames touched, refused and let through, error at the fix, share of epochs with a fix, verdict.
+
+    several   whether there are several craft: then it says whose
+    """
+    name = f"{row['craft']} {row['fault']}" if several else row["fault"]
+    frames, error_m = row["frames"], row["fix_error_m"]
+    head = (name, row["kind"], row["place"])
+    if row["first_epoch"] is None:
+        return (*head, "never", *(["-"] * 7), fault_verdict(row))
+    return (
+        *head,
+        f"{row['first_epoch']}..{row['last_epoch']}",
+        row["detected_by"] or "nothing",
+        "-" if row["after_epochs"] is None else figure(row["after_epochs"]),
+        *(figure(frames[key]) for key in ("touched", "refused", "let_through")),
+        "-" if error_m is None else f"{small(error_m)} m",
+        f"{100 * row['availability']:.3g} %",
+        fault_verdict(row),
+    )
+
+
+def fault_verdict(row: Mapping[str, Any]) -> str:
+    """What became of what was expected of a fault; "" where nothing was."""
+    return "" if not row["expectations"] else "met" if row["met"] else "MISSED"
+
+
+def idle(s: Mapping[str, Any]) -> list[str]:
+    """One line for each fault that never acted and of which nothing was expected."""
+    return [
+        f"fault {_called(row)} never acted: its window, trigger or place never came"
+        for row in s.get("faults", ())
+        if row["first_epoch"] is None and not row["expectations"]
+    ]
+
+
+def _called(row: Mapping[str, Any]) -> str:
+    return f"'{row['fault']}' ({row['place']}, craft {row['craft']})"
+
+
+def fault_missed(row: Mapping[str, Any]) -> list[str]:
+    """One line for each expectation of a fault that was not met; one if it never acted."""
+    if row["first_epoch"] is None and row["expectations"]:
+        return [f"fault {_called(row)} never acted: nothing of what was expected of it is met"]
+    return [
+        f"expectation missed: fault {_called(row)}: {one['key']}: {one['found']}, expected {one['expected']}"
+        for one in row["expectations"]
+        if not one["met"]
+    ]
