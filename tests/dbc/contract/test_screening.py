@@ -102,6 +102,7 @@ def test_a_counter_that_the_profile_has_not_is_corruption():
     ("can_id", "length", "expected"),
     [
         (0x0FF, 8, Verdict.UNKNOWN_ID),
+        (RANGE | 0x800, 8, Verdict.UNKNOWN_ID),
         (RANGE, 7, Verdict.WRONG_LENGTH),
         (RANGE | RTR_FLAG, 8, Verdict.REMOTE),
         (RANGE | EFF_FLAG, 8, Verdict.EXTENDED),

@@ -15,6 +15,7 @@ from gnss_hil.flightsw.estimation.position import Held
 from gnss_hil.flightsw.estimation.snapshot import Snapshot
 from gnss_hil.flightsw.records.epoch import AttitudeReport
 from tests.support import synthetic_epochs as s
+from tests.support.budgets import BUDGET
 from tests.support.fixes import LEVERS, RATE, SKY, craft, fix_of, in_view, measurements
 
 pytestmark = pytest.mark.verifies(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gnss_hil.flightsw.estimation.least_squares import least_squares
+from gnss_hil.flightsw.integrity.exclusion import Rules
 from gnss_hil.flightsw.records.solution import Fix, NoFix
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import sigma_m

@@ -19,7 +19,7 @@ from gnss_hil.flightsw.records.epoch import AttitudeReport
 from gnss_hil.flightsw.records.solution import NoFix, ReceiverDelays
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import budget
-from tests.support.fixes import SKY, craft, in_view, measurements
+from tests.support.fixes import SKY, craft, fix_of, in_view, measurements
 
 pytestmark = pytest.mark.verifies(
     "flightsw/estimation/receiver_delays.py",

@@ -13,6 +13,7 @@ from gnss_hil.flightsw.integrity.assess import assess
 from gnss_hil.flightsw.integrity.consistency import Trial, agree
 from gnss_hil.flightsw.integrity.exclusion import Kept, Rules
 from gnss_hil.flightsw.records.solution import Fix, NoFix, Solution
+from gnss_hil.flightsw.records.solution import Tested as Word
 from tests.support import synthetic_epochs as s
 from tests.support.fixes import SKY, craft, errors, fix_of, in_view, measurements
 from tests.support.flights import fly, soyuz, status

@@ -18,6 +18,7 @@ from tests.support.run_pieces import (
     flown,
     frame,
     recorded,
+    sealed,
     sync,
     time_mark,
 )
@@ -231,7 +232,7 @@ def test_noise_before_an_answer_is_no_frame_of_it():
     for before, came in ((noise, 1), (sealed(noise, 1), 2)):
         sequencer = Sequencer(CODEC, True, SESSION)
         sequencer.hear(concat([*PLAIN[:6], before, answer, done(1, 1)]))
-        assert sequencer.miscount == ((0, 0, 0) if came == 1 else (1, 1, 2))
+        assert sequencer.flight.miscount == ((0, 0, 0) if came == 1 else (1, 1, 2))
 
 
 def test_what_was_declared_is_what_is_on_record_where_answers_are_too_late_for_it():
@@ -239,7 +240,7 @@ def test_what_was_declared_is_what_is_on_record_where_answers_are_too_late_for_i
     answers = [piece for k in range(9) for piece in (flown(k), done(k))]
     sequencer = Sequencer(CODEC, True, SESSION)
     heard = sequencer.hear(concat([*blocks, *answers]))
-    assert sequencer.lost == 1
+    assert sequencer.flight.lost == 1
     assert sequencer.declared == sum(len(one.frames) for one in [*heard, *sequencer.finish()])
 
 
