@@ -341,7 +341,7 @@ ERRORS = Section(
         Result(
             "cancel",
             "errors of orbits, satellite clocks, ionosphere in the difference of two craft 1 km apart",
-            f"gnss-hil study factors --duration 6000 --interval 10 {ONE_BY_ONE} --out RUN --quiet",
+            f"gnss-hil study factors --duration 30000 --interval 10 {ONE_BY_ONE} --out RUN --quiet",
             {f: study(f, "cancels") for f in ("ephemeris_error", "satellite_clock_error", "ionosphere")},
             ("cancel {ephemeris_error:,.0f}, {satellite_clock_error:,.0f} and {ionosphere:,.0f} times",),
             "hours",
