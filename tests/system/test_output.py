@@ -57,6 +57,20 @@ def test_no_room_for_the_record_names_the_run_folder(desk):
     done = run_within(200_000, [PROGRAM, "run", "--bus", "inline", "--quiet", "--out", "run"])
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "gnss-hil: run: File too large"
+    again = subprocess.run([PROGRAM, "report", "run"], capture_output=True, text=True, timeout=HANG_S)
+    (told,) = (line for line in again.stdout.splitlines() if line.startswith("NOT COMPLETE"))
+    assert told.endswith("of 600 epochs: run: File too large") and " epochs (failed)" in again.stdout
+    assert again.stderr == f"gnss-hil: note: failed {told.partition('failed ')[2]}\n"
+
+
+def test_no_room_for_a_page_leaves_none_that_looks_new(desk):
+    command = [PROGRAM, "run", "--bus", "inline", "--duration", "3", "--quiet", "--out", "run"]
+    subprocess.run(command, check=True, capture_output=True, timeout=HANG_S)
+    done = run_within(100_000, [PROGRAM, "report", "run"])
+    assert done.returncode == 1
+    assert done.stderr.endswith(
+        "the figures are in summary.json, the page run/report.html is of an earlier report\n"
+    )
 
 
 def test_a_quiet_run_has_its_summary_and_nothing_else(desk):

@@ -65,7 +65,9 @@ class Run:
         """The record of a run folder, of `gnss-hil run` too. BenchError if it is none."""
         found = cls(Path(folder))
         failure = found.summary.get("failure")
-        return replace(found, failures=(failure,) if failure else ())
+        return replace(
+            found, failures=(failure,) if failure else (), notes=tuple(found.summary.get("remarks", ()))
+        )
 
     def of(self, craft: str) -> Run:
         """The same record with the tables, errors and checks of one craft alone."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gnss_hil.dbc.process.command_line import voice
+from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.command_line.arguments import pace, seconds
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.run_config.config import EXTERNAL, OTHER_SIDE, OURS, ReplayConfig
@@ -110,22 +111,25 @@ def run(arguments: Namespace) -> int:
     different = config.same and played.comparison.different
     print("\n".join(output.account(config, played)))
     recording = found.recorded.recording
-    for line in (*recording.found.lines(recording.path), *damage.lines(found.recorded)):
+    found_lines = recording.found.lines(recording.path)
+    for line in (*found_lines, *damage.lines(found.recorded), *damage.since_the_run(found.folder)):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
         print(flush=True)
-        _report(folder.path, output.facts_of(found, config, played, about))
+        _report(folder.path, source.scenario_of(found)[1], output.facts_of(found, config, played, about))
     if stop():
         return stop.status
     return 1 if different else 0
 
 
-def _report(folder: Path, facts: Mapping[str, Any]) -> None:
+def _report(folder: Path, scenario: Scenario, facts: Mapping[str, Any]) -> None:
     """Facts of the replay, then tables, summary and page as `gnss-hil report` makes them."""
     from gnss_hil.tools.commands import report
+    from gnss_hil.tools.recording import fingerprints
     from gnss_hil.tools.recording.run_folder import FACTS, write_json
 
-    write_json(folder / FACTS, facts)
+    record = fingerprints.of_record(folder, [craft.name for craft in scenario.craft])
+    write_json(folder / FACTS, {**facts, "record": record})
     report.again(folder, None)
 
 

@@ -52,9 +52,10 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
 
 def again(folder: Path, out: Path | None) -> int:
     """Everything that a run's log tells, anew."""
+    from gnss_hil.tools.recording import fingerprints
     from gnss_hil.tools.recording.run_folder import LOG, check_run_folder
     from gnss_hil.tools.results import assemble, run_digest
-    from gnss_hil.tools.results.text import missed, render
+    from gnss_hil.tools.results.text import broken_off, missed, render
 
     check_run_folder(folder)
     if not (folder / LOG).is_file():
@@ -64,8 +65,11 @@ def again(folder: Path, out: Path | None) -> int:
     digests = run_digest.from_log(folder / LOG, craft, codecs)
     epochs = max(digest.epochs for digest in digests.values())
     facts = assemble.after_a_crash(assemble.read_facts(folder), scenario, epochs)
-    summary = assemble.write(folder, facts, digests)
+    changed = [*fingerprints.changed(folder, facts.get("record", {}))]
+    summary = assemble.write(folder, facts, digests, changed)
     print(f"{render(summary)}\n")
+    for note in [*filter(None, [broken_off(summary)]), *changed]:
+        print(f"{PROGRAM}: note: {note}", file=sys.stderr)
     lines = draw(folder, facts, summary, digests, out) + missed(summary)
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
@@ -88,7 +92,8 @@ def draw(
     try:
         run_report.write(folder, facts, summary, digests, path)
     except OSError as error:
-        return [f"{error.filename or path}: {error.strerror}; the figures are in {SUMMARY}"]
+        old = f", the page {path} is of an earlier report" if path.exists() else ""
+        return [f"{error.filename or path}: {error.strerror}; the figures are in {SUMMARY}{old}"]
     if told:
         print(f"report:     {path}")
     return []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from gnss_hil.tools.live.display import Display, open_display
 from gnss_hil.tools.processes import overload
 from gnss_hil.tools.processes import reference as judging
 from gnss_hil.tools.processes.outcome import Outcome
-from gnss_hil.tools.recording import account, provenance
+from gnss_hil.tools.recording import account, fingerprints, provenance
 from gnss_hil.tools.recording.recorder import Recorder
 from gnss_hil.tools.recording.run_folder import (
     FACTS,
@@ -85,13 +85,16 @@ def play(
     _check_bus(plan, config)
     folder = RunFolder(config.out or default_path(plan.scenario.name))
     recording = _Recording()
+    begun: dict[str, Any] = {}
     try:
         with naming(folder.path):
             about = _about(plan, config, folder.describe(plan.scenario, plan.vehicle_texts))
-            write_json(folder / FACTS, _facts(plan, config, about, NOT_YET))
+            begun = _facts(plan, config, about, NOT_YET)
+            write_json(folder / FACTS, begun)
             outcome, digests = _play(plan, config, folder, recording, stop or Interruptible())
-    except BaseException:
+    except BaseException as error:
         if recording.begun:
+            _note_death(folder, begun, error)
             print(f"run folder with everything up to here: {folder.path}", file=sys.stderr)
         else:
             folder.discard()
@@ -106,6 +109,7 @@ def play(
             about["inputs"].append(provenance.taken(reference, folder.path, len(about["inputs"])))
         about["ended_utc"] = provenance.now()
         facts = _facts(plan, config, about, outcome)
+        facts["record"] = fingerprints.of_record(folder.path, plan.names)
         summary = assemble.write(folder.path, facts, digests)
     whole = not outcome.failure and not outcome.interrupted
     told, disturbed = _told(plan, outcome, digests), bool(plan.world.faults)
@@ -131,6 +135,13 @@ def play(
             *idle(summary),
         ),
     )
+
+
+def _note_death(folder: RunFolder, begun: Mapping[str, Any], error: BaseException) -> None:
+    """In run.json, why a run ended early, if it can be said there: the disk may be what is full."""
+    why = f"{error.filename}: {error.strerror}" if isinstance(error, OSError) else str(error)
+    with suppress(OSError):
+        write_json(folder / FACTS, {**begun, "failure": why.partition("\n")[0]})
 
 
 def _by_one_carrier(plan: Plan, digests: Mapping[str, Digest]) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -41,6 +41,7 @@ class _Facts(BaseModel):
     failure  why it broke off
     faults   what was armed on each craft's bus
     bench_frames_refused_in   by craft: epoch, how many
+    record   `gnss_hil.tools.recording.fingerprints`, when it had ended
     about    `gnss_hil.tools.recording.provenance`, and what was asked for
     """
 
@@ -67,14 +68,21 @@ class _Facts(BaseModel):
     failure: str = ""
     epochs_planned: int | None = None
     about: dict[str, Any] = {}
+    record: dict[str, dict[str, Any]] = {}
     expect: dict[str, dict[Literal["min", "max", "after_s"], float]]
 
 
-def write(folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest]) -> dict[str, Any]:
-    """Tables, run.json and summary.json of a folder; the summary."""
+def write(
+    folder: Path, facts: Mapping[str, Any], digests: Mapping[str, Digest], changed: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Tables, run.json and summary.json of a folder; the summary.
+
+    changed   lines on files that are not as the run left them: remarks of the summary, not of the run
+    """
     stream = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     tables.write_fixes_and_truth(folder, digests, stream, facts.get("bench_frames_refused_in", {}))
     summary = build(facts, digests, stream) | {"faults": _faults(folder)}
+    summary["remarks"] = [*facts.get("remarks", []), *changed]
     write_json(folder / FACTS, facts)
     write_json(folder / SUMMARY, summary)
     return summary
@@ -121,8 +129,8 @@ def after_a_crash(facts: Mapping[str, Any] | None, scenario: Scenario, epochs: i
         return facts_of(scenario, epochs)
     if facts.get("ended", COMPLETE) is not None:
         return dict(facts)
-    return {**facts, "epochs": epochs, "duration_s": epochs * facts["epoch_interval_s"], "failure": DIED,
-            "ended": FAILED, "interrupted": True}  # fmt: skip
+    return {**facts, "epochs": epochs, "duration_s": epochs * facts["epoch_interval_s"],
+            "failure": facts.get("failure") or DIED, "ended": FAILED, "interrupted": True}  # fmt: skip
 
 
 def facts_of(scenario: Scenario, epochs: int, **noted: Any) -> dict[str, Any]:

@@ -41,6 +41,7 @@ _QUALITY = ("median", "p95")
 _ERROR = ("median", "rms", "p95", "max")
 _OF_THE_RUN_ALONE = (
     "expect", "faults", "bench_frames_refused_in", "frames_sent", "latency_histogram", "about", "fixes_flown",
+    "record",
 )  # fmt: skip
 """Of run.json, what summary.json does not repeat."""
 _NEES = ("position", "velocity", "clock")

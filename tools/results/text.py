@@ -199,9 +199,14 @@ def _bus(s: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "  epochs unanswered", f"{figure(s['epochs_unanswered'])}{why}"
 
 
+def _ended(s: Mapping[str, Any]) -> str:
+    """complete, interrupted or failed."""
+    return s.get("ended", "interrupted" if s.get("interrupted") else "complete")
+
+
 def broken_off(s: Mapping[str, Any]) -> str:
     """How a run ended before its time; "" if it did not."""
-    ended = s.get("ended", "interrupted" if s.get("interrupted") else "complete")
+    ended = _ended(s)
     if ended == "complete":
         return ""
     planned = s.get("epochs_planned")
@@ -223,7 +228,8 @@ def render(s: Mapping[str, Any]) -> str:
     """Aligned lines with units."""
     factor = s["real_time_factor"]
     speed = f", {factor:.0f} times real time" if factor else ""
-    stopped = " (interrupted)" if s.get("interrupted") else ""
+    ended = _ended(s)
+    stopped = "" if ended == "complete" else f" ({ended})"
     rows = [
         ("scenario", f"{s['scenario']}, policy {s['policy']}, seed {s['seed']}"),
         *([("emulator", _other_emulator(s))] if foreign_emulator(s) else []),
