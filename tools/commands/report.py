@@ -68,7 +68,7 @@ def again(folder: Path, out: Path | None) -> int:
     changed = [*fingerprints.changed(folder, facts.get("record", {}))]
     summary = assemble.write(folder, facts, digests, changed)
     print(f"{render(summary)}\n")
-    for note in [*filter(None, [broken_off(summary)]), *changed]:
+    for note in [*filter(None, [broken_off(summary)]), *assemble.new_remarks(facts, summary)]:
         print(f"{PROGRAM}: note: {note}", file=sys.stderr)
     lines = draw(folder, facts, summary, digests, out) + missed(summary)
     for line in lines:

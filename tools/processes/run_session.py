@@ -133,6 +133,7 @@ def play(
             *(_empty_skies(summary) if config.emulator == OURS else ()),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
             *idle(summary),
+            *assemble.new_remarks(facts, summary),
         ),
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,7 +17,7 @@ from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.recording.run_folder import FACTS, FAULTS, SCENARIO, SUMMARY, TRUTH, write_json
-from gnss_hil.tools.results import fault_verdicts, tables, truth
+from gnss_hil.tools.results import fault_verdicts, tables, time_offset, truth
 from gnss_hil.tools.results.summary import build
 
 COMPLETE, INTERRUPTED, FAILED = "complete", "interrupted", "failed"
@@ -82,10 +82,22 @@ def write(
     stream = truth.read(folder / TRUTH) if (folder / TRUTH).exists() else None
     tables.write_fixes_and_truth(folder, digests, stream, facts.get("bench_frames_refused_in", {}))
     summary = build(facts, digests, stream) | {"faults": _faults(folder)}
-    summary["remarks"] = [*facts.get("remarks", []), *changed]
+    summary["remarks"] = [*facts.get("remarks", []), *changed, *_of_another_time(digests, stream)]
     write_json(folder / FACTS, facts)
     write_json(folder / SUMMARY, summary)
     return summary
+
+
+def _of_another_time(digests: Mapping[str, Digest], known: truth.Truth | None) -> Iterator[str]:
+    if known is None:
+        return
+    for name in digests.keys() & set(known.craft):
+        yield from time_offset.remark(name, digests[name].fixes, known.of(name))
+
+
+def new_remarks(facts: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:
+    """What a summary remarks on beside what its run did."""
+    return [line for line in summary["remarks"] if line not in facts.get("remarks", [])]
 
 
 def _faults(folder: Path) -> list[dict[str, Any]]:

@@ -16,6 +16,7 @@ from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.tools.decoder.counters import total
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import consistency, outages
+from gnss_hil.tools.results import truth as truths
 from gnss_hil.tools.results.truth import Truth
 
 
@@ -109,12 +110,9 @@ class Errors:
 def errors_against_truth(fixes: Mapping[str, np.ndarray], rows: np.ndarray) -> Errors:
     """Of fixes, and truth."""
     none = np.zeros(0)
-    if not len(rows) or not fixes or not fixes["valid"].any():
+    fixes, rows = truths.at_fixes(fixes, rows)
+    if not len(rows):
         return Errors(none, none, dict.fromkeys(_NEES, none))
-    fixes = {name: column[fixes["valid"]] for name, column in fixes.items()}
-    at = np.minimum(np.searchsorted(rows["t_gps_ns"], fixes["t_ns"]), len(rows) - 1)
-    found = rows["t_gps_ns"][at] == fixes["t_ns"]
-    fixes, rows = {name: column[found] for name, column in fixes.items()}, rows[at[found]]
     position = np.column_stack([fixes[f"{a}_m"] for a in "xyz"]) - rows["position_ecef_m"]
     velocity = np.column_stack([fixes[f"v{a}_mps"] for a in "xyz"]) - rows["velocity_ecef_mps"]
     return Errors(

@@ -6,6 +6,7 @@ Written as it happens; whatever dies, the whole rows up to then can be read.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,3 +47,14 @@ def read(path: Path) -> Truth:
         raise TruthError(f"{path}: not a truth file (its first line describes the rows)") from None
     rows = np.memmap(path, kind, "r", begin, (whole,)) if whole else np.zeros(0, kind)
     return Truth(tuple(header["craft"]), rows)
+
+
+def at_fixes(
+    fixes: Mapping[str, np.ndarray], rows: np.ndarray
+) -> tuple[Mapping[str, np.ndarray], np.ndarray]:
+    """The valid fixes (n,) of whose instant there is a truth, and its rows (n,)."""
+    if not len(rows) or not fixes:
+        return {}, rows[:0]
+    at = np.minimum(np.searchsorted(rows["t_gps_ns"], fixes["t_ns"]), len(rows) - 1)
+    found = fixes["valid"] & (rows["t_gps_ns"][at] == fixes["t_ns"])
+    return {name: column[found] for name, column in fixes.items()}, rows[at[found]]
