@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.process import command_line
 
 EXAMPLES = """\
@@ -269,7 +270,8 @@ def _epochs(world, epochs: int, master, truth, fates, status, stop, say) -> int:
         standing = _standing(world, played, master, time.monotonic() - begun_s)
         status.tell("ended", reason=reason, **standing, **_tallied(master, state))
         late = f", marks at most {1e3 * master.tally.late_s:.1f} ms late" if master.paced else ""
-        say(f"{reason.lower()} after {played} epochs, {standing['epochs_unanswered']} unanswered{late}")
+        many = so_many(played, "epoch")
+        say(f"{reason.lower()} after {many}, {standing['epochs_unanswered']} unanswered{late}")
     return played
 
 

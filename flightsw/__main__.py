@@ -15,6 +15,7 @@ import argparse
 import gc
 from collections.abc import Sequence
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.process import command_line
 
 EXAMPLES = """\
@@ -132,11 +133,12 @@ def _fly(arguments: argparse.Namespace, config, stop) -> int:
         if refused := messages.explain(slave.refused):
             say(refused)
         if slave.refused_marks:
-            say(f"{slave.refused_marks} time marks left out: no epoch followed")
+            say(f"{so_many(slave.refused_marks, 'time mark')} left out: no epoch followed")
         if not arguments.quiet:
             _report_rejections(config.codec, state.rejected)
             if state.single_fixes:
-                say(f"{state.single_fixes} fixes by one signal of each satellite: too few pairs")
+                many = so_many(state.single_fixes, "fix", "fixes")
+                say(f"{many} by one signal of each satellite: too few pairs")
 
 
 def _join(arguments: argparse.Namespace, codec, stop, say):

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from gnss_hil.dbc.bus.base import Link
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE
@@ -279,7 +280,7 @@ class MasterLoop:
             return
         silent = ", ".join(name for name, exchange in self._exchanges.items() if not exchange.answered)
         since = f"FLIGHT of {silent} has not answered"
-        row = f"{self._in_a_row} epochs in a row, to epoch {epoch}"
+        row = f"{so_many(self._in_a_row, 'epoch')} in a row, to epoch {epoch}"
         if self._period_s is None:
             raise Unanswered(f"{since} for {row}, each waited for {self._limit_s:g} s: the run ends")
         silent_s = (

@@ -10,6 +10,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime, satellites, systems
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.counts import noun, so_many
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract import codec
@@ -58,7 +59,7 @@ def span_of(path: str, craft: str) -> dict[str, object]:
     t_ns = observations(path, craft).t_ns
     if len(t_ns) < 2:
         raise ScenarioError(
-            f"craft.{craft}.observations: {path}: {len(t_ns)} epochs; two at least are played"
+            f"craft.{craft}.observations: {path}: {so_many(len(t_ns), 'epoch')}; two at least are played"
         )
     step_ns = _commonest_step_ns(t_ns)
     return {
@@ -165,7 +166,8 @@ def _refuse(sky: scenario.Sky, craft: scenario.Craft, vehicle: Vehicle) -> None:
     """ScenarioError if the scenario demands something of a real receiver that only an emulated one can do."""
     if vehicle.antennas != 1:
         raise ScenarioError(
-            f"craft.{craft.name}: vehicle '{vehicle.name}' has {vehicle.antennas} antennas; a file is of one"
+            f"craft.{craft.name}: vehicle '{vehicle.name}' has {so_many(vehicle.antennas, 'antenna')}; "
+            "a file is of one"
         )
     keys = [f"sky.factors.{name}" for name in sky.factors.on() if FACTORS[name].acts_on == "receiver"]
     own = [f"factors.{name}" for name in craft.factors.on() if not FACTORS[name].default]
@@ -216,8 +218,8 @@ def _reference(
     if unknown:
         first, last = (gpstime.iso(t_ns) for t_ns in found.flown.span_ns)
         tell(
-            f"{key}: states from {first} to {last} GPS: {unknown} of {len(marks_ns)} epochs are judged by "
-            "nothing"
+            f"{key}: states from {first} to {last} GPS: {unknown} of {len(marks_ns)} epochs "
+            f"{noun(unknown, 'is', 'are')} judged by nothing"
         )
     return found
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import satellites, signals, systems
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.counts import noun, so_many
 from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.constellation.base import Broadcast
 from gnss_hil.emulator.constellation.sky import Sky
@@ -29,13 +30,14 @@ def left_out(file: rinex_obs.Observations, played: Tracks) -> Iterator[str]:
         )
     if played.dropped:
         yield (
-            f"{played.dropped} of {played.dropped + len(played)} observations are left out: alone in time, "
-            "hence without a range rate, or without a channel"
+            f"{played.dropped} of {played.dropped + len(played)} observations "
+            f"{noun(played.dropped, 'is', 'are')} left out: alone in time, hence without a range rate, or "
+            "without a channel"
         )
     if played.doubtful:
         yield (
-            f"{played.doubtful} of {len(played)} signal strengths are left out: receivers measure more than "
-            f"0 and no more than {LOUDEST_DBHZ:g} dBHz"
+            f"{played.doubtful} of {len(played)} signal strengths {noun(played.doubtful, 'is', 'are')} "
+            f"left out: receivers measure more than 0 and no more than {LOUDEST_DBHZ:g} dBHz"
         )
 
 
@@ -56,8 +58,8 @@ def unused(file: rinex_obs.Observations, epoch_of: I64, played: Sequence[Signal]
     ):
         present = [letter for letter in letters if counts[letter]]
         if present:
-            number = sum(counts[letter] for letter in present)
-            yield f"{', '.join(present)}: {number} observations are left out: {why}"
+            many = so_many(sum(counts[letter] for letter in present), "observation is", "observations are")
+            yield f"{', '.join(present)}: {many} left out: {why}"
 
 
 def unknown(sat: I64, played: Sequence[Signal], sky: Sky) -> Iterator[str]:

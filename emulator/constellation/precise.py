@@ -14,6 +14,7 @@ from numpy.polynomial import chebyshev
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.constellation.phase_centre import antenna_m
 from gnss_hil.emulator.earth.constants import LIGHT_MPS, ROTATION_RPS, eci_to_ecef
 from gnss_hil.emulator.earth.sun_moon import sun_ecef_m
@@ -176,8 +177,8 @@ def from_sp3(product: Sp3, offset_m: F64 | None = None) -> PreciseOrbits:
     step_ns = int(steps_ns.min()) if len(steps_ns) else 0
     if len(product.t_ns) < POINTS or (steps_ns % step_ns).any() or not len(index):
         raise ValueError(
-            f"{product.origin}: {len(product.t_ns)} instants of {len(index)} satellites; "
-            f"needed are {POINTS} on a regular grid, of one at least"
+            f"{product.origin}: {so_many(len(product.t_ns), 'instant')} of "
+            f"{so_many(len(index), 'satellite')}; needed are {POINTS} on a regular grid, of one at least"
         )
     row = (product.t_ns - product.t_ns[0]) // step_ns
     pos, clock = np.full((row[-1] + 1, len(index), 3), np.nan), np.full((row[-1] + 1, len(index)), np.nan)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.counts import noun, so_many
 from gnss_hil.dbc.common.systems import SYSTEMS
 from gnss_hil.emulator.config.tables import ScenarioError, Tell, Time, untold
 from gnss_hil.emulator.constellation import precise_sky, presence
@@ -100,7 +101,8 @@ def _odd(records: rinex_nav.Records, placeless: int, letter: str) -> Iterator[st
     """What is odd about the records of a system, a line each."""
     if placeless:
         name = LAYOUTS[letter].name
-        yield f"{placeless} records of {name} are left out: their places or clocks are zero or unknown"
+        many = f"{so_many(placeless, 'record')} of {name} {noun(placeless, 'is', 'are')}"
+        yield f"{many} left out: their places or clocks are zero or unknown"
     rivals = rinex_nav.rivals(records)
     if rivals:
         names = ", ".join(f"{letter}{number:02d}" for number in rivals)

@@ -19,6 +19,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.files.text import FileError, read_text
 
 TIME = "UTC"
@@ -64,7 +65,7 @@ def parse(text: str, wanted: Sequence[str], origin: str) -> Table:
         if len(times) > 1 and times[-1] <= times[-2]:
             raise FileError(f"{origin}: line {n}: {TIME} does not ascend")
     if len(rows) < 2:
-        raise FileError(f"{origin}: {len(rows)} rows; two at least are needed")
+        raise FileError(f"{origin}: {so_many(len(rows), 'row')}; two at least are needed")
     return Table(np.array(times), np.array(rows))
 
 

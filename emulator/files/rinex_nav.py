@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.files.rinex_blocks import blocks
 from gnss_hil.emulator.files.rinex_layouts import LAYOUTS, MAY_BE_BLANK, UNKNOWN, UPLOADED, Layout
 from gnss_hil.emulator.files.text import FileError, read_text
@@ -161,7 +162,9 @@ def _record(
     if end - first not in layout.lines:
         allowed = " or ".join(map(str, layout.lines))
         record = f"{layout.name} record from line {first + 1}"
-        raise FileError(f"{origin}: line {end}: {record} has {end - first} lines; it needs {allowed}")
+        raise FileError(
+            f"{origin}: line {end}: {record} has {so_many(end - first, 'line')}; it needs {allowed}"
+        )
     head = lines[first]
     # Version 3 writes one column more everywhere: the letter, and a year of four digits.
     clock, data = (22, 3) if version < 3 else (23, 4)

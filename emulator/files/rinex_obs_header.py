@@ -15,6 +15,7 @@ import numpy as np
 
 from gnss_hil.dbc.common import satellites, systems
 from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.files.text import FileError
 
 OLDEST, NEWEST = 2.0, 5.0
@@ -291,7 +292,8 @@ def _finished(draft: _Draft) -> Header:
     for letter, codes in fields["codes"].items():
         if len(codes) < draft.wanted[letter]:
             raise draft.refuse(
-                f"{len(codes)} observation codes were read; {draft.wanted[letter]} were announced"
+                f"{so_many(len(codes), 'observation code was', 'observation codes were')} read; "
+                f"{so_many(draft.wanted[letter], 'was', 'were')} announced"
             )
     fields["scale"] = fields.get("scale") or _SCALE_OF_SYSTEM.get(fields["system"], "GPS")
     if not fields.get("position_ecef_m", np.zeros(3)).any():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.bench.errors import BenchError
 from gnss_hil.tools.bench.record import Run
 from gnss_hil.tools.common.durations import clock
@@ -52,7 +53,7 @@ def _headed(word: str, lines: Iterable[str]) -> Iterator[str]:
 def _faults(run: Run) -> Iterator[str]:
     """Stretches in which faults touched frames."""
     for row in run.faults.filter(pl.col("frames_touched") > 0).head(MOST).iter_rows(named=True):
-        many = "1 frame" if row["frames_touched"] == 1 else f"{row['frames_touched']} frames"
+        many = so_many(row["frames_touched"], "frame")
         behind = "" if row["active"] else ", behind its window"
         yield (
             f"{row['fault']} at {row['place']}: epochs {row['first_epoch']} to {row['last_epoch']}, "
@@ -71,7 +72,7 @@ def _checks(run: Run) -> Iterator[str]:
     several = len(run.summary["craft"]) > 1
     for row in seen.head(MOST).iter_rows(named=True):
         where = f"{row['craft']} {row['where']}" if several else row["where"]
-        many = "1 epoch" if row["epochs"] == 1 else f"{row['epochs']} epochs"
+        many = so_many(row["epochs"], "epoch")
         yield f"{row['check'].lower()} at {where}: {many}, first at {clock(row['first_s'])}"
     if len(seen) > MOST:
         yield f"and {len(seen) - MOST} more: checks.parquet"

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.common.errors import PROGRAM, Mistake
 from gnss_hil.tools.common.places import check_new_file
 
@@ -115,7 +116,7 @@ def _signals(arguments: Namespace, recording: Any) -> list[str]:
     database = _spoken(arguments.input, recording) if arguments.dbc is None else load(arguments.dbc)
     with _counting(out, arguments.quiet) as show:
         done = write(recording, out, database, arguments.message, show)
-    print(f"{out}: {done.rows} rows of {done.read.summary}")
+    print(f"{out}: {so_many(done.rows, 'row')} of {done.read.summary}")
     told = [f"{recording.path}: {line}" for line in done.undecoded.remarks(database)]
     return done.read.remarks(recording.path, out) + told
 

@@ -6,6 +6,7 @@ import argparse
 from argparse import Namespace
 from pathlib import Path
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.common.errors import Mistake
 
 PARTS = ("list", "show", "check")
@@ -78,7 +79,7 @@ def _check(arguments: Namespace) -> int:
     if wrong:
         raise Mistake("\n".join(wrong))
     for name, count in good:
-        print(f"{name}: {count} fault{'' if count == 1 else 's'}, no mistake")
+        print(f"{name}: {so_many(count, 'fault')}, no mistake")
     return 0
 
 

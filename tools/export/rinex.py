@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.export import navigation, rinex_obs, satellite_orbits, sp3
@@ -75,7 +76,7 @@ def _antennas(craft: CraftData) -> list[File]:
         )  # fmt: skip
         name = f"{craft.name}_{antenna.replace(' ', '_')}.obs"
         epochs = len(np.unique(mine.epoch))
-        files.append(File(name, rinex_obs.text_of(craft, mine, observer), f"{epochs} epochs"))
+        files.append(File(name, rinex_obs.text_of(craft, mine, observer), so_many(epochs, "epoch")))
     return files
 
 
@@ -94,8 +95,9 @@ def _add_reduced(craft: CraftData, shapiro: bool, files: list[File], remarks: li
         return
     observer = Observer("all", "centre of mass", (0.0, 0.0, 0.0), None, _REDUCED + _SHAPIRO[shapiro])
     epochs = len(np.unique(found.rows.epoch))
-    remark = f"{epochs} epochs, centre of mass; left out: {found.unplaced} epochs without fix or attitude, "
-    remark += f"{found.repeated} measurements of satellites measured twice"
+    remark = f"{so_many(epochs, 'epoch')}, centre of mass; left out: "
+    remark += f"{so_many(found.unplaced, 'epoch')} without fix or attitude, "
+    remark += f"{so_many(found.repeated, 'measurement')} of satellites measured twice"
     files.append(File(f"{craft.name}.obs", rinex_obs.text_of(craft, found.rows, observer), remark))
 
 
@@ -111,7 +113,7 @@ def _add_satellites(
         remarks.append(f"no {NAVIGATION}, no {SATELLITES}: {error}")
         return
     orbits = satellite_orbits.antennas(sky, span_ns)
-    table = File(SATELLITES, sp3.text_of(orbits), f"{len(orbits.names)} satellites")
+    table = File(SATELLITES, sp3.text_of(orbits), so_many(len(orbits.names), "satellite"))
     plain = navigation.messages(sky, span_ns, True, errors)
     written = plain if wgs84 else navigation.messages(sky, span_ns, False, errors)
     missing = navigation.without_messages(sky, plain)
@@ -137,5 +139,6 @@ def _add_satellites(
         remarks.append(f"{NAVIGATION} is without {missing}")
     count = sum(len(rows) for rows in written.values())
     text = navigation.text_of(written, int(data[0].t_ns[0]), wgs84)
-    files.append(File(NAVIGATION, text, f"{count} records, {1e3 * worst_m:.1f} mm (median) from the bus"))
+    remark = f"{so_many(count, 'record')}, {1e3 * worst_m:.1f} mm (median) from the bus"
+    files.append(File(NAVIGATION, text, remark))
     files.append(table)

@@ -3,6 +3,7 @@ off by what the factors of the sky make them."""
 
 from __future__ import annotations
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.emulator.constellation.nominal import NominalConstellation
 from gnss_hil.tools.common.errors import Mistake
@@ -26,6 +27,10 @@ def files_of(scenario: Scenario) -> list[File]:
     orbits = satellite_orbits.centres_of_mass(sky, span_ns, ABOUT)
     count = sum(len(rows) for rows in records.values())
     return [
-        File(NAVIGATION, navigation.text_of(records, span_ns[0], False, ABOUT), f"{count} records"),
-        File(ORBITS, sp3.text_of(orbits), f"{len(orbits.names)} satellites, {len(orbits.t_ns)} epochs"),
+        File(NAVIGATION, navigation.text_of(records, span_ns[0], False, ABOUT), so_many(count, "record")),
+        File(
+            ORBITS,
+            sp3.text_of(orbits),
+            f"{so_many(len(orbits.names), 'satellite')}, {so_many(len(orbits.t_ns), 'epoch')}",
+        ),
     ]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gnss_hil.dbc.bus.base import Link
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.process.bus_link import await_link
 from gnss_hil.dbc.process.shutdown import Stop
@@ -56,7 +57,7 @@ def play(gateway: Gateway, say: Callable[[str], None]) -> int:
             stack.callback(link.close)
             links[way] = link
         many = len(strikes.plan.armed)
-        about = f"{many} fault{'' if many == 1 else 's'}" if many else "no faults"
+        about = so_many(many, "fault") if many else "no faults"
         say(f"{gateway.source} <-> {gateway.sink}, {about}; Ctrl-C ends it")
         passed = _pass(gateway, links, crossing, strikes, folder, stop, say)
         say(f"{_how(crossing)}: {_count(passed)}; {strikes.touched} touched by faults{_lost(links)}")
@@ -84,7 +85,7 @@ def _pass(
             return passed
     except BusGone as error:
         bus = gateway.sink if error.toward is Direction.FLIGHT else gateway.source
-        raise Failed(f"bus '{bus}' went away after {crossing.epochs} epochs") from None
+        raise Failed(f"bus '{bus}' went away after {so_many(crossing.epochs, 'epoch')}") from None
     finally:
         if folder is not None:
             ledger.write(folder.path)
@@ -128,7 +129,8 @@ class Acting:
 
     def _over(self, fault: int) -> None:
         last, touched = self._since.pop(fault)
-        self._say(f"epoch {last}: {self._name(fault)} acted for the last time, {touched} frames touched")
+        many = so_many(touched, "frame")
+        self._say(f"epoch {last}: {self._name(fault)} acted for the last time, {many} touched")
 
     def _name(self, fault: int) -> str:
         one = self._plan.armed[fault]
@@ -136,13 +138,13 @@ class Acting:
 
 
 def _how(crossing: Crossing) -> str:
-    return f"{'the run ended' if crossing.ended else 'interrupted'} after {crossing.epochs} epochs"
+    return f"{'the run ended' if crossing.ended else 'interrupted'} after {so_many(crossing.epochs, 'epoch')}"
 
 
 def _count(passed: Mapping[Direction, Passed]) -> str:
     to_flight, back = passed[Direction.FLIGHT], passed[Direction.RECEIVERS]
     return (
-        f"{to_flight.came} frames from the emulator, {to_flight.left} to the flight software; "
+        f"{so_many(to_flight.came, 'frame')} from the emulator, {to_flight.left} to the flight software; "
         f"{back.came} from it, {back.left} to the emulator"
     )
 

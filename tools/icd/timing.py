@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.report.markup import Markup, svg, table, tag, text
 from gnss_hil.tools.run_config.frame_budget import WORST_BITS, Budget, Row, typical_bits
@@ -49,7 +50,7 @@ def _scale(budget: Budget, bits: float) -> float:
 def _blocks(sequence: Sequence[Piece], x: float, y: float, bits: float, scale: float) -> Iterator[Markup]:
     for piece in sequence:
         width = piece.frames * bits * scale
-        says = f"{piece.what}: {piece.frames} frames, {piece.frames * bits:.0f} bit times"
+        says = f"{piece.what}: {so_many(piece.frames, 'frame')}, {piece.frames * bits:.0f} bit times"
         yield tag.g(
             tag.title(says),
             tag.rect(
@@ -59,7 +60,7 @@ def _blocks(sequence: Sequence[Piece], x: float, y: float, bits: float, scale: f
         )  # fmt: skip
         if width > 60:
             yield tag.text(piece.what, x=x + width / 2, y=y + 15, class_="label")
-            yield tag.text(f"{piece.frames} frames", x=x + width / 2, y=y + 28, class_="onbar")
+            yield tag.text(so_many(piece.frames, "frame"), x=x + width / 2, y=y + 28, class_="onbar")
         x += width
 
 

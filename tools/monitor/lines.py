@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.tools.monitor.format import Formatter, identifier
@@ -124,4 +125,5 @@ class Printer:
 
 
 def _gap(left_out: int) -> bytes:
-    return f"# {left_out} frames not shown: the reader of this is too slow\n".encode() if left_out else b""
+    many = so_many(left_out, "frame")
+    return f"# {many} not shown: the reader of this is too slow\n".encode() if left_out else b""

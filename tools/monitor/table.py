@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.frames import ERR_FLAG, FrameBatch
 from gnss_hil.tools.live.layout import age
 from gnss_hil.tools.live.screen import Line, Span, fitted, line, parted
@@ -119,7 +120,7 @@ def totals(
             f"{stats.counts[row].sum():9d} {sum(by_check.values()):7d}  "
             + ", ".join(f"{reason} {count}" for reason, count in by_check.items())
         )
-    lines.append(f"{stats.frames} frames in {seconds:.1f} s; {_faults(stats) or 'no faults'}")
+    lines.append(f"{so_many(stats.frames, 'frame')} in {seconds:.1f} s; {_faults(stats) or 'no faults'}")
     for count, what in (
         (stats.missing, "frames missing by the counters of their streams"),
         (stats.unlisted, "frames of further identifiers that are not in the contract"),

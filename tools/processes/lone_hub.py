@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gnss_hil.dbc.bus.embedded import FRAME
 from gnss_hil.dbc.bus.hub import HELD_BACK_S, Hub
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.process.shutdown import Stop
 from gnss_hil.tools.common.errors import PROGRAM, Failed
 
@@ -44,7 +45,7 @@ def serve(path: Path) -> int:
     if hub.failure is not None:
         raise Failed(f"the bus failed: {hub.failure}")
     odd = f", {hub.malformed} malformed left out" if hub.malformed else ""
-    print(f"{PROGRAM}: {count.frames} frames of {hub.joined} peers{odd}")
+    print(f"{PROGRAM}: {so_many(count.frames, 'frame')} of {so_many(hub.joined, 'peer')}{odd}")
     return stop.status
 
 

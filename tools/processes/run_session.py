@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.screening import Verdict
 from gnss_hil.dbc.process.shutdown import Stop
 from gnss_hil.emulator.config import scenario as scenarios
@@ -151,7 +152,8 @@ def _by_one_carrier(plan: Plan, digests: Mapping[str, Digest]) -> Iterator[str]:
         fixes = digests[craft].fixes
         alone = int((fixes["valid"] & (fixes["satellites_paired"] == 0)).sum())
         if flight.options.ionosphere_free and alone:
-            yield f"craft {craft}: {alone} of {int(fixes['valid'].sum())} fixes by one carrier: too few pairs"
+            valid = so_many(int(fixes["valid"].sum()), "fix", "fixes")
+            yield f"craft {craft}: {alone} of {valid} by one carrier: too few pairs"
 
 
 def _empty_skies(summary: Mapping[str, Any]) -> Iterator[str]:
@@ -172,7 +174,7 @@ def _unanswered(config: RunConfig, outcome: Outcome) -> tuple[str, ...]:
     """In lockstep every epoch has its answer; at a pace one may come late."""
     if config.pace != "lockstep" or not outcome.unanswered:
         return ()
-    many = f"{outcome.unanswered} epoch{'' if outcome.unanswered == 1 else 's'}"
+    many = so_many(outcome.unanswered, "epoch")
     return (f"{many} of {outcome.epochs} not answered in time: the run is not reproducible",)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Refusal
 
@@ -65,10 +66,6 @@ Told = tuple[str, Heard, Counted, Decoded]
 """All that is known of a craft's record."""
 
 
-def _many(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
-
-
 def faults(
     craft: str, heard: Heard, counted: Counted, decoded: Decoded, disturbed: bool = False
 ) -> Iterator[str]:
@@ -77,12 +74,12 @@ def faults(
     disturbed   faults were armed on the bus: what nodes say and leave unsaid may be their work, and is noted
     """
     if counted.epochs not in (None, heard.epochs):
-        yield f"{craft}: {_many(heard.epochs, 'epoch')} on record, the time master played {counted.epochs}"
+        yield f"{craft}: {so_many(heard.epochs, 'epoch')} on record, the time master played {counted.epochs}"
     if not disturbed:
         yield from _conduct(craft, heard, counted, decoded)
     if heard.lost_answers:
         yield (
-            f"{craft}: {_many(heard.lost_answers, 'answer')} came so late that frames could not tell their "
+            f"{craft}: {so_many(heard.lost_answers, 'answer')} came so late that frames could not tell their "
             "epoch, and are not on record"
         )
     if heard.ended and counted.fixes not in (None, decoded.fixes):
@@ -92,23 +89,23 @@ def faults(
 def _conduct(craft: str, heard: Heard, counted: Counted, decoded: Decoded) -> Iterator[str]:
     """What the nodes of a bus do wrong, or leave undone."""
     if heard.epochs and not decoded.answers:
-        yield f"{craft}: the flight software answered none of {_many(heard.epochs, 'epoch')}"
+        yield f"{craft}: the flight software answered none of {so_many(heard.epochs, 'epoch')}"
     if heard.miscounts:
         epoch, said, came = heard.miscount
         more = f", the first of {heard.miscounts}" if heard.miscounts > 1 else ""
         yield (
-            f"{craft}: BENCH_DONE of epoch {epoch} says {_many(said, 'frame')}, {came} came before it{more}: "
-            "it counts wrong, or frames were lost"
+            f"{craft}: BENCH_DONE of epoch {epoch} says {so_many(said, 'frame')}, {came} came before it{more}"
+            ": it counts wrong, or frames were lost"
         )
     if heard.contested:
         nodes = ", ".join(heard.contested)
         yield f"{craft}: several peers of the bus spoke by turns for {nodes}: the record may be of either"
     elif heard.several and decoded.out_of_order and counted.fixes is None:
-        nodes, many = ", ".join(heard.several), _many(decoded.out_of_order, "frame")
+        nodes, many = ", ".join(heard.several), so_many(decoded.out_of_order, "frame")
         yield f"{craft}: several peers of the bus spoke for {nodes}, and {many} on record are out of order"
     if decoded.answers < heard.answers - heard.lost_answers:
         yield (
-            f"{craft}: the flight software answered {_many(heard.answers - heard.lost_answers, 'epoch')}, "
+            f"{craft}: the flight software answered {so_many(heard.answers - heard.lost_answers, 'epoch')}, "
             f"{decoded.answers} NAV_STATUS are on record"
         )
 
@@ -124,9 +121,10 @@ def notes(
     if refused := messages.explain(heard.refused):
         yield f"{craft}: {refused}"
     if heard.refused_marks:
-        yield f"{craft}: {_many(heard.refused_marks, 'time mark')} left out of the record: no epoch followed"
+        many = so_many(heard.refused_marks, "time mark")
+        yield f"{craft}: {many} left out of the record: no epoch followed"
     if heard.late:
-        yield f"{craft}: {_many(heard.late, 'answer')} two epochs late or more"
+        yield f"{craft}: {so_many(heard.late, 'answer')} two epochs late or more"
     if restarted := sorted({*heard.several} - {*heard.contested}):
         yield f"{craft}: more than one peer of the bus spoke for {', '.join(restarted)}, one after the other"
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 
@@ -37,8 +38,8 @@ class Comparison:
     def result(self) -> str:
         """What came of it, for people."""
         if not self.different:
-            return f"as recorded in all of {self.epochs} epochs"
-        differs = f"differs from the recording in {self.different} of {self.epochs} epochs"
+            return f"as recorded in all of {so_many(self.epochs, 'epoch')}"
+        differs = f"differs from the recording in {self.different} of {so_many(self.epochs, 'epoch')}"
         return f"{differs}, first {self.first}"
 
     def _relevant(self, frames: FrameBatch) -> FrameBatch:
@@ -53,7 +54,7 @@ class Comparison:
             (recorded.can_id[:n] != heard.can_id[:n]) | (recorded.data[:n] != heard.data[:n]).any(axis=1)
         )
         if not len(unequal):
-            return f"{len(recorded)} frames recorded, {len(heard)} heard"
+            return f"{so_many(len(recorded), 'frame')} recorded, {len(heard)} heard"
         row = int(unequal[0])
         return f"{self._frame(recorded, row)} recorded, {self._frame(heard, row)} heard"
 

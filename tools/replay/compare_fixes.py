@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.tools.decoder.block import of_frames
@@ -73,7 +74,7 @@ class FixComparison:
         if not self.frames.different:
             return self.frames.result
         both = len(self.apart_m)
-        text = f"fixes in {both} epochs of both"
+        text = f"fixes in {so_many(both, 'epoch')} of both"
         if both:
             median, p95 = np.percentile(self.apart_m, (50, 95))
             text += (

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from gnss_hil.dbc.common.counts import noun
 from gnss_hil.tools.decoder.screen import Screen
 from gnss_hil.tools.recording import fingerprints
 from gnss_hil.tools.replay.recorded_run import RecordedRun
@@ -28,7 +29,11 @@ def lines(recorded: RecordedRun) -> list[str]:
     parts = [
         *([f"frames missing by their counters: {counters.lost}"] if counters.lost else []),
         *([f"frames do not pass their checks: {refused}"] if refused else []),
-        *([f"{spanned - epochs} of {spanned} epochs are missing"] if epochs < spanned else []),
+        *(
+            [f"{spanned - epochs} of {spanned} epochs {noun(spanned - epochs, 'is', 'are')} missing"]
+            if epochs < spanned
+            else []
+        ),
     ]
     where = f"{recorded.recording.path}: {recorded.bus}"
     return [f"{where}: the recording is not whole: {'; '.join(parts)}"] if parts else []

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording import provenance
@@ -130,11 +131,12 @@ def facts_of(
 
 def account(config: ReplayConfig, played: Played) -> list[str]:
     """What a replay showed, in lines."""
-    wall = f"{played.wall_s:.1f} s"
+    wall, sent = f"{played.wall_s:.1f} s", so_many(played.sent, "frame")
     if config.only is None:
-        return [f"replayed    {played.sent} frames in {wall}; {played.heard} heard from others"]
-    lines = [f"replayed    {played.epochs} epochs in {wall}: {played.sent} frames sent, {played.heard} heard"]
+        return [f"replayed    {sent} in {wall}; {played.heard} heard from others"]
+    epochs = so_many(played.epochs, "epoch")
+    lines = [f"replayed    {epochs} in {wall}: {sent} sent, {played.heard} heard"]
     if config.only == "emulator" and config.pace == "lockstep":
-        lines.append(f"unanswered  {played.tally.unanswered} epochs")
+        lines.append(f"unanswered  {so_many(played.tally.unanswered, 'epoch')}")
     lines.append(f"{OTHER_SIDE[config.only]:<11} {played.comparison.result}")
     return lines

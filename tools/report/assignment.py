@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.common.satellites import name as satellite_name
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.plot import Json, Plot, antenna_colour, axis, milliseconds, time_axis
@@ -25,12 +26,12 @@ def assignment(craft: Craft) -> Plot:
     doubled = len(np.unique(cut.holds.satellite[cut.share > 1]))
     marks = _taken_up(craft)
     note = (
-        f"Which antenna measured which satellite, and when: {len(rows)} satellites. "
+        f"Which antenna measured which satellite, and when: {so_many(len(rows), 'satellite')}. "
         f"Diamonds are handovers, satellites that commands took from one antenna and gave to another, "
         f"where that one first measured them: {len(marks)} of {len(craft.handed)}. "
     )
     note += (
-        f"Where a row is split, several antennas held the satellite at once: {doubled} satellites."
+        f"Where a row is split, several antennas held the satellite at once: {so_many(doubled, 'satellite')}."
         if doubled
         else "No satellite was held by two antennas at once."
     )

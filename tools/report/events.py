@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.report.craft import Craft
 from gnss_hil.tools.report.decimate import evenly
 from gnss_hil.tools.report.plot import Json, Plot, axis, layout, moments, time_axis
@@ -38,7 +39,7 @@ def events(craft: Craft) -> Plot:
         data.append(_marks(f"{name}: {len(rows)}", log["t_ns"][kept], lane, symbol, colour, words))
     kept = faults[evenly(len(faults), _MOST)]
     left_out += len(faults) - len(kept)
-    words = [f"{count:.0f} frames refused" for count in craft.counts["faults"][kept].tolist()]
+    words = [f"{so_many(round(count), 'frame')} refused" for count in craft.counts["faults"][kept].tolist()]
     data.append(_marks(f"epochs with refused frames: {len(faults)}", craft.t_ns[kept],
                        np.full(len(kept), len(names)), "diamond", "--bad", words))  # fmt: skip
     data = [one for one in data if one["text"]]

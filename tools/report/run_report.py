@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gnss_hil.dbc.common import vehicle as vehicles
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.scenario import Scenario
@@ -91,7 +92,7 @@ def _head(
     facts = [
         f"policy {s['policy']}", f"seed {s['seed']}",
         "no time mark was heard" if began_ns is None else f"from {iso(began_ns).replace('T', ' ')} GPS time",
-        f"{s['epochs']} epochs of {s['epoch_interval_s']:g} s",
+        f"{so_many(s['epochs'], 'epoch')} of {s['epoch_interval_s']:g} s",
         f"bus {way}, pace {s['pace']}" if way else "bus and pace unknown: the run broke off",
         "reproducible" if s["reproducible"] else "not reproducible",
     ]  # fmt: skip

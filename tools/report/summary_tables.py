@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.common.gpstime import iso
 from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
@@ -197,9 +198,12 @@ def verdict(s: Summary) -> Markup | None:
     if broken := broken_off(s):
         words = f"not complete: {broken}"
     elif missed:
-        words = f"{missed} of {len(every)} expectations missed"
+        words = f"{missed} of {so_many(len(every), 'expectation')} missed"
     elif every:
-        return tag.p(f"all {len(every)} expectations met", class_="verdict good")
+        return tag.p(
+            f"all {len(every)} expectations met" if len(every) > 1 else "the one expectation is met",
+            class_="verdict good",
+        )
     else:
         return None
     return tag.p(words, class_="verdict bad")

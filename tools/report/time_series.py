@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.messages import BIT_RATE
 from gnss_hil.tools.report import residuals
 from gnss_hil.tools.report.craft import Craft
@@ -123,7 +124,8 @@ def shades(craft: Craft) -> tuple[list[Json], str]:
     shapes = [{"type": "rect", "xref": "x", "yref": "paper", "x0": a, "x1": b, "y0": 0, "y1": 1,
                "layer": "below", "fillcolor": "--idle", "line": {"width": 0}}
               for a, b in zip(milliseconds(begin), milliseconds(end), strict=True)]  # fmt: skip
-    return shapes, f"Shaded: no fix, {int(lacking.epochs.sum())} epochs in {_stretches(len(lacking))}."
+    many = so_many(int(lacking.epochs.sum()), "epoch")
+    return shapes, f"Shaded: no fix, {many} in {_stretches(len(lacking))}."
 
 
 def _stretches(count: int) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Expect
 from gnss_hil.tools.results.detectors import NEAREST, NOTHING, Sign
@@ -140,7 +141,7 @@ def verdicts(expect: Expect, found: Finding | None) -> list[Verdict]:
 
 
 def _detection(expect: Expect, found: Finding | None) -> Verdict:
-    limit = "" if expect.within_epochs is None else f" within {expect.within_epochs} epochs"
+    limit = "" if expect.within_epochs is None else f" within {so_many(expect.within_epochs, 'epoch')}"
     expected = f"{' or '.join(expect.detected_by)}{limit}"
     if found is None:
         return Verdict("detected_by", expected, "never acted", False)
@@ -149,7 +150,8 @@ def _detection(expect: Expect, found: Finding | None) -> Verdict:
     assert found.after_epochs is not None
     met = expect.within_epochs is None or found.after_epochs <= expect.within_epochs
     met &= found.detected_by in expect.detected_by
-    return Verdict("detected_by", expected, f"{found.detected_by} after {found.after_epochs} epochs", met)
+    after = so_many(found.after_epochs, "epoch")
+    return Verdict("detected_by", expected, f"{found.detected_by} after {after}", met)
 
 
 def _said(found: Finding | None, value: float) -> str:

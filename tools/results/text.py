@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from gnss_hil.dbc.common.counts import noun
 from gnss_hil.tools.common.durations import clock
 from gnss_hil.tools.results.fault_text import fault_missed, faults
 from gnss_hil.tools.results.figures import figure, percent, small
@@ -36,10 +37,15 @@ def besides(c: Mapping[str, Any]) -> str:
     measured, refused = (c["without_fix"][k] for k in ("satellites_measured", "epochs_with_refused_frames"))
     words = []
     if measured["mean"] is not None:
-        words.append(f"satellites measured there: {measured['min']:g} to {measured['max']:g}")
+        words.append(f"satellites measured there: {_range(measured)}")
     if refused:
         words.append(f"frames refused in {figure(refused)} of them")
     return "; ".join(words)
+
+
+def _range(s: Mapping[str, Any]) -> str:
+    """From the least to the greatest; one number where they are the same."""
+    return f"{s['min']:g}" if s["min"] == s["max"] else f"{s['min']:g} to {s['max']:g}"
 
 
 def outages(c: Mapping[str, Any]) -> str:
@@ -48,7 +54,7 @@ def outages(c: Mapping[str, Any]) -> str:
     if not o["count"]:
         return ""
     count, epochs = figure(o["count"]), figure(o["epochs"])
-    return f"{count} after the first fix, {epochs} epochs, longest {o['longest_s']:g} s"
+    return f"{count} after the first fix, {epochs} {noun(o['epochs'], 'epoch')}, longest {o['longest_s']:g} s"
 
 
 def tested(c: Mapping[str, Any]) -> str:
@@ -69,7 +75,7 @@ def excluded(c: Mapping[str, Any]) -> str:
     more = f", and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
     which = f": {', '.join(named[:MOST_NAMED])}{more}" if named else ""
     epochs = c["excluded"]["epochs"]
-    return f"in {figure(epochs)} epoch{'' if epochs == 1 else 's'}{which}"
+    return f"in {figure(epochs)} {noun(epochs, 'epoch')}{which}"
 
 
 def _why_no_fix(c: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -100,7 +106,7 @@ def _quality(s: Mapping[str, Any]) -> str:
 
 def _of_epochs(c: Mapping[str, Any], epochs: int) -> str:
     share = f" ({percent(c['fixes'], epochs)} %)" if epochs else ""
-    return f"{figure(c['fixes'])} of {figure(epochs)} epochs{share}"
+    return f"{figure(c['fixes'])} of {figure(epochs)} {noun(epochs, 'epoch')}{share}"
 
 
 def assignment(c: Mapping[str, Any], replayed: bool) -> str:
@@ -109,11 +115,13 @@ def assignment(c: Mapping[str, Any], replayed: bool) -> str:
     replayed   a recording has no answers to commands that were not given then
     """
     a = c["assignment"]
-    handed = f"{figure(a['handovers'])} handovers, {figure(a['rejected'])} refused by receivers"
+    handovers = f"{figure(a['handovers'])} {noun(a['handovers'], 'handover')}"
+    commands = f"{figure(a['commands'])} {noun(a['commands'], 'command')}"
+    handed = f"{handovers}, {figure(a['rejected'])} refused by receivers"
     if not a["repeats"]:
-        return f"{figure(a['commands'])} commands, {handed}"
+        return f"{commands}, {handed}"
     why = "as a recording answers only the commands of then" if replayed else "for want of an answer"
-    return f"{figure(a['commands'])} commands, sent {figure(a['repeats'])} times again {why}; {handed}"
+    return f"{commands}, sent {figure(a['repeats'])} {noun(a['repeats'], 'time')} again {why}; {handed}"
 
 
 def replayed(s: Mapping[str, Any]) -> bool:
@@ -210,7 +218,7 @@ def broken_off(s: Mapping[str, Any]) -> str:
     if ended == "complete":
         return ""
     planned = s.get("epochs_planned")
-    of = f" after {figure(s['epochs'])} of {figure(planned)} epochs" if planned else ""
+    of = f" after {figure(s['epochs'])} of {figure(planned)} {noun(planned, 'epoch')}" if planned else ""
     why = f": {s['failure']}" if s.get("failure") else ""
     return f"{ended}{of}{why}"
 
@@ -230,10 +238,11 @@ def render(s: Mapping[str, Any]) -> str:
     speed = f", {factor:.0f} times real time" if factor else ""
     ended = _ended(s)
     stopped = "" if ended == "complete" else f" ({ended})"
+    epochs = f"{figure(s['epochs'])} {noun(s['epochs'], 'epoch')}"
     rows = [
         ("scenario", f"{s['scenario']}, policy {s['policy']}, seed {s['seed']}"),
         *([("emulator", _other_emulator(s))] if foreign_emulator(s) else []),
-        ("simulated", f"{clock(s['duration_s'])} in {figure(s['epochs'])} epochs{stopped}{speed}"),
+        ("simulated", f"{clock(s['duration_s'])} in {epochs}{stopped}{speed}"),
         *([("NOT COMPLETE", broken_off(s))] if broken_off(s) else []),
         *_bus(s),
     ]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.dbc.contract.frames import EFF_FLAG, EFF_MASK, ERR_FLAG, RTR_FLAG, FrameBatch
 from gnss_hil.tools.signals.database import Database, Message, Signal
 
@@ -37,13 +38,18 @@ class Undecoded:
         if self.unknown:
             names = [_id(can_id) for can_id, _ in self.unknown.most_common(5)]
             more = "" if len(self.unknown) <= 5 else f" and {len(self.unknown) - 5} more"
+            many = so_many(self.unknown.total(), "frame is", "frames are")
             lines.append(
-                f"{self.unknown.total()} frames are of identifiers that {database.path} does not have: "
-                f"{', '.join(names)}{more}"
+                f"{many} of identifiers that {database.path} does not have: {', '.join(names)}{more}"
             )
-        lines += [f"{count} frames are shorter than {name}" for name, count in self.short.items()]
-        lines += [f"{count} frames have a value of {name} that no signal belongs to" for name, count in
-                  self.selected.items()]  # fmt: skip
+        lines += [
+            f"{so_many(count, 'frame is', 'frames are')} shorter than {name}"
+            for name, count in self.short.items()
+        ]
+        lines += [
+            f"{so_many(count, 'frame has', 'frames have')} a value of {name} that no signal belongs to"
+            for name, count in self.selected.items()
+        ]
         if database.left_out:
             lines.append(
                 f"{database.path}: signals that do not lie in their messages: {', '.join(database.left_out)}"

@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import TextIO
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import Overrides
 from gnss_hil.tools.run_config.plan import Plan, make
@@ -43,7 +44,7 @@ class Job:
     def about(self) -> str:
         """What all runs of the study have in common."""
         time = self.plan().scenario.time
-        return f"Scenario {self.scenario}, {time.epochs} epochs of {time.epoch_interval_s:g} s."
+        return f"Scenario {self.scenario}, {so_many(time.epochs, 'epoch')} of {time.epoch_interval_s:g} s."
 
 
 def _played(job: Job) -> Errors:

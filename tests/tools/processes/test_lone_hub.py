@@ -7,6 +7,7 @@ import signal
 import socket
 import stat
 import subprocess
+from contextlib import closing
 
 import pytest
 
@@ -58,6 +59,15 @@ def test_peers_hear_each_other_until_a_signal_ends_it(hub, tmp_path, number, sta
     assert not path.exists()
     first.close()
     second.close()
+
+
+def test_one_frame_is_no_frames(hub, tmp_path):
+    first, second = (open_link(f"embedded:{tmp_path / 'bus'}") for _ in range(2))
+    with closing(first), closing(second):
+        first.send(epochs()[0][0][:1])
+        assert len(second.receive(HANG_S)) == 1
+        hub.send_signal(signal.SIGINT)
+        assert ended(hub) == ("gnss-hil: 1 frame of 2 peers\n", "")
 
 
 def test_the_socket_of_another_is_left_alone(hub, tmp_path):

@@ -8,6 +8,7 @@ import pytest
 from gnss_hil.dbc.contract import codec
 from gnss_hil.dbc.contract.values import VALUES, raw_of
 from gnss_hil.emulator.truth import TRUTH
+from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import outages
 from gnss_hil.tools.results.summary import build, craft_summary, judge, metric_names
@@ -187,9 +188,27 @@ def test_expectations_from_a_time_on_and_of_the_run():
     text = render(summary)
     assert "a.position_error_m.max from 70 s on at most 1: found 0" in text
     assert "30 TOO_FEW_SATELLITES" in text
-    assert "satellites measured there: 2 to 2; frames refused in 33 of them" in text
+    assert "satellites measured there: 2; frames refused in 33 of them" in text
     assert "1 after the first fix, 3 epochs, longest 3 s" in text
     assert "converged, from 90 s" in text
+
+
+def test_one_is_singular_and_a_range_of_one_value_is_that_value(tmp_path, capsys):
+    run = [
+        "run",
+        "--bus",
+        "inline",
+        "--duration",
+        "1",
+        "--no-report",
+        "--quiet",
+        "--out",
+        str(tmp_path / "a"),
+    ]
+    assert main(run) == 0
+    text = capsys.readouterr().out
+    assert "00:00:01 in 1 epoch," in text and "0 of 1 epoch (0.0 %)" in text
+    assert "(satellites measured there: 0)" in text
 
 
 def test_without_a_figure_from_then_on_an_expectation_is_missed():

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.common.whole_file import draft_of
 from gnss_hil.tools.recording.formats.order import in_time_order
 from gnss_hil.tools.recording.formats.piece import Findings, Piece, kinds
@@ -36,17 +37,17 @@ class Converted:
     @property
     def summary(self) -> str:
         """How many frames there are, of which kinds, and how many are not."""
-        among = [f"{count} {kind} frame{'s' * (count != 1)}" for kind, count in sorted(self.kinds.items())]
+        among = [so_many(count, f"{kind} frame") for kind, count in sorted(self.kinds.items())]
         left = [f"{count} {why} left out" for why, count in sorted((+self.found.omitted).items())]
         return ", ".join([
-            f"{self.frames} frames", *(f"{part} among them" for part in among), *left
+            so_many(self.frames, "frame"), *(f"{part} among them" for part in among), *left
         ])  # fmt: skip
 
     def remarks(self, source: Path, out: Path) -> list[str]:
         """What is not in the new file as it was in the old one, in lines."""
         return [
             *self.found.lines(source),
-            *(f"{source}: {count} frames {reason}" for reason, count in self.strayed.items()),
+            *(f"{source}: {so_many(count, 'frame')} {reason}" for reason, count in self.strayed.items()),
             *(f"{out}: bus {name} comes back as {other}" for name, other in self.renamed.items()),
         ]
 

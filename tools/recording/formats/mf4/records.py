@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.recording.formats.mf4.blocks import Blocks
 from gnss_hil.tools.recording.formats.mf4.data import stretches
 from gnss_hil.tools.recording.formats.mf4.frames import Payloads, Records, fixed_payloads, integers
@@ -54,7 +55,8 @@ def _sorted(
         if not undone.counts and done == group.cycles:
             if len(rest) >= group.size or next(data, None):
                 found.append(
-                    f"has more data of {group.kind} than its {group.cycles} records, which are not read"
+                    f"has more data of {group.kind} than its {so_many(group.cycles, 'record')}, "
+                    "which are not read"
                 )
             return
     _tell_missing(group, done, undone, found)
@@ -62,7 +64,7 @@ def _sorted(
 
 def _tell_missing(group: Group, done: int, undone: Unfinished, found: list[str]) -> None:
     if not undone.counts and done < group.cycles:
-        found.append(f"is cut short: {group.kind} has {done} of {group.cycles} records")
+        found.append(f"is cut short: {group.kind} has {done} of {so_many(group.cycles, 'record')}")
 
 
 def _values_elsewhere(blocks: Blocks, group: Group, undone: Unfinished, found: list[str]) -> Values | None:
