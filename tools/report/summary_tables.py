@@ -13,7 +13,7 @@ from gnss_hil.tools.report.document import note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
 from gnss_hil.tools.results.figures import figure, percent, small
 from gnss_hil.tools.results.outages import Stretches
-from gnss_hil.tools.results.text import assignment, besides, broken_off, not_sent, outages
+from gnss_hil.tools.results.text import assignment, besides, broken_off, judged, not_sent, outages
 
 Summary = Mapping[str, Any]
 
@@ -173,8 +173,7 @@ def expectations(s: Summary) -> Markup | None:
 
 def nothing_expected(s: Summary) -> str:
     """In words; "" where something is expected of faults."""
-    judged = any(row["expectations"] for row in s.get("faults", ()))
-    return "" if judged else "The scenario expects nothing; this run is not judged."
+    return "" if judged(s) else "The scenario expects nothing; this run is not judged."
 
 
 def _met(met: bool) -> Markup:

@@ -266,6 +266,11 @@ def _found(row: Mapping[str, Any]) -> str:
     return "no figure" if row["found"] is None else f"found {row['found']:g}"
 
 
+def judged(s: Mapping[str, Any]) -> bool:
+    """Whether anything is expected of a run, or of its faults: else nothing can be met."""
+    return bool(s["expectations"]) or any(row["expectations"] for row in s.get("faults", ()))
+
+
 def missed(s: Mapping[str, Any]) -> list[str]:
     """One line for each expectation that was not met, of the scenario and of its faults."""
     of_scenario = [

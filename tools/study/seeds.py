@@ -13,10 +13,13 @@ from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.processes.run_session import Interruptible, Ran, play
 from gnss_hil.tools.recording.run_folder import write_json
 from gnss_hil.tools.results.figures import figure, small
-from gnss_hil.tools.results.text import missed
+from gnss_hil.tools.results.text import judged, missed
 from gnss_hil.tools.run_config.config import RunConfig
 
 TABLE = "seeds.json"
+
+OK, NOT_JUDGED = "ok", "-"
+"""Verdicts of runs of which nothing is wrong."""
 
 _COLUMNS = (
     ("fixes", ("fixes",)),
@@ -57,10 +60,12 @@ def wrong(ran: Ran) -> list[str]:
 
 
 def rows(seed: int, ran: Ran, faults: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row for each craft, figures by column: those after convergence where there is a choice."""
+    """A row for each craft, figures by column: those after convergence where there is a choice. Its verdict
+    is what is wrong, else "ok", or "-" where the scenario expects nothing."""
+    verdict = "; ".join(faults) or (OK if judged(ran.summary) else NOT_JUDGED)
     for craft, figures in ran.summary["craft"].items():
         values = {name: _at(figures, path) for name, path in _COLUMNS}
-        yield {"seed": seed, "craft": craft, **values, "verdict": "; ".join(faults) or "ok"}
+        yield {"seed": seed, "craft": craft, **values, "verdict": verdict}
 
 
 def _at(figures: Mapping[str, Any], path: Sequence[str]) -> float | int | None:
@@ -76,7 +81,7 @@ def table(found: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     crafts = list(dict.fromkeys(row["craft"] for row in found))
     cells = [["seed", "craft", *names, "verdict"]]
     for row in found:
-        verdict = "ok" if row["verdict"] == "ok" else "FAILED"
+        verdict = row["verdict"] if row["verdict"] in (OK, NOT_JUDGED) else "FAILED"
         cells.append([str(row["seed"]), row["craft"], *(_shown(row[name]) for name in names), verdict])
     for craft in crafts if len(found) > len(crafts) else ():
         mine = [row for row in found if row["craft"] == craft]

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.verifies(
     status="validated",
 )
 
-SHORT = ("--bus", "inline", "--duration", "110", "--no-report")
+SHORT = ("--bus", "inline", "--duration", "110", "--no-report", "--quiet")
 
 
 @pytest.mark.parametrize(
@@ -69,6 +69,21 @@ def test_each_is_the_run_of_its_seed_and_the_table_has_its_figures(tmp_path, cap
     suites = ElementTree.parse(verdict).getroot().findall("testsuite")
     assert [suite.get("name") for suite in suites] == ["gnss-hil soyuz, seed 3", "gnss-hil soyuz, seed 4"]
     assert [suite.get("failures") == "0" for suite in suites] == met
+
+
+def test_a_run_of_which_nothing_is_expected_has_no_verdict(tmp_path, capsys):
+    out = tmp_path / "all"
+    run = ["run", "soyuz", "--bus", "inline", "--duration", "5", "--no-report", "--quiet", "--seeds", "3"]
+    assert main([*run, "--out", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split()[-1] == "-"
+    assert [row["verdict"] for row in json.loads((out / "seeds.json").read_text())["runs"]] == ["-"]
+
+
+def test_what_is_expected_of_a_fault_is_a_verdict(tmp_path, capsys):
+    run = ["run", "soyuz", "--bus", "inline", "--duration", "5", "--no-report", "--quiet", "--seeds", "3"]
+    fault = "rx2 off @2 fix_error_m=1000"
+    main([*run, "--fault", fault, "--out", str(tmp_path / "all")])
+    assert capsys.readouterr().out.splitlines()[1].split()[-1] in ("ok", "FAILED")
 
 
 def test_one_that_never_began_is_told_and_the_others_are_played(tmp_path, capsys):
