@@ -58,21 +58,23 @@ SHORTEST_S, LONGEST_S = 1e-3, 366 * 86400.0
 
 
 def seconds(text: str) -> float:
-    """A positive duration. '600', '600s', '10m', '24h', '1d'."""
-    units = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-    number, unit = (text[:-1], units[text[-1]]) if text[-1:] in units else (text, 1.0)
+    """A positive duration. '600', '600s', '10ms', '10m', '24h', '1d'."""
+    units = {"ms": 1e-3, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+    unit = next((unit for unit in units if text.endswith(unit)), "")
+    number = text.removesuffix(unit)
     try:
         if not number.isascii() or "_" in number:
             raise ValueError
-        value = float(number) * unit
+        value = round(float(number) * units.get(unit, 1.0), 12)  # 35ms is 0.035, not the double behind it
     except ValueError:
         raise argparse.ArgumentTypeError(
-            f"'{text}' is not a duration; seconds, or a number with s, m, h or d (600, 10m, 1d)"
+            f"'{text}' is not a duration; seconds, or a number with ms, s, m, h or d (600, 10ms, 10m, 1d)"
         ) from None
+    said = text if unit else f"{text} s"
     if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"{text} s; must be finite and greater than 0")
+        raise argparse.ArgumentTypeError(f"{said}; must be finite and greater than 0")
     if not SHORTEST_S <= value <= LONGEST_S:
-        raise argparse.ArgumentTypeError(f"{text} s; from {SHORTEST_S:g} s to {LONGEST_S / 86400:g} days")
+        raise argparse.ArgumentTypeError(f"{said}; from {SHORTEST_S:g} s to {LONGEST_S / 86400:g} days")
     return value
 
 

@@ -301,10 +301,23 @@ def find(name: str) -> Path:
         own = path / "scenario.toml"
         raise ScenarioError(f"{name}: is a folder{f'; its scenario is {own}' if own.is_file() else ''}")
     if path.suffix == ".toml" or "/" in name:
+        if _is_missing(path) and (meant := hint(path.stem, known)):
+            raise ScenarioError(f"{name}: No such file or directory{meant}")
         return path
     found = "is no .toml file" if name and path.exists() else "not found"
     shipped_ones = f"shipped are {', '.join(known)} (or give a .toml file)"
     raise ScenarioError(f"scenario '{name}': {found}; {shipped_ones}{hint(name, known)}")
+
+
+def _is_missing(path: Path) -> bool:
+    """Whether there is no such file; one that cannot be looked at has its line when it is read."""
+    try:
+        path.stat()
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+    return False
 
 
 def vehicle_path(craft: Craft, scenario_path: Path) -> Path:

@@ -148,13 +148,15 @@ def _first(row: Row, words: Sequence[str]) -> dict[str, Any]:
     if not row.first:
         raise ValueError(f"{row.name} takes no value, found '{words[0]}'")
     value, *unit = words
-    glued = re.fullmatch(r"([+-]?\d+(?:\.\d+)?)(m|m/s|ns|ns/s)", value)
-    if glued and row.first.endswith(f"_{_UNITS[glued[2]]}"):
+    allowed = [name for name, end in _UNITS.items() if row.first.endswith(f"_{end}")]
+    glued = re.fullmatch(r"([+-]?\d+(?:\.\d+)?)([A-Za-z/]+)", value)
+    if glued and allowed and allowed != ["s"]:  # spans of time have units of their own, glued
         value, unit = glued[1], [glued[2], *unit]
     if len(unit) > 1:
         raise ValueError(f"{row.name}: '{' '.join(unit[1:])}' behind its value; keys are written KEY=VALUE")
-    if unit and not row.first.endswith(f"_{_UNITS.get(unit[0], ' ')}"):
-        raise ValueError(f"{row.name}: its value is {row.first}, found '{value} {unit[0]}'")
+    if unit and unit[0] not in allowed:
+        units = f"allowed is {' or '.join(allowed)}" if allowed else "it takes no unit"
+        raise ValueError(f"{row.name}: its value is {row.first}, found '{value} {unit[0]}'; {units}")
     return {row.first: _value(value)}
 
 

@@ -75,6 +75,9 @@ no such scenario
 scenario file missing
     $ run nowhere.toml
     nowhere\.toml: No such file or directory
+shipped scenario as a file
+    $ run soyuz.toml
+    soyuz\.toml: No such file or directory; did you mean 'soyuz'\?
 scenario is binary
     $ run {binary}.toml
     binary\.toml: not UTF-8 text

@@ -117,6 +117,13 @@ def test_other_flight_software_and_other_errors_are_judged(patent, tmp_path, cap
     )
 
 
+def test_a_run_is_not_compared_with_itself(run, capsys):
+    assert main(["report", str(run), str(run / ".." / run.name)]) == 2
+    said = f"{run / '..' / run.name}: is the same run as {run}; a comparison is of two"
+    assert capsys.readouterr().err == f"gnss-hil: {said}\n"
+    assert not list(run.glob("compare-*"))
+
+
 def test_a_comparison_goes_beside_the_first_run_unless_told(copied, prototype, capsys):
     assert main(["report", str(copied), str(prototype)]) == 0
     assert (copied / "compare-prototype.html").is_file()

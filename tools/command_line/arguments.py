@@ -117,7 +117,7 @@ def add_truth_changes(parser: argparse.ArgumentParser) -> None:
 
     add = parser.add_argument
     add("--duration", type=seconds, metavar="S", help="simulated time: seconds, or 10m, 24h, 1d")
-    add("--interval", type=seconds, metavar="S", help="time between epochs")
+    add("--interval", type=seconds, metavar="S", help="time between epochs: seconds, or 100ms")
     add("--seed", type=seed, metavar="N", help="seed of all random draws")
     add(
         "--nav", action="append", type=Path, default=[], metavar="FILE",

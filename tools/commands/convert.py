@@ -55,10 +55,12 @@ def run(arguments: Namespace) -> int:
     signals = _check_suffix(arguments)
     recording = Recording(source)
     _check_place(source, out, arguments.force)
-    lines = _signals(arguments, recording) if signals else _recording(arguments, recording)
+    done, lines = _signals(arguments, recording) if signals else _recording(arguments, recording)
+    if not done.frames and not lines:
+        lines = [f"{source}: holds no frames"]
     for line in lines:
         print(f"{PROGRAM}: {line}", file=sys.stderr)
-    return 1 if recording.found.lost else 0
+    return 1 if recording.found.lost or not done.frames else 0
 
 
 def _check_suffix(arguments: Namespace) -> bool:
@@ -98,17 +100,18 @@ def _counting(out: Path, quiet: bool) -> Iterator[Callable[[int, float | None], 
         ticker.close()
 
 
-def _recording(arguments: Namespace, recording: Any) -> list[str]:
-    """Write OUT; what is to be told."""
+def _recording(arguments: Namespace, recording: Any) -> tuple[Any, list[str]]:
+    """Write OUT; what was converted, and what is to be told."""
     from gnss_hil.tools.recording.formats.convert import convert
 
     with _counting(arguments.output, arguments.quiet) as show:
         done = convert(recording, arguments.output, show)
     print(f"{arguments.output}: {done.summary}")
-    return done.remarks(recording.path, arguments.output)
+    return done, done.remarks(recording.path, arguments.output)
 
 
-def _signals(arguments: Namespace, recording: Any) -> list[str]:
+def _signals(arguments: Namespace, recording: Any) -> tuple[Any, list[str]]:
+    """The same of signals."""
     from gnss_hil.tools.signals.database import load
     from gnss_hil.tools.signals.write import write
 
@@ -118,7 +121,7 @@ def _signals(arguments: Namespace, recording: Any) -> list[str]:
         done = write(recording, out, database, arguments.message, show)
     print(f"{out}: {so_many(done.rows, 'row')} of {done.read.summary}")
     told = [f"{recording.path}: {line}" for line in done.undecoded.remarks(database)]
-    return done.read.remarks(recording.path, out) + told
+    return done.read, done.read.remarks(recording.path, out) + told
 
 
 def _spoken(source: Path, recording: Any) -> Any:

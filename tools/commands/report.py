@@ -28,6 +28,8 @@ def run(arguments: Namespace) -> int:
 
     for folder in filter(None, (arguments.run, arguments.other)):
         check_run_folder(folder, needs=())
+    if arguments.other is not None and arguments.run.samefile(arguments.other):
+        raise Mistake(f"{arguments.other}: is the same run as {arguments.run}; a comparison is of two")
     if arguments.out:
         check_new_file(arguments.out, arguments.force, f"--out {arguments.out}")
     if arguments.other is None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
+
 import pytest
 
 from gnss_hil.dbc.common import vehicle
-from gnss_hil.dbc.process.command_line import option_value
+from gnss_hil.dbc.process.command_line import option_value, seconds
 from gnss_hil.emulator.config.scenario import Flight
 from gnss_hil.flightsw.app.config import configure
 
@@ -21,6 +23,37 @@ pytestmark = pytest.mark.verifies(
 def test_an_option_has_the_type_that_its_text_shows(text, value):
     found = option_value(text)
     assert found == value and type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("10ms", 0.01),
+        ("35ms", 0.035),
+        ("600", 600.0),
+        ("600s", 600.0),
+        ("10m", 600.0),
+        ("1.5h", 5400.0),
+        ("1d", 86400.0),
+    ],
+)
+def test_a_duration_is_in_seconds_or_in_its_unit(text, value):
+    assert seconds(text) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("5parsec", "'5parsec' is not a duration; seconds, or a number with ms, s, m, h or d"),
+        ("ms", "'ms' is not a duration"),
+        ("0.5ms", "0.5ms; from 0.001 s"),
+        ("0ms", "0ms; must be finite and greater than 0"),
+    ],
+)
+def test_what_is_no_duration_is_told_with_the_units_there_are(text, words):
+    with pytest.raises(argparse.ArgumentTypeError) as caught:
+        seconds(text)
+    assert str(caught.value).startswith(words)
 
 
 def test_whole_numbers_are_taken_where_counts_and_where_measures_are_asked_for():
