@@ -4,11 +4,38 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status of what Ctrl-C ended; of another signal 128 and its number, as shells have it."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Within: a signal that nobody waits for (`Stop`) is a KeyboardInterrupt, whichever of the three it is;
+    `status_of` has its exit status. What is ignored, or heard by another, stays so."""
+    mine = threading.current_thread() is threading.main_thread()
+    unheard = (signal.SIG_DFL, signal.default_int_handler)
+    before = {n: signal.getsignal(n) for n in _SIGNALS if mine and signal.getsignal(n) in unheard}
+    for number in before:
+        signal.signal(number, _interrupt)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(number, frame) -> None:
+    raise KeyboardInterrupt(number)
+
+
+def status_of(interrupt: KeyboardInterrupt) -> int:
+    """Exit status of what an interrupt ended."""
+    return 128 + interrupt.args[0] if interrupt.args else INTERRUPTED
 
 
 class Stop:

@@ -13,6 +13,7 @@ import pytest
 from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.tools.command_line.main import main
+from gnss_hil.tools.processes.run_session import NOT_YET
 from tests.support.runs import FILES, alive, children_of, started, summary_of, wait_for_frames
 from tests.support.waiting import ended, until
 
@@ -35,6 +36,41 @@ def test_interrupted_a_run_still_writes_its_folder(tmp_path, bus, number):
     assert f"interrupted after {summary['epochs']} of 86 400 epochs" in out.replace("\u202f", " ")
     assert summary["ended"] == "interrupted"
     assert not any(Path(f"/proc/{pid}").exists() for pid in children.values())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "where", ["gnss_hil.tools.commands.run.add_arguments", "gnss_hil.tools.run_config.plan.make"]
+)
+def test_interrupted_while_it_loads_a_run_says_so_and_leaves_nothing(
+    tmp_path, monkeypatch, capsys, number, where
+):
+    monkeypatch.setattr(where, lambda *_: signal.raise_signal(number))
+    before = signal.getsignal(number)
+    assert main(["run", "--out", str(tmp_path / "run")]) == 128 + number
+    assert capsys.readouterr() == ("", "gnss-hil: run: interrupted\n")
+    assert signal.getsignal(number) is before and not (tmp_path / "run").exists()
+
+
+def test_interrupted_before_the_first_epoch_a_run_says_so(tmp_path, monkeypatch, capsys):
+    def interrupted(*_):
+        signal.raise_signal(signal.SIGTERM)  # the run listens by now
+        return NOT_YET
+
+    monkeypatch.setattr("gnss_hil.tools.processes.run_session._play_inline", interrupted)
+    assert main(["run", "--bus", "inline", "--quiet", "--out", str(tmp_path / "run")]) == 143
+    assert capsys.readouterr() == ("", "gnss-hil: run: interrupted before the run began\n")
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_ignored_hangup_stays_ignored(monkeypatch, capsys):
+    monkeypatch.setattr("gnss_hil.tools.commands.scenarios.run", lambda _: signal.raise_signal(signal.SIGHUP))
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert main(["scenarios"]) is None
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ from importlib import import_module
 from typing import TextIO
 
 from gnss_hil.dbc.common.near import did_you_mean, hint
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM, Mistake
+from gnss_hil.dbc.process.shutdown import interruptible, status_of
+from gnss_hil.tools.common.errors import PROGRAM, Mistake
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Of BLAS, said before NumPy is loaded: the same sums in the same order, and no spinning helpers."""
@@ -185,7 +186,8 @@ def overview() -> str:
         "examples:",
         *(f"  {PROGRAM} {example}" for c in COMMANDS.values() for example in c.examples[:2]),
         "",
-        "exit status: 0 done; 1 run failed, an expectation missed, or frames of a recording not converted;",
+        "exit status: 0 done; 1 run failed, an expectation missed, frames of a recording not converted, or",
+        "             none in it;",
         "             2 bad usage, scenario or input; 3 the environment lacks something;",
         "             130 interrupted; 143 terminated; 129 hung up",
     ]
@@ -279,13 +281,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv = list(sys.argv[1:] if argv is None else argv)
     _open_missing_streams()
     try:
-        status = _dispatch(argv)
-        sys.stdout.flush()  # at the interpreter's end a failure would have no words
-        return status
+        with interruptible():  # before the slow imports, so that a signal during them has its line too
+            status = _dispatch(argv)
+            sys.stdout.flush()  # at the interpreter's end a failure would have no words
+            return status
     except SystemExit as request:  # argparse's --help
         return int(request.code or 0)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        print(f"{PROGRAM}: {argv[0]}: interrupted", file=sys.stderr)
+        return status_of(interrupt)
     except BrokenPipeError:  # the reader of our output has left
         return 0
     except Exception as error:

@@ -8,7 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from gnss_hil.dbc.process.command_line import seconds, whole
-from gnss_hil.tools.common.errors import INTERRUPTED, PROGRAM
+from gnss_hil.tools.common.errors import PROGRAM
 from gnss_hil.tools.common.whole_file import draft_of
 
 SCENARIO = "pair"
@@ -63,11 +63,7 @@ def run(arguments: Namespace) -> int:
     for remark in dict.fromkeys(remarks):
         print(f"{PROGRAM}: {remark}", file=sys.stderr)
     make_folder(folder)
-    try:
-        found = play_all(jobs, arguments.jobs, None if arguments.quiet else sys.stderr)
-    except KeyboardInterrupt:
-        print(f"{PROGRAM}: interrupted; nothing is written", file=sys.stderr)
-        return INTERRUPTED
+    found = play_all(jobs, arguments.jobs, None if arguments.quiet else sys.stderr)
     effects = [Effect(name, *found[2 * k : 2 * k + 2]) for k, name in enumerate(names)]
     rows = figures(effects)
     print(page.text(rows))

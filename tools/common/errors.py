@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 PROGRAM = "gnss-hil"
-INTERRUPTED = 130
 
 
 class Mistake(Exception):
