@@ -16,14 +16,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    from gnss_hil.emulator.assemble import build_world
     from gnss_hil.tools.run_config import plan
 
     def world(session: int, pace: float | None):
         found = plan.resolve(arguments.scenario, overrides_of(arguments))
         scenario = found.scenario
         period_s = None if pace is None else scenario.time.epoch_interval_s / pace
-        made = build_world(scenario, found.vehicles, session, period_s=period_s)
+        made = found.world(session, period_s)
         plan.check_load(scenario, plan.budgets_of(scenario, found.vehicles, made))
         return scenario, made
 

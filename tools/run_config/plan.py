@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from gnss_hil.dbc.common import vehicle as vehicles
 from gnss_hil.dbc.common.near import did_you_mean
@@ -61,12 +62,21 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Resolved:
-    """A scenario with all that is changed of it, and its craft's vehicles with their texts."""
+    """A scenario with all that is changed of it, and its craft's vehicles with their texts.
+
+    remarks  on what the changes take away, a line each
+    """
 
     path: Path
     scenario: Scenario
     vehicles: tuple[Vehicle, ...]
     texts: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+
+    def world(self, session: int, period_s: float | None = None) -> World:
+        """The world of it, and its remarks with these."""
+        made = build_world(self.scenario, self.vehicles, session, period_s=period_s)
+        return replace(made, remarks=(*self.remarks, *made.remarks))
 
 
 def resolve(name: str, overrides: Overrides = UNCHANGED) -> Resolved:
@@ -91,7 +101,16 @@ def resolve(name: str, overrides: Overrides = UNCHANGED) -> Resolved:
         for craft in scenario.craft
     ]
     loaded = tuple(vehicles.load(file) for file in files)
-    return Resolved(path, scenario, loaded, tuple(vehicles.FILES.text(file) for file in files))
+    texts = tuple(vehicles.FILES.text(file) for file in files)
+    return Resolved(path, scenario, loaded, texts, tuple(_gone(document.get("sky", {}), scenario, overrides)))
+
+
+def _gone(before: Mapping[str, Any], scenario: Scenario, overrides: Overrides) -> Iterator[str]:
+    """A line for each system of the sky before that files of the command line leave out."""
+    files, usual = ", ".join(map(str, overrides.nav)), scenarios.Sky().sources()
+    for name, source in scenario.sky.sources().items() if files else ():
+        if source == "none" != before.get(name, usual[name]):
+            yield f"--nav: {files}: no {name.upper()} record: the sky is without {name.upper()}"
 
 
 def _blamed(text: str, origin: str, overrides: Overrides) -> str:
@@ -134,7 +153,7 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
     flights = tuple(map(_flight, scenario.craft, loaded))
     _check_expectations(scenario, flights, str(found.path))
     session = session_of(scenario.seed)
-    world = build_world(scenario, loaded, session)
+    world = found.world(session)
     _check_obedience(scenario, world, flights)
     budgets = budgets_of(scenario, loaded, world)
     if refuse_overload:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from gnss_hil.emulator.config.scenario import ScenarioError
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.run_config.config import Overrides
 from gnss_hil.tools.run_config.plan import make
+from tests.support.programs import ROOT
 
 pytestmark = pytest.mark.verifies(
     "tools/run_config/plan.py",
@@ -22,6 +25,29 @@ time = {start_gps = "2012-10-31T00:15:00", duration_s = 100}
 craft = [{name = "soyuz", vehicle = "soyuz-ms", orbit = {altitude_km = 415, inclination_deg = 51.6}}]
 [expect]
 """
+
+
+BROADCAST = ROOT / "examples" / "sky" / "broadcast.nav"
+
+
+def nav_of(folder: Path, letter: str) -> Path:
+    """The records of one system of the example's navigation file."""
+    head, end, records = BROADCAST.read_text().partition("END OF HEADER\n")
+    kept, keep = [], False
+    for line in records.splitlines(keepends=True):
+        keep = line[0] == letter if line[0] != " " else keep
+        kept += [line] if keep else []
+    path = folder / f"{letter}.nav"
+    path.write_text(head + end + "".join(kept))
+    return path
+
+
+@pytest.mark.parametrize(("letter", "gone"), [("G", "GLONASS"), ("R", "GPS")])
+def test_a_system_that_the_navigation_files_leave_out_is_told(tmp_path, letter, gone):
+    path = nav_of(tmp_path, letter)
+    found = make("soyuz", Overrides(nav=(path,), duration_s=60))
+    assert found.remarks[0] == f"--nav: {path}: no {gone} record: the sky is without {gone}"
+    assert gone not in "".join(make("soyuz", Overrides(nav=(BROADCAST,), duration_s=60)).remarks)
 
 
 def said(tmp_path, line: str) -> str:
