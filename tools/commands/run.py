@@ -130,6 +130,7 @@ def _run_one(config: RunConfig, verdict) -> int:
     stop = run_session.Interruptible()
     ran = run_session.play(config, stop)
     if ran is None:
+        print(f"{PROGRAM}: run: interrupted before the run began", file=sys.stderr)
         if verdict:
             verdict.write_error("interrupted before it began")
         return stop.status
