@@ -165,7 +165,7 @@ def run_with(emulator: str, tmp_path, *more: str) -> int:
     """`gnss-hil run` with a program of Python as the emulator; its exit status."""
     (tmp_path / "theirs.py").write_text(emulator)
     command = f"{sys.executable} {tmp_path / 'theirs.py'}"
-    return main(["run", "--emulator", command, "--out", str(tmp_path / "run"), *more])
+    return main(["run", "--emulator", command, "--quiet", "--out", str(tmp_path / "run"), *more])
 
 
 def test_another_emulator_is_started_with_what_it_needs(inline, tmp_path, capsys):
@@ -205,10 +205,24 @@ def test_a_reference_of_another_day_is_told_and_the_run_is_kept(inline, tmp_path
     assert main(["export", "oem", str(inline), "--truth", "--out", str(tmp_path)]) == 0
     oem = tmp_path / "soyuz.oem"
     oem.write_text(oem.read_text().replace("2012-10-31T", "2012-11-02T"))
-    assert run_with(EMULATOR, tmp_path, "--duration", DURATION, "--reference", str(oem)) == 1
+    assert run_with(EMULATOR, tmp_path, "--duration", "3600", "--reference", str(oem)) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "--reference" in line and "2012-11-02" in line
-    assert summary_of(tmp_path / "run")["craft"]["soyuz"]["position_error_m"]["max"] is None
+    summary = summary_of(tmp_path / "run")
+    assert summary["craft"]["soyuz"]["position_error_m"]["max"] is None
+    assert (summary["ended"], summary["failure"]) == ("failed", line.removeprefix("gnss-hil: "))
+    assert 0 < summary["epochs"] < 3600, "it ends with the first mark, not at the end"
+
+
+def test_a_reference_of_a_part_of_the_run_says_which(inline, tmp_path, capsys):
+    assert main(["export", "oem", str(inline), "--truth", "--out", str(tmp_path)]) == 0
+    oem = tmp_path / "soyuz.oem"
+    lines = oem.read_text().splitlines(keepends=True)
+    states = [n for n, line in enumerate(lines) if line.startswith("2012-10-31T")]
+    oem.write_text("".join(line for n, line in enumerate(lines) if n not in states[40:]))
+    assert run_with(EMULATOR, tmp_path, "--duration", DURATION, "--reference", str(oem)) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("30 of 70 epochs are judged by nothing")
 
 
 @pytest.mark.parametrize(
@@ -223,6 +237,20 @@ def test_what_is_no_reference_is_told_before_anything_runs(tmp_path, monkeypatch
     assert run_with(EMULATOR, tmp_path, "--duration", DURATION, *words) == 2
     (told,) = capsys.readouterr().err.splitlines()
     assert line in told
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("side", "said"),
+    [
+        ("flight", "no heartbeat from FLIGHT within 0.5 s"),
+        ("emulator", "emulator: no time mark within 0.5 s"),
+    ],
+)
+def test_a_side_that_is_started_elsewhere_is_awaited_as_long_as_was_asked_for(tmp_path, capsys, side, said):
+    run = ["run", f"--{side}", "external", "--wait", "0.5", "--quiet", "--out", str(tmp_path / "run")]
+    assert main(run) == 1
+    assert said in capsys.readouterr().err.splitlines()[-1]
     assert not (tmp_path / "run").exists()
 
 

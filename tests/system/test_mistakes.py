@@ -63,6 +63,9 @@ emulator whose bus would overflow
 emulator in a session beyond 16 bits
     $ emulate --bus embedded:/nowhere/bus --session 65536
     --session: '65536': a whole number from 1 to 65535
+wait for nobody
+    $ run --bus inline --wait 5
+    --wait with --bus inline: both sides are one process
 negative duration
     $ run --duration -5
     --duration: -5 s; must be finite and greater than 0

@@ -8,7 +8,15 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from gnss_hil.tools.command_line.arguments import add_changes, add_scenario, bus, overrides_of, pace, seeds
+from gnss_hil.tools.command_line.arguments import (
+    add_changes,
+    add_scenario,
+    bus,
+    overrides_of,
+    pace,
+    seconds,
+    seeds,
+)
 from gnss_hil.tools.common.errors import PROGRAM, Failed, Mistake
 from gnss_hil.tools.run_config.config import OURS, RunConfig
 
@@ -33,6 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="another emulator or receiver: a COMMAND to start, which finds besides these GNSS_HIL_SCENARIO, "
         "GNSS_HIL_PACE and GNSS_HIL_DURATION [s]; or external: one that you start yourself",
     )  # fmt: skip
+    add(
+        "--wait", type=seconds, metavar="S",
+        help="wait for the first sign of the other side no longer than S (default 60; of an external one, "
+        "without limit)",
+    )  # fmt: skip
     add("--out", type=Path, metavar="DIR", help="run folder (default runs/<scenario>-<date>-<time>)")
     add("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML too")
     add(
@@ -49,7 +62,7 @@ def config_of(a: Namespace) -> RunConfig:
     return RunConfig(
         a.scenario, overrides_of(a), a.pace, a.bus, a.flight, a.emulator, a.out, a.junit,
         log=not a.no_log, report=not a.no_report, plain=a.plain, quiet=a.quiet, command=a.command_line,
-        seeds=a.seeds,
+        seeds=a.seeds, wait_s=a.wait,
     )  # fmt: skip
 
 

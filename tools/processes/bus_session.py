@@ -32,6 +32,7 @@ class BusSession:
     last     the last epoch on record; first: its first one's number
     begun_ns, heard_ns  wall time of the first and the last frame on record
     recorded epochs on record
+    first_mark_ns   GPS time [ns] of the first epoch where it is watched; -1: not known yet
     over     simulated time has reached the end: what comes now is no part of the run
     latency  where it is watched: from the last frame of the emulator to the last of the fix
     """
@@ -51,9 +52,9 @@ class BusSession:
     heard_ns: int = 0
     over: bool = False
     recorded: int = 0
+    first_mark_ns: int = -1
     latency: Latency = field(default_factory=Latency)
     speakers: Speakers = field(init=False)
-    _first_mark_ns: int = -1
     _heard_s: float = field(default_factory=time.monotonic)
 
     def __post_init__(self):
@@ -120,9 +121,9 @@ class BusSession:
         )
         if mark_ns < 0:
             return
-        if self._first_mark_ns < 0:
-            self._first_mark_ns = mark_ns - (epoch.number - self.first) * self.interval_ns
-        self.over = mark_ns - self._first_mark_ns + self.interval_ns >= self.end_ns
+        if self.first_mark_ns < 0:
+            self.first_mark_ns = mark_ns - (epoch.number - self.first) * self.interval_ns
+        self.over = mark_ns - self.first_mark_ns + self.interval_ns >= self.end_ns
 
 
 @cache

@@ -87,6 +87,11 @@ class Child:
             os.killpg(self.process.pid, number)
 
 
+def wait_s(asked_s: float | None, whose: str) -> float | None:
+    """How long a side is awaited; None: for ever, one that somebody starts when it suits them."""
+    return None if asked_s is None and whose == EXTERNAL else asked_s or BARRIER_S
+
+
 def bus_environment(spec: str, vehicle: Path, craft: str) -> dict[str, str]:
     """What another software finds in its environment, on either side."""
     return {
@@ -143,7 +148,7 @@ def emulator_command(
         str(folder / SCENARIO), *buses, "--pace", config.pace,
         "--session", str(plan.session), "--truth", str(folder / TRUTH), "--status", f"fd:{status}", "--quiet",
         *(("--events", str(folder / FAULTS)) if plan.world.faults else ()),
-        *(() if config.flight == EXTERNAL else ("--wait", f"{BARRIER_S:g}")),
+        *(() if (limit_s := wait_s(config.wait_s, config.flight)) is None else ("--wait", f"{limit_s:.12g}")),
     ]  # fmt: skip
 
 

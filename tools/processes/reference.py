@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from gnss_hil.dbc.common import gpstime
+from gnss_hil.dbc.common.counts import noun
 from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
-from gnss_hil.emulator.config.tables import TrajectoryFile
+from gnss_hil.emulator.config.tables import Tell, TrajectoryFile, untold
 from gnss_hil.emulator.files import finals, oem
 from gnss_hil.emulator.files.text import FileError
 from gnss_hil.emulator.journal import TruthLog
-from gnss_hil.emulator.orbits.motion import read_trajectory
+from gnss_hil.emulator.orbits.motion import Flown, read_trajectory
 from gnss_hil.emulator.truth import TRUTH as ROW
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
@@ -30,6 +32,25 @@ def check(scenario: Scenario, path: Path) -> None:
         raise Mistake(f"--reference: {error}") from None
 
 
+def refusal(scenario: Scenario, path: Path | None, first_ns: int) -> str:
+    """Why a reference can judge no epoch of a run that begins at first_ns, GPS time; "" if it can, or if
+    there is none."""
+    time = scenario.time
+    try:
+        if path is not None:
+            _orbit(scenario, path, (first_ns, first_ns + (time.epochs - 1) * time.interval_ns), untold)
+    except (ScenarioError, FileError) as error:
+        return str(error)
+    return ""
+
+
+def _orbit(scenario: Scenario, path: Path, span_ns: tuple[int, int], tell: Tell) -> Flown:
+    """The reference over a run, or over a part of it."""
+    named = scenario.time.orientation
+    measured = finals.read(Path(named)) if named else None
+    return read_trajectory(TrajectoryFile(oem=str(path)), span_ns, measured, "--reference", tell, whole=False)
+
+
 def write_truth(
     folder: RunFolder, scenario: Scenario, path: Path, digest: Digest
 ) -> tuple[list[str], list[str]]:
@@ -41,14 +62,17 @@ def write_truth(
     t_ns, first = np.unique(timeline["t_ns"], return_index=True)
     if not len(t_ns):
         return [f"--reference {path}: no time mark was heard"], []
-    given, span_ns = TrajectoryFile(oem=str(path)), (int(t_ns[0]), int(t_ns[-1]))
-    named = scenario.time.orientation
     try:
-        measured = finals.read(Path(named)) if named else None
-        orbit = read_trajectory(given, span_ns, measured, "--reference", remarks.append, whole=False)
+        orbit = _orbit(scenario, path, (int(t_ns[0]), int(t_ns[-1])), remarks.append)
     except (ScenarioError, FileError) as error:
         return [str(error)], []
     held = np.array([orbit.holds(t) for t in t_ns.tolist()])
+    if unknown := np.count_nonzero(~held):
+        begin, end = map(gpstime.iso, orbit.span_ns)
+        remarks.append(
+            f"--reference: {path}: states from {begin} to {end} GPS: {unknown} of {len(t_ns)} epochs "
+            f"{noun(unknown, 'is', 'are')} judged by nothing"
+        )
     rows = np.zeros(int(held.sum()), ROW)
     for name in _UNKNOWN:
         rows[name] = np.nan

@@ -11,7 +11,7 @@ from gnss_hil.dbc.bus import hub
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.live.display import Display
 from gnss_hil.tools.processes.bus_session import BusSession
-from gnss_hil.tools.processes.children import BARRIER_S, LEAVE_S, Child, StatusReader
+from gnss_hil.tools.processes.children import LEAVE_S, Child, StatusReader
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.recording.account import Counted
 
@@ -129,19 +129,35 @@ class ReportingMaster:
 
 class WatchedMaster:
     """Another's emulator, which is followed on the bus. The run is over with its process, with BENCH_END,
-    or when the scenario's time is up on the bus."""
+    or when the scenario's time is up on the bus.
+
+    wait_s    for the first time mark, None: for ever
+    refusal   of the first time mark [ns]: why such a run cannot be judged as was asked for, "" if it can
+    """
 
     reports = False
     waiting = ""
 
-    def __init__(self, children: Sequence[Child], sessions: Sequence[BusSession], epochs: int):
+    def __init__(
+        self,
+        children: Sequence[Child],
+        sessions: Sequence[BusSession],
+        epochs: int,
+        refusal: Callable[[int], str] | None = None,
+        wait_s: float | None = None,
+    ):
+        self._wait_s = wait_s
+        self._refusal, self._refused = refusal, ""
         self.children = children
         self._sessions = sessions
         self._epochs = epochs
         self._begun_s = time.monotonic()
 
     def look(self) -> None:
-        pass
+        """When it is played is known by its first time mark alone: what does not fit that ends it there."""
+        mark_ns = self._sessions[0].first_mark_ns
+        if self._refusal is not None and mark_ns >= 0:
+            self._refused, self._refusal = self._refusal(mark_ns), None
 
     @property
     def over(self) -> bool:
@@ -156,11 +172,14 @@ class WatchedMaster:
 
     @property
     def trouble(self) -> str:
-        """One that we started and that never sent a time mark."""
-        if self.children and time.monotonic() - self._begun_s > BARRIER_S:
-            for child, session in zip(self.children, self._sessions, strict=True):
+        """One that is played at another time, or that is awaited and has not sent a time mark."""
+        if self._refused:
+            return self._refused
+        if self._wait_s is not None and time.monotonic() - self._begun_s > self._wait_s:
+            names = [child.name for child in self.children] or ["emulator"] * len(self._sessions)
+            for name, session in zip(names, self._sessions, strict=True):
                 if not session.sequencer.opened:
-                    return f"{child.name}: no time mark within {BARRIER_S:g} s"
+                    return f"{name}: no time mark within {self._wait_s:g} s"
         return ""
 
     def figures(self) -> Figures:

@@ -10,10 +10,12 @@ import os
 import shlex
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 
 from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
 from gnss_hil.tools.live.display import Display
+from gnss_hil.tools.processes import reference as judging
 from gnss_hil.tools.processes.bus_session import BusSession
 from gnss_hil.tools.processes.bus_tap import BusTap, embedded_bus, foreign_bus
 from gnss_hil.tools.processes.children import (
@@ -25,6 +27,7 @@ from gnss_hil.tools.processes.children import (
     option_texts,
     run_environment,
     start,
+    wait_s,
 )
 from gnss_hil.tools.processes.outcome import Outcome
 from gnss_hil.tools.processes.supervision import ReportingMaster, Supervision, WatchedMaster
@@ -62,7 +65,11 @@ def play(
         }
         processes = _Processes(plan, config, folder, runtime_dir, specs, display, stack)
         if watched:
-            master = WatchedMaster(processes.other_emulators(), sessions, time.epochs)
+            refusal = partial(judging.refusal, plan.scenario, config.overrides.reference)
+            master = WatchedMaster(
+                processes.other_emulators(), sessions, time.epochs,
+                refusal, wait_s(config.wait_s, config.emulator),
+            )  # fmt: skip
         else:
             master = ReportingMaster(*processes.our_emulator())
         supervision = Supervision(sessions, display, master, processes.flights(), config.pace == "lockstep")

@@ -12,6 +12,8 @@ def check_combination(config: RunConfig) -> None:
     changes = config.overrides
     if config.seeds and (changes.seed is not None or "seed" in {k.strip('"') for k, _ in changes.sets}):
         raise Mistake("--seeds with a seed: one of the two")
+    if config.bus == "inline" and config.wait_s is not None:
+        raise Mistake("--wait with --bus inline: both sides are one process, nobody is awaited")
     if config.bus == "inline" and config.pace != "lockstep":
         raise Mistake(
             f"--pace {config.pace} with --bus inline: inline goes in lockstep, as fast as it can; "

@@ -62,6 +62,7 @@ class RunConfig:
 
     command   the command line, for the record
     seeds     a run of each, in folders of their own; none: one run
+    wait_s    for the first sign of the other side; None: a minute, of one that is started elsewhere for ever
     """
 
     scenario: str
@@ -78,6 +79,7 @@ class RunConfig:
     quiet: bool = False
     command: str = ""
     seeds: tuple[int, ...] = ()
+    wait_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
