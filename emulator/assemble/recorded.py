@@ -214,7 +214,7 @@ def _reference(
         return None
     span_ns = int(marks_ns[0]), int(marks_ns[-1])
     found = reference(read_trajectory(settings.reference, span_ns, measured, key, tell, whole=False))
-    unknown = np.count_nonzero(~found.known(marks_ns))
+    unknown = int(np.count_nonzero(~found.known(marks_ns)))
     if unknown:
         first, last = (gpstime.iso(t_ns) for t_ns in found.flown.span_ns)
         tell(

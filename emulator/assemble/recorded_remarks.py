@@ -58,7 +58,8 @@ def unused(file: rinex_obs.Observations, epoch_of: I64, played: Sequence[Signal]
     ):
         present = [letter for letter in letters if counts[letter]]
         if present:
-            many = so_many(sum(counts[letter] for letter in present), "observation is", "observations are")
+            number = int(sum(counts[letter] for letter in present))
+            many = so_many(number, "observation is", "observations are")
             yield f"{', '.join(present)}: {many} left out: {why}"
 
 

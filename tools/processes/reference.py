@@ -67,7 +67,7 @@ def write_truth(
     except (ScenarioError, FileError) as error:
         return [str(error)], []
     held = np.array([orbit.holds(t) for t in t_ns.tolist()])
-    if unknown := np.count_nonzero(~held):
+    if unknown := int(np.count_nonzero(~held)):
         begin, end = map(gpstime.iso, orbit.span_ns)
         remarks.append(
             f"--reference: {path}: states from {begin} to {end} GPS: {unknown} of {len(t_ns)} epochs "
