@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 
@@ -16,8 +17,8 @@ from gnss_hil.tools.command_line.main import main
 from tests.support import every_kind
 from tests.support.fsw_c import build
 from tests.support.gateways import OURS, on_record, spoken, through
-from tests.support.programs import GNSS_HIL
-from tests.support.waiting import ended
+from tests.support.programs import GNSS_HIL, PROGRAM, ROOT
+from tests.support.waiting import HANG_S, ended
 
 pytestmark = [
     pytest.mark.slow,
@@ -120,6 +121,28 @@ def test_the_flight_software_in_c_flies_through_every_kind(tmp_path, fsw):
     assert idle <= {"ack-lost", "command-altered", "command-doubled", "command-late", "command-lost"}, (
         "only commands are not sent in every turn"
     )
+
+
+def test_the_commands_of_the_documentation_run_as_they_stand(tmp_path, fsw):
+    """Pasted at once: who is there first is chance. Only places and length are the test's."""
+    page = (ROOT / "docs" / "faults.md").read_text("utf-8")
+    block = re.search(r"\n((?:    [^\n]*\n)+)", page.partition("\n## Between two buses\n")[2])[1]
+    assert "\n    gnss-hil hub /tmp/inner &\n" in block and block.count("\n") == 5
+    for theirs, ours in (
+        ("/tmp/", f"{tmp_path}/"), ("make -C examples/fsw_c", ":"), ("examples/fsw_c/build/fsw", str(fsw)),
+        ("runs/gateway", str(tmp_path / "gateway")), ("gnss-hil", str(PROGRAM)),
+        ("--flight external", f"--flight external --duration 20 --quiet --out {tmp_path / 'run'}"),
+    ):  # fmt: skip
+        assert theirs in block
+        block = block.replace(theirs, ours)
+    script = f"trap 'kill $(jobs -p) 2>/dev/null' EXIT\n{block}\nstatus=$?\nkill %1\nwait\nexit $status"
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=HANG_S, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "the run ended after 20 epochs" in done.stdout
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text("utf-8"))
+    assert (summary["epochs"], summary["epochs_unanswered"]) == (20, 0)
 
 
 def test_a_bus_that_goes_away_is_named(tmp_path):

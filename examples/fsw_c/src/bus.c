@@ -4,6 +4,7 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <poll.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -17,7 +18,19 @@
 
 enum { RECEIVE_BUFFER_BYTES = 16 << 20, MOST_PAUSES = 2000 };
 
-static int open_embedded(const char *path, char *why, size_t size)
+/* Whether a socket may still appear: its folder is there. */
+static bool may_come(const struct sockaddr_un *address)
+{
+    char folder[sizeof address->sun_path];
+    strcpy(folder, address->sun_path);
+    char *slash = strrchr(folder, '/');
+    if (!slash)
+        return true;
+    slash[slash == folder] = 0; /* the root keeps its slash */
+    return access(folder, F_OK) == 0;
+}
+
+static int open_embedded(const char *path, bool *not_yet, char *why, size_t size)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     if (strlen(path) >= sizeof address.sun_path) {
@@ -30,6 +43,7 @@ static int open_embedded(const char *path, char *why, size_t size)
     if (descriptor >= 0 && connect(descriptor, (struct sockaddr *)&address, sizeof address) == 0)
         return descriptor;
     snprintf(why, size, "bus embedded:%s: %s", path, strerror(errno));
+    *not_yet = descriptor >= 0 && (errno == ENOENT || errno == ECONNREFUSED) && may_come(&address);
     if (descriptor >= 0)
         close(descriptor);
     return -1;
@@ -66,17 +80,18 @@ static int open_socketcan(const char *interface, char *why, size_t size)
 int bus_open(struct bus *bus, const char *spec, char *why, size_t size)
 {
     static const char embedded[] = "embedded:", socketcan[] = "socketcan:";
+    bool not_yet = false;
     bus->rest = 0;
     bus->is_stream = strncmp(spec, embedded, sizeof embedded - 1) == 0;
     if (bus->is_stream) {
-        bus->descriptor = open_embedded(spec + sizeof embedded - 1, why, size);
+        bus->descriptor = open_embedded(spec + sizeof embedded - 1, &not_yet, why, size);
     } else if (strncmp(spec, socketcan, sizeof socketcan - 1) == 0) {
         bus->descriptor = open_socketcan(spec + sizeof socketcan - 1, why, size);
     } else {
         snprintf(why, size, "bus '%s': allowed are embedded:PATH and socketcan:INTERFACE", spec);
         bus->descriptor = -1;
     }
-    return bus->descriptor < 0 ? -1 : 0;
+    return bus->descriptor >= 0 ? 0 : not_yet ? BUS_NOT_YET : -1;
 }
 
 static int receive_stream(struct bus *bus, struct can_frame frames[BUS_BATCH])

@@ -14,7 +14,9 @@ struct bus {
     unsigned char pending[BUS_BATCH * sizeof(struct can_frame)];
 };
 
-/* Opens `embedded:PATH` or `socketcan:INTERFACE`; 0, or -1 with one line for people in `why`. */
+enum { BUS_NOT_YET = 1 }; /* nobody serves the socket: whoever does may be about to begin */
+
+/* Opens `embedded:PATH` or `socketcan:INTERFACE`; 0, or -1 or BUS_NOT_YET with one line for people in `why`. */
 int bus_open(struct bus *bus, const char *spec, char *why, size_t size);
 
 /* Waits at most `timeout_ms` and takes what has come, up to BUS_BATCH frames: their number, 0 for none (or a

@@ -10,7 +10,7 @@
 #include "bus.h"
 #include "flight.h"
 
-enum { HEARTBEAT_MS = 100 };
+enum { HEARTBEAT_MS = 100, BUS_WAIT_MS = 60000, BUS_RETRY_MS = 100 };
 enum { EXIT_FAILED = 1, EXIT_USAGE = 2, EXIT_ENVIRONMENT = 3, EXIT_INTERRUPTED = 130 };
 
 static const char usage[] =
@@ -19,13 +19,14 @@ static const char usage[] =
     "A flight software for gnss-hil's bus, in C.\n"
     "\n"
     "  --bus BUS       embedded:PATH or socketcan:INTERFACE (default: $GNSS_HIL_BUS)\n"
+    "                  one that nobody serves yet is waited for, a minute\n"
     "  --vehicle FILE  antennas of the craft, TOML (default: $GNSS_HIL_VEHICLE)\n"
     "  --tell          say at the end what was flown, though nothing was refused or lost\n"
     "  --stay          wait for the next run at a run's end, instead of leaving\n"
     "\n"
     "examples:\n"
     "  gnss-hil run soyuz --flight build/fsw\n"
-    "  build/fsw --bus socketcan:vcan0 --vehicle soyuz-ms.toml\n"
+    "  build/fsw --bus socketcan:vcan0 --vehicle ../../dbc/vehicles/soyuz-ms.toml\n"
     "\n"
     "Exit status: 0 done; 1 the bus went away during a run; 2 bad usage or vehicle file; 3 no such bus;\n"
     "130 interrupted.\n";
@@ -97,6 +98,22 @@ static int read_options(int argc, char **argv, struct options *options, bool *le
     if (!options->vehicle)
         return fail(EXIT_USAGE, "no vehicle file: give --vehicle or set GNSS_HIL_VEHICLE");
     return 0;
+}
+
+/* Opens the bus, waiting for one that nobody serves yet; as bus_open. */
+static int await_bus(struct bus *bus, const char *spec, char *why, size_t size)
+{
+    const struct timespec pause = {.tv_nsec = BUS_RETRY_MS * 1000000L};
+    const int64_t until_ms = clock_ms() + BUS_WAIT_MS;
+    bool told = false;
+    int found;
+    while ((found = bus_open(bus, spec, why, size)) == BUS_NOT_YET && !interrupted && clock_ms() < until_ms) {
+        if (!told)
+            fprintf(stderr, "fsw: waiting for a bus at %s\n", spec);
+        told = true;
+        (void)nanosleep(&pause, NULL);
+    }
+    return found;
 }
 
 /* Plays all frames of a batch; -1 when the bus is gone. */
@@ -175,9 +192,9 @@ int main(int argc, char **argv)
         return status;
     if (vehicle_read(options.vehicle, &flight.vehicle, why, sizeof why) != 0)
         return fail(EXIT_USAGE, why);
-    if (bus_open(&bus, options.bus, why, sizeof why) != 0)
-        return fail(EXIT_ENVIRONMENT, why);
     catch_signals();
+    if (await_bus(&bus, options.bus, why, sizeof why) != 0)
+        return interrupted ? EXIT_INTERRUPTED : fail(EXIT_ENVIRONMENT, why);
     int gone = fly(&bus, &flight, options.stay);
     bus_close(&bus);
     tell(&flight, options.tell);

@@ -7,11 +7,13 @@ import subprocess
 
 import pytest
 
+from gnss_hil.dbc.bus.hub import Hub
 from gnss_hil.dbc.common.vehicle import find
 from gnss_hil.dbc.contract.codec import codec
 from tests.support.feeder import Feeder
 from tests.support.fsw_c import EXAMPLE
 from tests.support.outside import c_tools
+from tests.support.waiting import ended, until
 
 pytestmark = pytest.mark.verifies(what="Assignment and commands, a second time")
 
@@ -42,7 +44,7 @@ def test_a_vehicle_file_with_a_fault_is_one_clear_line(sanitized, tmp_path, text
     path = tmp_path / "vehicle.toml"
     path.write_bytes(text.encode("latin-1"))
     done = subprocess.run(
-        [sanitized, "--bus", "embedded:/nowhere", "--vehicle", path], capture_output=True, text=True
+        [sanitized, "--bus", "embedded:/nowhere/bus", "--vehicle", path], capture_output=True, text=True
     )
     assert done.returncode == 2
     assert done.stderr.startswith(f"fsw: {path}, line ") and words in done.stderr
@@ -57,8 +59,8 @@ def test_a_vehicle_file_with_a_fault_is_one_clear_line(sanitized, tmp_path, text
         (["--bus"], 2, "--bus needs a value (see --help)"),
         (["--colour"], 2, "unknown argument '--colour' (see --help)"),
         (["--bus", "embedded:/x", "--vehicle", "/nowhere"], 2, "vehicle file /nowhere: No such file"),
-        (["--bus", "embedded:/x", "--vehicle", SHIPPED], 3, "bus embedded:/x: No such file"),
-        (["--bus", "embedded:/x", "--vehicle", find("soyuz-ms-l1l2")], 3, "bus embedded:/x: No such file"),
+        (["--bus", "embedded:/x/y", "--vehicle", SHIPPED], 3, "bus embedded:/x/y: No such file"),
+        (["--bus", "embedded:/x/y", "--vehicle", find("soyuz-ms-l1l2")], 3, "bus embedded:/x/y: No such"),
         (["--bus", "socketcan:can9", "--vehicle", SHIPPED], 3, "bus socketcan:can9: no such CAN"),
         (["--bus", "usb:1", "--vehicle", SHIPPED], 3, "allowed are embedded:PATH and socketcan:"),
     ],
@@ -68,6 +70,24 @@ def test_a_mistake_is_one_clear_line(fsw, arguments, status, words):
     done = subprocess.run([fsw, *arguments], capture_output=True, text=True, env=bare)
     assert (done.returncode, done.stdout) == (status, "")
     assert done.stderr.startswith("fsw: ") and words in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_bus_that_nobody_serves_yet_is_waited_for(fsw, tmp_path):
+    bus = f"embedded:{tmp_path / 'bus'}"
+    process = subprocess.Popen([fsw, "--bus", bus, "--vehicle", SHIPPED], stderr=subprocess.PIPE, text=True)
+    assert process.stderr.readline() == f"fsw: waiting for a bus at {bus}\n"
+    with Hub(tmp_path / "bus") as hub:
+        until(lambda: hub.joined, process)
+        process.send_signal(2)
+        assert ended(process) == (None, "") and process.returncode == 130
+
+
+def test_an_interrupt_ends_the_wait(fsw, tmp_path):
+    bus = f"embedded:{tmp_path / 'bus'}"
+    process = subprocess.Popen([fsw, "--bus", bus, "--vehicle", SHIPPED], stderr=subprocess.PIPE, text=True)
+    assert "waiting" in process.stderr.readline()
+    process.send_signal(2)
+    assert ended(process) == (None, "") and process.returncode == 130
 
 
 def test_an_interrupt_ends_it(fsw, epochs, tmp_path):
