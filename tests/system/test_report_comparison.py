@@ -117,11 +117,11 @@ def test_other_flight_software_and_other_errors_are_judged(patent, tmp_path, cap
     )
 
 
-def test_a_run_is_not_compared_with_itself(run, capsys):
-    assert main(["report", str(run), str(run / ".." / run.name)]) == 2
-    said = f"{run / '..' / run.name}: is the same run as {run}; a comparison is of two"
+def test_a_run_is_not_compared_with_itself(patent, capsys):
+    assert main(["report", str(patent), str(patent / ".." / patent.name)]) == 2
+    said = f"{patent / '..' / patent.name}: is the same run as {patent}; a comparison is of two"
     assert capsys.readouterr().err == f"gnss-hil: {said}\n"
-    assert not list(run.glob("compare-*"))
+    assert not list(patent.glob("compare-*"))
 
 
 def test_a_comparison_goes_beside_the_first_run_unless_told(copied, prototype, capsys):
