@@ -34,7 +34,11 @@ class Undecoded:
 
     def remarks(self, database: Database) -> list[str]:
         """In lines."""
-        lines = [f"{count} {kind} have no signals" for kind, count in self.other.items() if count]
+        lines = [
+            f"{so_many(count, f'{kind[:-1]} has', f'{kind} have')} no signals"
+            for kind, count in self.other.items()
+            if count
+        ]
         if self.unknown:
             names = [_id(can_id) for can_id, _ in self.unknown.most_common(5)]
             more = "" if len(self.unknown) <= 5 else f" and {len(self.unknown) - 5} more"

@@ -61,7 +61,7 @@ def test_systems_that_are_not_used_are_named_with_how_many_observations():
     )  # fmt: skip
     assert list(unused(file, np.array((0, -1)), [SIGNALS["L1CA"]])) == [
         "E, L: 3 observations are left out: not used by this bench",
-        "R: 1 observations are left out: none of their signals is played",
+        "R: 1 observation is left out: none of their signals is played",
     ]
     only = SimpleNamespace(sat=np.array((1, GLONASS[0])), epoch=np.array((0, 0)), passed={})
     assert not list(unused(only, np.array((0,)), [SIGNALS["L1CA"], SIGNALS["L1OF"]]))

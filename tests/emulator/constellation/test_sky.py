@@ -253,7 +253,7 @@ _NO_PREDICTION = "-.100000000000D+01 0.000000000000D+00"
             "0.280183739960D-03",
             "0.999999999999D+09",
             True,
-            ["1 records of GPS are left out: their places or"],
+            ["1 record of GPS is left out: their places or"],
         ),
     ],
 )

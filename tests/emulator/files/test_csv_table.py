@@ -55,7 +55,7 @@ def test_case_blanks_and_blank_lines_are_no_part_of_a_table():
         (table("noon", "2020-01-01T12:00:01"), "x: line 2: UTC is 'noon', not a date and time"),
         (table("0001-01-01T00:00:00+14:00", "2020-01-01"), "x: line 2: UTC is '0001-01-01T00:00:00+14:00'"),
         (table("2020-01-01T12:00:00", "2020-01-01T14:00:00+03:00"), "x: line 3: UTC does not ascend"),
-        (table("2020-01-01T12:00:00"), "x: 1 rows; two at least are needed"),
+        (table("2020-01-01T12:00:00"), "x: 1 row; two at least are needed"),
         (table("2020-01-01T12:00:00", head="UTC,a,c"), "x: line 1: column b is missing; there are UTC, a, c"),
         (table("2020-01-01T12:00:00").replace(",0,", ",zero,"), "x: line 2: a is 'zero', not a number"),
         (table("2020-01-01T12:00:00").replace(",0,", ",nan,"), "x: line 2: a is 'nan', not finite"),

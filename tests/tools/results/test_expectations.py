@@ -44,7 +44,7 @@ def judged(seen=None, fault=FAULT, fixes=FIXES, **expected) -> dict[str, tuple[s
 @pytest.mark.parametrize(
     ("seen", "found"),
     [
-        ({"silence": [51]}, ("silence after 1 epochs", True)),
+        ({"silence": [51]}, ("silence after 1 epoch", True)),
         ({"silence": [54]}, ("silence after 4 epochs", False)),
         ({"silence": [20, 53], "mark": [52]}, ("mark after 2 epochs", True)),
         ({"silence": [20]}, ("not seen", False)),
@@ -57,7 +57,7 @@ def test_detection_is_by_one_of_the_checks_in_time(seen, found):
 
 def test_nothing_may_be_what_is_expected():
     assert judged(detected_by="none")["detected_by"] == ("not seen", True)
-    assert judged({"silence": [51]}, detected_by="none")["detected_by"] == ("silence after 1 epochs", False)
+    assert judged({"silence": [51]}, detected_by="none")["detected_by"] == ("silence after 1 epoch", False)
     assert judged({"silence": [45, 51]}, detected_by="none")["detected_by"] == ("not seen", True)
     assert judged(detected_by=("none", "range"))["detected_by"] == ("not seen", True)
 

@@ -75,7 +75,7 @@ def test_lockstep_counts_unanswered_epochs():
     assert "unanswered" not in render(build(facts("lockstep", 0), {"a": counted(1, 0)}, None))
 
 
-REST = "1 handovers, 2 refused by receivers"
+REST = "1 handover, 2 refused by receivers"
 OF_A_RECORDING = f"1 300 times again as a recording answers only the commands of then; {REST}"
 
 

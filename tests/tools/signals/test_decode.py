@@ -219,10 +219,10 @@ def test_convert_writes_signals_and_tells_what_is_left(recording, tmp_path, caps
     told = capsys.readouterr()
     assert told.out == f"{out}: 9 rows of 10 frames, 1 error frame among them, 1 remote frame among them\n"
     assert [line.split(": ", 2)[-1] for line in told.err.splitlines()] == [
-        "1 error frames have no signals", "1 remote frames have no signals",
+        "1 error frame has no signals", "1 remote frame has no signals",
         f"3 frames are of identifiers that {tmp_path}/some.dbc does not have: 7FF, 7FE",
-        "1 frames are shorter than Plain", "1 frames are shorter than Muxed",
-        "1 frames have a value of Muxed.kind that no signal belongs to",
+        "1 frame is shorter than Plain", "1 frame is shorter than Muxed",
+        "1 frame has a value of Muxed.kind that no signal belongs to",
     ]  # fmt: skip
     table = pl.read_parquet(out)
     assert table["message"].to_list() == ["Plain"] * 5 + ["Choice"] * 2 + ["Muxed"] * 2
@@ -303,7 +303,7 @@ def test_rows_of_two_buses_are_in_the_order_of_time(tmp_path):
 
 def test_an_empty_recording_is_a_table_without_rows(tmp_path):
     (tmp_path / "a.log").write_text("")
-    assert main(["convert", str(tmp_path / "a.log"), str(tmp_path / "a.parquet")]) == 0
+    assert main(["convert", str(tmp_path / "a.log"), str(tmp_path / "a.parquet")]) == 1
     assert pl.read_parquet(tmp_path / "a.parquet").shape == (0, 8)
 
 
