@@ -101,7 +101,7 @@ def test_what_a_recording_lacks_is_told(run, tmp_path, capsys):
     flipped = other[:-2] + ("0" if other[-2] != "0" else "1") + "\n"
     altered = [flipped if place == measured[0] else row for place, row in enumerate(rows)]
     assert "frames do not pass their checks: 1 CORRUPTED" in told(altered)
-    assert "1 of 50 epochs are missing" in told(rows[: marks[20]] + rows[marks[21] :])
+    assert "1 of 50 epochs is missing" in told(rows[: marks[20]] + rows[marks[21] :])
 
 
 def test_what_is_left_out_of_a_recording_is_told(run, tmp_path, capsys):

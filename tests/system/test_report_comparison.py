@@ -117,11 +117,10 @@ def test_other_flight_software_and_other_errors_are_judged(patent, tmp_path, cap
     )
 
 
-def test_a_run_is_not_compared_with_itself(patent, capsys):
-    assert main(["report", str(patent), str(patent / ".." / patent.name)]) == 2
-    said = f"{patent / '..' / patent.name}: is the same run as {patent}; a comparison is of two"
-    assert capsys.readouterr().err == f"gnss-hil: {said}\n"
-    assert not list(patent.glob("compare-*"))
+def test_a_run_that_is_compared_with_itself_is_told(patent, tmp_path, capsys):
+    other, out = patent / ".." / patent.name, tmp_path / "page.html"
+    assert main(["report", str(patent), str(other), "--out", str(out)]) == 0
+    assert capsys.readouterr().err == f"gnss-hil: note: {other} is the same run as {patent}\n"
 
 
 def test_a_comparison_goes_beside_the_first_run_unless_told(copied, prototype, capsys):

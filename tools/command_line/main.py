@@ -288,7 +288,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as request:  # argparse's --help
         return int(request.code or 0)
     except KeyboardInterrupt as interrupt:
-        print(f"{PROGRAM}: {argv[0]}: interrupted", file=sys.stderr)
+        print(": ".join([PROGRAM, *argv[:1], "interrupted"]), file=sys.stderr)
         return status_of(interrupt)
     except BrokenPipeError:  # the reader of our output has left
         return 0

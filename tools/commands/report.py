@@ -28,8 +28,6 @@ def run(arguments: Namespace) -> int:
 
     for folder in filter(None, (arguments.run, arguments.other)):
         check_run_folder(folder, needs=())
-    if arguments.other is not None and arguments.run.samefile(arguments.other):
-        raise Mistake(f"{arguments.other}: is the same run as {arguments.run}; a comparison is of two")
     if arguments.out:
         check_new_file(arguments.out, arguments.force, f"--out {arguments.out}")
     if arguments.other is None:
@@ -46,6 +44,8 @@ def _compared(first: Path, second: Path, out: Path | None) -> int:
     path = out or first / f"compare-{pair[1].name}.html"
     print("\n".join(figures.told(*pair)))
     print(f"\nreport: {page.write(*pair, path)}")
+    if first.samefile(second):
+        print(f"{PROGRAM}: note: {second} is the same run as {first}", file=sys.stderr)
     for run in pair:
         if broken := broken_off(run.summary):
             print(f"{PROGRAM}: {run.name} is not complete: {broken}", file=sys.stderr)

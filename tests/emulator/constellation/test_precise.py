@@ -160,7 +160,7 @@ def test_satellites_without_a_phase_centre_are_left_out():
 @pytest.mark.parametrize("instants", [1, precise.POINTS - 1])
 def test_too_few_instants_are_refused_in_words(instants):
     with pytest.raises(
-        ValueError, match=f"x: {instants} instants of 2 satellites; needed are {precise.POINTS}"
+        ValueError, match=f"x: {instants} instants? of 2 satellites; needed are {precise.POINTS}"
     ):
         precise.from_sp3(product(instants))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import e2e.p11
+import e2e.p11 as library
 import numpy as np
 import pytest
 
@@ -37,7 +37,7 @@ def valid(data: np.ndarray) -> list[bool]:
     can_id = CODEC.can_id_of["RANGE", 1]
     theirs = [bytearray(row.tobytes()) for row in data]
     for row in theirs:
-        e2e.p11.e2e_p11_protect(row, can_id, increment_counter=False)
+        library.e2e_p11_protect(row, can_id, increment_counter=False)
     return [ours[0] == row[0] for ours, row in zip(data, theirs, strict=True)]
 
 

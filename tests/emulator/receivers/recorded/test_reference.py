@@ -107,7 +107,9 @@ def test_tags_beyond_a_table_are_counted_and_the_others_judged(settings, begin_s
     assert line.startswith(
         "craft.x.observations.reference: states from 2024-03-01T00:00:00 to 2024-03-01T01:00:00"
     )
-    assert line.endswith(f"{unknown} of {len(tags)} epochs are judged by nothing")
+    assert line.endswith(
+        f"{unknown} of {len(tags)} epochs {'is' if unknown == 1 else 'are'} judged by nothing"
+    )
 
 
 def test_a_reference_of_another_day_is_refused(settings):
