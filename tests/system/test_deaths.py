@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -159,3 +160,21 @@ def test_a_verdict_that_finds_no_room_is_one_line_after_the_run(tmp_path, capsys
     assert main([*arguments, "--junit", "/dev/full"]) == 1
     assert capsys.readouterr().err == "gnss-hil: --junit /dev/full: No space left on device\n"
     assert summary_of(tmp_path / "run")["epochs"] == 20
+
+
+def test_a_disk_that_is_full_for_run_json_too_hides_not_what_was_full(tmp_path, monkeypatch, capsys):
+    written = []
+
+    def full(plan, config, folder, recorder, *_):
+        recorder.frames = 1
+        raise OSError(errno.ENOSPC, "No space left on device", "bus.log")
+
+    def write_json(path, document):
+        if written:
+            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+        written.append(path)
+
+    monkeypatch.setattr("gnss_hil.tools.processes.run_session._play_inline", full)
+    monkeypatch.setattr("gnss_hil.tools.processes.run_session.write_json", write_json)
+    assert main(["run", "--bus", "inline", "--quiet", "--out", str(tmp_path / "run")]) == 1
+    assert capsys.readouterr().err.endswith("gnss-hil: bus.log: No space left on device\n") and written

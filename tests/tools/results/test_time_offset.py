@@ -29,13 +29,15 @@ def circle(t_s):
     return R_M * place, R_M * RATE * np.column_stack([-np.sin(angle), np.cos(angle), 0 * angle])
 
 
-def remarks(offset_s, off_m=0.0, known=True):
-    """Of fixes at t and truth that was there at t - offset_s."""
+def remarks(offset_s, off_m=0.0, known=200, speed=1.0):
+    """Of fixes at t and truth that was there at t - offset_s; its velocity is known of so many epochs from
+    the end."""
     t_s = np.arange(200.0)
     rows = np.zeros(200, ROW)
     rows["t_gps_ns"] = t_s * 1e9
     rows["position_ecef_m"], velocity = circle(t_s - offset_s)
-    rows["velocity_ecef_mps"] = velocity if known else np.nan
+    rows["velocity_ecef_mps"] = speed * velocity
+    rows["velocity_ecef_mps"][: 200 - known] = np.nan
     place, _ = circle(t_s)
     fixes = {"t_ns": rows["t_gps_ns"].copy(), "valid": t_s > 50}
     fixes |= {f"{a}_m": place[:, k] + (off_m if a == "z" else 0.0) for k, a in enumerate("xyz")}
@@ -54,9 +56,18 @@ def test_an_interval_of_time_is_named(offset_s, said):
 
 
 @pytest.mark.parametrize("given", [{"offset_s": 0.0}, {"offset_s": 0.0, "off_m": 5e3},
-                                   {"offset_s": 0.005}, {"offset_s": 15.0, "known": False}])  # fmt: skip
+                                   {"offset_s": 0.005}, {"offset_s": 15.0, "known": 0}])  # fmt: skip
 def test_other_errors_are_no_matter_of_time(given):
     assert remarks(**given) == []
+
+
+def test_epochs_whose_velocity_is_unknown_do_not_hide_it():
+    assert "15 s earlier" in remarks(15.0, known=100)[0]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_truth_that_stands_still_has_no_time_to_be_off_by():
+    assert remarks(15.0, speed=0.0) == []
 
 
 def test_a_run_is_told_of_it(tmp_path, capsys):
