@@ -52,6 +52,7 @@ def run(arguments: Namespace) -> int:
     kind, folder = arguments.kind, arguments.run
     _check(arguments)
     from gnss_hil.tools.export import run_data
+    from gnss_hil.tools.results import assemble
 
     remarks: list[str] = []
     if kind == "sky":
@@ -76,7 +77,7 @@ def run(arguments: Namespace) -> int:
     for file in files:
         _write(out / file.name, file.text)
         print(f"{out / file.name}{': ' if file.remark else ''}{file.remark}")
-    for line in remarks:
+    for line in (*assemble.since_the_run(folder), *remarks):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     return 0
 

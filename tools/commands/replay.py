@@ -101,6 +101,7 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.dbc.bus.runtime_dir import RuntimeDir
     from gnss_hil.dbc.process.shutdown import Stop
     from gnss_hil.tools.replay import damage, output, peer, session, source
+    from gnss_hil.tools.results import assemble
 
     found = source.find(arguments.run, arguments.craft, arguments.vehicle)
     config = config_of(arguments)
@@ -112,7 +113,8 @@ def run(arguments: Namespace) -> int:
     print("\n".join(output.account(config, played)))
     recording = found.recorded.recording
     found_lines = recording.found.lines(recording.path)
-    for line in (*found_lines, *damage.lines(found.recorded), *damage.since_the_run(found.folder)):
+    changed = assemble.since_the_run(found.folder) if found.folder else ()
+    for line in (*found_lines, *damage.lines(found.recorded), *changed):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
         print(flush=True)

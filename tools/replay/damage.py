@@ -1,19 +1,14 @@
 """What a recording lacks of the run that it is of: frames lost or refused, epochs without a time mark.
 
 Such a recording can be replayed, but the other side does not hear all that was said then, and may answer
-otherwise. So can a folder whose files are no longer those of its run.
+otherwise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 from gnss_hil.dbc.common.counts import noun
 from gnss_hil.tools.decoder.screen import Screen
-from gnss_hil.tools.recording import fingerprints
 from gnss_hil.tools.replay.recorded_run import RecordedRun
-from gnss_hil.tools.results import assemble
 
 
 def lines(recorded: RecordedRun) -> list[str]:
@@ -37,10 +32,3 @@ def lines(recorded: RecordedRun) -> list[str]:
     ]
     where = f"{recorded.recording.path}: {recorded.bus}"
     return [f"{where}: the recording is not whole: {'; '.join(parts)}"] if parts else []
-
-
-def since_the_run(folder: Path | None) -> Iterator[str]:
-    """A line for each file of a run folder that is not as its run left it."""
-    facts = folder and assemble.read_facts(folder)
-    for line in fingerprints.changed(folder, facts.get("record", {})) if folder and facts else ():
-        yield f"{folder}: {line}"

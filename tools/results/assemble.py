@@ -16,6 +16,7 @@ from gnss_hil.emulator.config.named_files import anchor
 from gnss_hil.emulator.config.scenario import Scenario
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.digest import Digest
+from gnss_hil.tools.recording import fingerprints
 from gnss_hil.tools.recording.run_folder import FACTS, FAULTS, SCENARIO, SUMMARY, TRUTH, write_json
 from gnss_hil.tools.results import fault_verdicts, tables, time_offset, truth
 from gnss_hil.tools.results.summary import build
@@ -93,6 +94,12 @@ def _of_another_time(digests: Mapping[str, Digest], known: truth.Truth | None) -
         return
     for name in digests.keys() & set(known.craft):
         yield from time_offset.remark(name, digests[name].fixes, known.of(name))
+
+
+def since_the_run(folder: Path) -> Iterator[str]:
+    """A line for each file of a run folder that is not as its run left it."""
+    for line in fingerprints.changed(folder, (read_facts(folder) or {}).get("record", {})):
+        yield f"{folder}: {line}"
 
 
 def new_remarks(facts: Mapping[str, Any], summary: Mapping[str, Any]) -> list[str]:

@@ -26,7 +26,7 @@ def runs(tmp_path_factory):
     """Two that differ in their seeds alone."""
     folders = [tmp_path_factory.mktemp("runs") / name for name in ("one", "two")]
     for seed, folder in enumerate(folders, 1):
-        words = ["run", "soyuz", "--bus", "inline", "--duration", "20", "--seed", str(seed), "--quiet"]
+        words = ["run", "soyuz", "--bus", "inline", "--duration", "50", "--seed", str(seed), "--quiet"]
         assert main([*words, "--no-report", "--out", str(folder)]) == 0
     return folders
 
@@ -81,6 +81,9 @@ def test_what_is_not_is_told(run, runs, how, capsys):
     main(["replay", str(run), "--only", "emulator", "--quiet"])
     assert f"gnss-hil: {run}: {line}" in capsys.readouterr().err
 
+    if (run / TRUTH).is_file():
+        assert main(["export", "oem", str(run), "--out", str(run / "export")]) == 0
+        assert f"gnss-hil: {run}: {line}" in capsys.readouterr().err
     for name in (LOG, TRUTH):  # put right, nothing of it stays
         shutil.copy(runs[0] / name, run / name)
     assert main(["report", str(run)]) == 0
