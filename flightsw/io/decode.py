@@ -7,7 +7,7 @@ its consequence. The rules:
   state of its stream, or is rejected.
 - Of two frames for one slot of a record in one epoch the first stands.
 - A channel counts when all its ten frames are there; a lost frame takes out its own channel, nothing else.
-  So a status that announces more frames than came changes nothing: the missing ones have done their harm.
+- A status that counts channels of which nothing came is told and changes nothing: they have done their harm.
 - Of ionospheres that differ that stands which most receivers report, of equally many the lowest receiver's.
 - A node whose heartbeat names another contract is not used at all in that block.
 - Without a complete time mark of a time that exists nothing else of the block is used: an epoch without a
@@ -29,8 +29,9 @@ from gnss_hil.dbc.contract.e2e_state import Limits, limits
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.flightsw.io import node_monitor
 from gnss_hil.flightsw.io.block_layout import block_layout
-from gnss_hil.flightsw.io.frame_groups import Records, almanac_records, block_plan, group_table
+from gnss_hil.flightsw.io.frame_groups import STATUS, Records, almanac_records, block_plan, group_table
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
+from gnss_hil.flightsw.io.missing_channels import missed
 from gnss_hil.flightsw.io.reception import Reception, nothing_received, receive
 from gnss_hil.flightsw.records.epoch import (
     NO_ACKS,
@@ -86,7 +87,11 @@ def decode(
     attitude = _attitude(values["attitude"])
     if attitude is None and values["attitude"].size:
         counts.add(Reason.TURNED, np.array([codec.can_id_of["ATT_Q01", 0]]), np.ones(1, bool))
-    boots, domains = _receivers(plan.records["receiver"], values["receiver"])
+    receivers = plan.records["receiver"]
+    boots, domains, announced = _receivers(receivers, values["receiver"])
+    if (announced > plan.accounted).any():
+        closing = can_id[receivers.rows[STATUS]]
+        counts.add(Reason.INCOMPLETE, closing, missed(codec, frames, receivers.sender, announced))
     epoch = Epoch(
         mark=mark,
         attitude=attitude,
@@ -221,8 +226,8 @@ def _ionosphere(values: F64) -> tuple[Coefficients | None, Index]:
     return Coefficients(chosen[:4], chosen[4:]), others
 
 
-def _receivers(found: Records, values: F64) -> tuple[I64, I64]:
-    """Boot counts and clock domains, (MAX_RECEIVERS,) each."""
+def _receivers(found: Records, values: F64) -> tuple[I64, I64, F64]:
+    """Boot counts and clock domains, (MAX_RECEIVERS,) each; (n,) frames that those found say they sent."""
     both = _NONE_REPORTED.copy()
-    both[:, found.sender] = values
-    return both[0], both[1]
+    both[:, found.sender] = values[:2]
+    return both[0], both[1], values[2]

@@ -24,6 +24,7 @@ from gnss_hil.dbc.common.satellites import SATELLITES
 from gnss_hil.dbc.contract.batch_codec import Reader, joined, reader
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import MEASUREMENT_KINDS
+from gnss_hil.flightsw.io.missing_channels import accounted
 
 IONOSPHERE = tuple(f"{name}{k}" for name in ("alpha", "beta") for k in range(4))
 XYZ, VXYZ = ("x_m", "y_m", "z_m"), ("vx_mps", "vy_mps", "vz_mps")
@@ -49,7 +50,7 @@ _KINDS: dict[str, tuple[Sequence[str], int, Sequence[str]]] = {
         ),
     ),
     "ack": (("ACK",), CHANNELS, ("result", "sat_system", "sat_number", "transaction")),
-    "receiver": (("TAG", "STATUS", "HEARTBEAT"), 1, ("boot_count", "clock_domain")),
+    "receiver": (("TAG", "STATUS", "HEARTBEAT"), 1, ("boot_count", "clock_domain", "frames")),
     "ionosphere": (("IONO_ALPHA", "IONO_BETA"), 1, IONOSPHERE),
     "almanac": (
         ("ALM_XY", "ALM_Z", "ALM_V"),
@@ -59,6 +60,8 @@ _KINDS: dict[str, tuple[Sequence[str], int, Sequence[str]]] = {
 }
 
 ALMANAC = "almanac"
+STATUS = _KINDS["receiver"][0].index("STATUS")
+"""Which frame of a receiver's record it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,6 +188,7 @@ class BlockPlan:
     almanac   (a,) rows of almanac frames, and their first slots
     single    the almanac records if each sender has sent one, of satellite 0; None if more or less came
     unused    rows of the other groups' frames
+    accounted   (n receivers' records,) what their STATUS counts if these are all that they sent
     """
 
     records: Mapping[str, Records]
@@ -192,6 +196,7 @@ class BlockPlan:
     almanac_slot: I64
     single: Records | None
     unused: Unused
+    accounted: I64
     _reader: Reader
     _row: Index
     _spans: Mapping[str, tuple[slice, int]]
@@ -233,10 +238,17 @@ def _plan(codec: Codec, streams: bytes) -> BlockPlan:
         almanac_slot=almanac_slot,
         single=single,
         unused=unused(filled, slot[rows], rows, records.values()),
+        accounted=accounted(_channels_heard(filled, table.groups["measurement"])[records["receiver"].sender]),
         _reader=joined([(readers[name], len(found)) for name, found in read.items()]),
         _row=np.concatenate(row).astype(np.intp),
         _spans=spans,
     )
+
+
+def _channels_heard(filled: I32, group: Group) -> I64:
+    """(senders,) channels of which any frame is there."""
+    rows = filled[group.first : group.end].reshape(group.frames, group.senders, group.keys_of_sender)
+    return (rows >= 0).any(axis=0).sum(axis=1)
 
 
 def _single(group: Group, rows: Index, slot: I64) -> Records | None:

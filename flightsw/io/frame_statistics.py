@@ -37,7 +37,8 @@ CONSEQUENCE: dict[int, str] = {
     **screening.CONSEQUENCE,
     Reason.NO_TIME_MARK: "frame ignored, the epoch has no time",
     Reason.SURPLUS: "frame ignored, the first of this epoch stands",
-    Reason.INCOMPLETE: "frame ignored, the others of its group are missing",
+    Reason.INCOMPLETE: "frame ignored, the others of its group are missing; "
+    "a STATUS: nothing came of channels that it counts",
     Reason.BAD_TIME_MARK: "frame ignored, its time mark names no time or another epoch",
     Reason.OTHER_SESSION: "frame ignored, no complete time mark of that session opens the block",
     Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
