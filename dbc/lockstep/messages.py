@@ -94,10 +94,10 @@ def judge(frames: FrameBatch, row: int, session: int, expected: int) -> Bench | 
         return Refusal.UNKNOWN
     if frames.length[row] != WIDTH:
         return Refusal.WRONG_LENGTH
-    _, header, low, spoken, count = _LAYOUT.unpack(frames.data[row].tobytes())
-    one = frames[row]
+    payload = frames.data[row : row + 1]
+    check, header, low, spoken, count = _LAYOUT.unpack(payload.tobytes())
     counter, nibble = header & 15, header >> 4
-    intact = frames.data[row, 0] == e2e.crc(one.can_id, one.data)[0]
+    intact = check == e2e.crc(frames.can_id[row], payload)[0]
     if not intact or counter >= e2e.COUNTERS or nibble != low % 16:
         return Refusal.CORRUPTED
     if spoken != session:

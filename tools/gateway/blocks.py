@@ -8,37 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, concat
+from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.lockstep import messages
 from gnss_hil.dbc.lockstep.messages import Bench
 from gnss_hil.tools.gateway.cut import QUIET_S, Held, Label, Piece
-
-
-class Marks:
-    """Reads the labels of time marks."""
-
-    def __init__(self, codec: Codec):
-        layout = codec.kinds["TIME_MARK"]
-        fields = [layout.signals.index(name) for name in ("session", "epoch")]
-        self._fields = [(int(layout.shift[i]), int(layout.mask[i])) for i in fields]
-        self._can_id = codec.can_id_of["TIME_MARK", 0]
-
-    def rows(self, frames: FrameBatch) -> list[int]:
-        """Rows that hold time marks."""
-        return np.flatnonzero(frames.can_id == self._can_id).tolist()
-
-    def label(self, frames: FrameBatch, row: int) -> Label | None:
-        """What a time mark names; None if it is not whole."""
-        one = frames[row]
-        if one.length[0] != WIDTH or one.data[0, 0] != e2e.crc(one.can_id, one.data)[0]:
-            return None
-        word = int(one.words[0])
-        session, epoch = (word >> shift & mask for shift, mask in self._fields)
-        return Label(session, epoch)
+from gnss_hil.tools.gateway.one_frame import Reader
 
 
 class Blocks:
@@ -50,7 +25,7 @@ class Blocks:
     def __init__(self, codec: Codec):
         self.closed: Label | None = None
         self.ended = False
-        self._marks = Marks(codec)
+        self._marks = Reader(codec, "TIME_MARK", "session", "epoch")
         self._status_ids = {codec.can_id_of["STATUS", r] for r in range(1, codec.receivers + 1)}
         self._held = Held()
         self._labels: list[Label] = []
@@ -93,10 +68,15 @@ class Blocks:
         for row in sorted(messages.rows(frames) + marks):
             if row not in marks:
                 self._end(frames, row)
-            elif (label := self._marks.label(frames, row)) is not None:
+            elif (label := self._label(frames, row)) is not None:
                 begun += label != self.closed
                 self.closed = label
         return begun
+
+    def _label(self, frames: FrameBatch, row: int) -> Label | None:
+        """What a time mark names; None if it is not whole."""
+        named = self._marks.read(frames, row)
+        return None if named is None else Label(*named)
 
     def _keep(self, frames: FrameBatch, now_s: float) -> None:
         self._held.keep(frames, now_s)
@@ -104,7 +84,7 @@ class Blocks:
             self._statuses |= self._status_ids.intersection(frames.can_id.tolist())
 
     def _on_mark(self, frames: FrameBatch, row: int, now_s: float) -> Iterator[Piece]:
-        label = self._marks.label(frames, row)
+        label = self._label(frames, row)
         if label is not None:
             if not self._synced and self._labels and label != self._labels[0]:
                 yield self._close(self._labels[0])

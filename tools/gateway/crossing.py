@@ -17,7 +17,7 @@ from gnss_hil.emulator.faults.base import Direction
 from gnss_hil.tools.gateway.answers import Answers
 from gnss_hil.tools.gateway.blocks import Blocks
 from gnss_hil.tools.gateway.cut import Label, Piece
-from gnss_hil.tools.gateway.strikes import Strikes, time_of
+from gnss_hil.tools.gateway.strikes import Clock, Strikes
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Crossing:
     def __init__(self, codec: Codec, strikes: Strikes):
         self.epochs = 0
         self.interval_ns: int | None = None
-        self._codec, self._strikes = codec, strikes
+        self._clock, self._strikes = Clock(codec), strikes
         self._blocks, self._answers = Blocks(codec), Answers(codec)
         self._more = dict.fromkeys(Direction, 0)
         self._answer = EMPTY
@@ -51,10 +51,9 @@ class Crossing:
 
     def hear(self, direction: Direction, frames: FrameBatch, now_s: float) -> Iterator[Crossed]:
         """Takes frames that go somewhere, in bus order; what leaves is to be sent before the next is."""
-        if not len(frames):
-            return
         if not self._strikes.armed:
-            self.epochs += self._blocks.follow(frames) if direction is Direction.FLIGHT else 0
+            if direction is Direction.FLIGHT:
+                self.epochs += self._blocks.follow(frames)
             yield Crossed(direction, frames)
         elif direction is Direction.FLIGHT:
             for piece in self._blocks.hear(frames, now_s):
@@ -65,11 +64,15 @@ class Crossing:
 
     def due_s(self) -> float | None:
         """When `expire` has something to do if nothing more is heard; None: never."""
+        if not self._strikes.armed:
+            return None
         due = (self._blocks.due_s(), self._answers.due_s())
         return min((one for one in due if one is not None), default=None)
 
     def expire(self, now_s: float) -> Iterator[Crossed]:
         """What leaves because of silence."""
+        if not self._strikes.armed:
+            return
         for piece in self._blocks.expire(now_s):
             yield from self._to_flight(piece)
         for piece in self._answers.expire(now_s):
@@ -105,7 +108,7 @@ class Crossing:
         if last is None or last[0].session != label.session or label.epoch <= last[0].epoch:
             self._strikes.begin(label.session)
             last, self._more = None, dict.fromkeys(Direction, 0)
-        t_ns = time_of(self._codec, block)
+        t_ns = self._clock.of(block)
         if t_ns is None:
             t_ns = 0 if last is None else last[1] + self._strikes.plan.interval_ns
         elif last is not None and self.interval_ns is None and label.epoch == last[0].epoch + 1:
@@ -115,7 +118,9 @@ class Crossing:
 
     def _struck(self, frames: FrameBatch, label: Label, way: Direction, more: int) -> FrameBatch:
         struck = self._strikes.strike(frames, label.epoch, way)
-        self._more[way] = more + messages.counted(struck) - messages.counted(frames)
+        self._more[way] = more
+        if struck is not frames:
+            self._more[way] += messages.counted(struck) - messages.counted(frames)
         return struck
 
     def _recounted(self, closing: FrameBatch, way: Direction) -> FrameBatch:

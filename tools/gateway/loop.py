@@ -14,6 +14,9 @@ from gnss_hil.tools.gateway.crossing import Crossed, Crossing
 SLICE_S = 0.1
 """Longest wait at a stretch, so that a signal is noticed."""
 
+BACK = {Direction.FLIGHT: Direction.RECEIVERS, Direction.RECEIVERS: Direction.FLIGHT}
+"""The other way: what goes to the flight software comes from the bus of the receivers."""
+
 LOOK_S = 0.001
 """How often a link is looked at that cannot tell when frames come."""
 
@@ -48,31 +51,35 @@ def run_gateway(
     """
     passed = {way: Passed() for way in Direction}
 
+    unseen = set(Direction)  # ways on whose bus something may be that poll() does not tell of
+
     def send(leaving: Iterable[Crossed]) -> None:
         for one in leaving:
             if len(one.frames):
                 with _Watched(one.direction):
                     links[one.direction].send(one.frames)
                 passed[one.direction].left += len(one.frames)
+                unseen.add(BACK[one.direction])  # who sends may have read ahead
+
+    def look(ways: Iterable[Direction]) -> None:
+        for way in ways:
+            unseen.discard(way)
+            with _Watched(BACK[way]):
+                frames = links[BACK[way]].receive(0)
+            if not len(frames):
+                continue
+            passed[way].came += len(frames)
+            send(crossing.hear(way, frames, time.monotonic()))
 
     waits = _Waits(links)
     while not crossing.ended and not stop():
-        here = False
-        for way, other in (
-            (Direction.FLIGHT, Direction.RECEIVERS),
-            (Direction.RECEIVERS, Direction.FLIGHT),
-        ):
-            with _Watched(other):
-                frames = links[other].receive(0)
-            here |= bool(len(frames))
-            passed[way].came += len(frames)
-            send(crossing.hear(way, frames, time.monotonic()))
+        look([*unseen])
         now_s = time.monotonic()
         send(crossing.expire(now_s))
         each(now_s)
-        if not here and not crossing.ended:
+        if not unseen and not crossing.ended:
             due_s = crossing.due_s()
-            waits.wait(SLICE_S if due_s is None else min(max(due_s - now_s, 0.0), SLICE_S))
+            look(waits.wait(SLICE_S if due_s is None else min(max(due_s - now_s, 0.0), SLICE_S)))
     send(crossing.rest())
     return passed
 
@@ -82,15 +89,17 @@ class _Waits:
 
     def __init__(self, links: Mapping[Direction, Link]):
         self._poll = select.poll()
-        numbers = [link.fileno() for link in links.values()]
-        self._told = min(numbers) >= 0
-        for number in numbers:
-            if number >= 0:
-                self._poll.register(number, select.POLLIN)
+        numbered = [(link.fileno(), BACK[toward]) for toward, link in links.items()]
+        self._untold = tuple(way for number, way in numbered if number < 0)
+        self._ways = {number: way for number, way in numbered if number >= 0}
+        for number in self._ways:
+            self._poll.register(number, select.POLLIN)
 
-    def wait(self, timeout_s: float) -> None:
-        longest_s = timeout_s if self._told else min(timeout_s, LOOK_S)
-        self._poll.poll(int(longest_s * 1000 + 0.999))
+    def wait(self, timeout_s: float) -> tuple[Direction, ...]:
+        """Ways on which there may be something."""
+        longest_s = min(timeout_s, LOOK_S) if self._untold else timeout_s
+        ready = self._poll.poll(int(longest_s * 1000 + 0.999))
+        return (*(self._ways[number] for number, _ in ready), *self._untold)
 
 
 class _Watched:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from gnss_hil.dbc.common import gpstime
-from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import Codec
-from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch, concat
+from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.dbc.lockstep.messages import is_bench
 from gnss_hil.emulator.faults.base import At, Direction
 from gnss_hil.emulator.faults.engine import Event, FaultPlan, fresh, inject
+from gnss_hil.tools.gateway.one_frame import Reader
 
 Arm = Callable[[int], FaultPlan]
 """Makes the faults of a run of a session."""
@@ -68,19 +66,14 @@ class Strikes:
         return events
 
 
-def time_of(codec: Codec, frames: FrameBatch) -> int | None:
-    """GPS time [ns] that the first mark in these frames shows; None if there is no whole and intact one."""
-    coarse = _first(codec, frames, "TIME_GPS")
-    fine = _first(codec, frames, "TIME_FINE")
-    if coarse is None or fine is None:
-        return None
-    return gpstime.from_week(int(coarse["week"][0]), int(coarse["second"][0]), int(fine["nanosecond"][0]))
+class Clock:
+    """Reads the time that marks show."""
 
+    def __init__(self, codec: Codec):
+        self._coarse = Reader(codec, "TIME_GPS", "week", "second")
+        self._fine = Reader(codec, "TIME_FINE", "nanosecond")
 
-def _first(codec: Codec, frames: FrameBatch, kind: str):
-    """Signals (1,) of the first intact frame of a kind."""
-    rows = np.flatnonzero(frames.can_id == codec.can_id_of[kind, 0])[:1]
-    one = frames[rows]
-    if not len(one) or one.length[0] != WIDTH or one.data[0, 0] != e2e.crc(one.can_id, one.data)[0]:
-        return None
-    return codec.decode(kind, one.data)
+    def of(self, frames: FrameBatch) -> int | None:
+        """GPS time [ns] that the first mark in these frames shows; None if it is not whole and intact."""
+        coarse, fine = self._coarse.first(frames), self._fine.first(frames)
+        return None if coarse is None or fine is None else gpstime.from_week(*coarse, *fine)
