@@ -31,7 +31,6 @@ pytestmark = pytest.mark.verifies(
     "tools/gateway/blocks.py",
     "tools/gateway/answers.py",
     "tools/gateway/cut.py",
-    "tools/gateway/one_frame.py",
     "tools/gateway/strikes.py",
     what="Epochs cut and counted between two buses",
     by="hand-made sequences: repeated, late and lost bench frames, other nodes, other sessions",
