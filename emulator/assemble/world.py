@@ -90,7 +90,7 @@ def build_world(
         for one, v in zip(given.craft, vehicles, strict=True)
     )
     told = tuple(dict.fromkeys(remarks))
-    faults = fault_plans(given, craft, session)
+    faults = fault_plans(given, craft, session, sky.index)
     return World(given.seed, session, time.start_ns, time.interval_ns, sky, row_of, craft, told, faults)
 
 
@@ -108,9 +108,15 @@ def _rounded(time: scenario.Time) -> list[str]:
     ]
 
 
-def fault_plans(given: scenario.Scenario, craft: Sequence[Craft], session: int) -> tuple[FaultPlan, ...]:
+def fault_plans(
+    given: scenario.Scenario, craft: Sequence[Craft], session: int, index: I64
+) -> tuple[FaultPlan, ...]:
     """The scenario's faults on each craft's bus, none if it has none; ScenarioError, a line each, for those
-    that cannot be."""
+    that cannot be.
+
+    index   (n,) of the satellites that there are
+    """
+    sky = np.isin(np.arange(satellites.SATELLITES), index)
     names = [one.name for one in craft]
     wrong = [
         f"fault.{number}.craft: no craft '{fault.craft}'; {did_you_mean(fault.craft, names)}"
@@ -130,6 +136,7 @@ def fault_plans(given: scenario.Scenario, craft: Sequence[Craft], session: int) 
                     given.seed,
                     session,
                     RUN,
+                    sky=sky,
                 )
             )  # fmt: skip
         except FaultError as error:

@@ -20,7 +20,7 @@ from gnss_hil.dbc.common.vehicle import Vehicle
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.emulator.faults import place as places
-from gnss_hil.emulator.faults import when, where
+from gnss_hil.emulator.faults import reach, when, where
 from gnss_hil.emulator.faults.base import Actions, At, Direction, Now, Rows
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.kinds.row import Bus
@@ -86,40 +86,47 @@ class FaultState:
 
 def armed(
     faults: Sequence[Fault], craft: str, vehicle: Vehicle, codec: Codec, interval_ns: int, seed: int,
-    session: int = 0, link: str | None = None, origins: Sequence[str] = (),
+    session: int = 0, link: str | None = None, origins: Sequence[str] = (), sky: Bool | None = None,
 ) -> FaultPlan:  # fmt: skip
     """Faults on a craft's bus; FaultError with every mistake: a place, receiver, signal or link that is none.
 
     link      what they are to be done on, of `gnss_hil.emulator.faults.kinds.row.LINKS`; None: any
     origins   of each, for people
+    sky       (SATELLITES,) satellites that there are; None: not known
     """
-    bus = Bus(codec, vehicle.names, vehicle.clock_domain.tolist(), interval_ns, session)
+    bus = Bus(
+        codec, vehicle.names, vehicle.clock_domain.tolist(), interval_ns, session, vehicle.channels.tolist(),
+        sky,
+    )  # fmt: skip
     found: list[Armed] = []
     wrong: list[str] = []
-    watch = Watch(codec, (), vehicle.names)
+    strays = reach.no_strays()
     for number, fault in enumerate(faults):
         origin = origins[number] if origins else f"fault.{number}"
         try:
             if fault.craft in (None, craft):
-                found.append(_armed(fault, number, craft, bus, seed, link))
+                one = _armed(fault, number, craft, bus, seed, link, strays)
+                strays = strays.and_of(KINDS[fault.kind], fault, one.where)
+                found.append(one)
         except ValueError as error:
             wrong.append(f"{origin}: {fault.kind}: {error}")
-    try:
-        triggers = [one.window.after for one in found if one.window.after is not None]
-        watch = Watch(codec, triggers, vehicle.names)
-    except ValueError as error:
-        wrong.append(f"at.after: {error}")
+    watch = Watch(codec, [one.window.after for one in found if one.window.after is not None], vehicle.names)
     if wrong:
         raise FaultError("\n".join(wrong))
     return FaultPlan(craft, codec, interval_ns, tuple(found), watch)
 
 
-def _armed(fault: Fault, number: int, craft: str, bus: Bus, seed: int, link: str | None) -> Armed:
+def _armed(
+    fault: Fault, number: int, craft: str, bus: Bus, seed: int, link: str | None, strays: reach.Strays
+) -> Armed:
     row = KINDS[fault.kind]
     if link is not None and link not in row.links:
         others = f"; {' and '.join(row.links)} can" if row.links else ""
         raise ValueError(f"{link} cannot do it: {row.why}{others}")
-    place = where.resolve(fault.on, bus.codec, bus.names)
+    place = reach.reached(row, fault, where.resolve(fault.on, bus.codec, bus.names), bus, link, strays)
+    actions = row.build(fault, bus, place)
+    reach.check_trigger(fault, bus)
+    reach.check_directions(row, fault, place, actions, bus.codec)
     return Armed(
         fault.name or f"{fault.kind} {number + 1}",
         fault.kind,
@@ -127,7 +134,7 @@ def _armed(fault: Fault, number: int, craft: str, bus: Bus, seed: int, link: str
         fault,
         place,
         when.window(fault.at, bus.interval_ns),
-        row.build(fault, bus, place),
+        actions,
         Stream(seed, key_of(craft), f"fault {number}"),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.common.vehicle import Strict
@@ -20,6 +20,17 @@ class FaultError(ValueError):
 
 
 _Words = Annotated[tuple[str, ...], OneOrMore()]
+
+
+def but_not(value: float, said: str) -> AfterValidator:
+    """Marks a number that is not this one, with which nothing would happen."""
+
+    def checked(found: float) -> float:
+        if found == value:
+            raise ValueError(said)
+        return found
+
+    return AfterValidator(checked)
 
 
 class Expect(Strict):
@@ -77,6 +88,16 @@ class Altering(Fault):
     """
 
     protection: Protection = Protection()
+
+
+class Unplaced(Fault):
+    """A fault that has no place: its frames are new."""
+
+    @model_validator(mode="after")
+    def _has_no_place(self) -> Any:
+        if not self.on.everything:
+            raise ValueError(f"on: {self.kind} takes no place; its frames are new")
+        return self
 
 
 class Placed(Fault):

@@ -26,6 +26,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, U64, Bool
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
+from gnss_hil.dbc.contract.layout import Kind
 from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, KINDS, messages
 from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.emulator.faults.base import Now, streams_of
@@ -71,7 +72,7 @@ class Change(Spoken):
         given = [name for name, value in values.items() if value is not None and value is not False]
         if len(given) != 1:
             raise ValueError(f"one of {', '.join(WAYS)}; given {' and '.join(given) or 'none'}")
-        kinds = self._kinds()
+        kinds = self.kinds()
         if isinstance(self.value, str):
             tables = {s.values for kind in kinds for s in kind.signals if s.name == self._name}
             labels = [label for table in tables for label in VALUES.get(table, {}).values()]
@@ -85,7 +86,7 @@ class Change(Spoken):
     def _name(self) -> str:
         return self.signal.rpartition(".")[2]
 
-    def _kinds(self):
+    def kinds(self) -> list[Kind]:
         """Kinds of messages that have the signal; ValueError if none has."""
         message, _, name = self.signal.rpartition(".")
         kinds = [KIND_BY_NAME[kind] for kind in _kinds_of(message)] if message else list(KINDS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 
 from gnss_hil.dbc.common.counts import so_many
@@ -100,6 +101,7 @@ def _scene(scenario: str):
 
     found = plan.resolve(scenario)
     names = [craft.name for craft in found.scenario.craft]
+    sky = _sky(found.scenario.sky.sources())
 
     def armed(faults, origin: str) -> None:
         for number, fault in enumerate(faults):
@@ -111,10 +113,24 @@ def _scene(scenario: str):
             time, origins = found.scenario.time, [f"{origin}: fault.{n}" for n in range(len(faults))]
             engine.armed(
                 faults, name, vehicle, codec(vehicle.antennas), time.interval_ns, found.scenario.seed,
-                origins=origins,
+                origins=origins, sky=sky,
             )  # fmt: skip
 
     return armed
+
+
+def _sky(sources: Mapping[str, str]):
+    """(SATELLITES,) the satellites of the systems that there are, by their sources."""
+    import numpy as np
+
+    from gnss_hil.dbc.common import satellites
+    from gnss_hil.dbc.common.systems import SYSTEMS
+
+    numbers = {name: np.arange(1, SYSTEMS[name].numbers + 1) for name, of in sources.items() if of != "none"}
+    there = np.zeros(satellites.SATELLITES, bool)
+    for name, some in numbers.items():
+        there[satellites.index(SYSTEMS[name].value, some)] = True
+    return there
 
 
 _PARTS = {"list": _list, "show": _show, "check": _check}

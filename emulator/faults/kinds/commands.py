@@ -113,16 +113,22 @@ def _altered(p: CommandAltered, bus: Bus, where: Where) -> Actions:
     )
 
 
+def _commands(p: Fault) -> tuple[str, ...]:
+    return ("COMMAND",)
+
+
 ROWS = (
     Row("command-lost", CommandLost, "commands do not reach the receivers",
-        lambda p, bus, where: _toward_receivers(traffic.Drop()), "command-lost @5+10", links=LINKS),
+        lambda p, bus, where: _toward_receivers(traffic.Drop()), "command-lost @5+10", links=LINKS,
+        touches=_commands),
     Row("command-late", CommandLate, "commands reach the receivers epochs later",
         lambda p, bus, where: _toward_receivers(traffic.Delay(p.epochs, drawn=False)),
-        "command-late 2 @5+10", first="epochs"),
+        "command-late 2 @5+10", first="epochs", touches=_commands),
     Row("command-doubled", CommandDoubled, "commands reach the receivers twice", _doubled,
-        "command-doubled @5+10"),
+        "command-doubled @5+10", touches=_commands),
     Row("command-altered", CommandAltered, "commands name another satellite", _altered,
-        "command-altered G01 @5+10", first="satellite", links=LINKS),
+        "command-altered G01 @5+10", first="satellite", links=LINKS, touches=_commands),
     Row("ack-lost", AckLost, "answers to commands do not come",
-        lambda p, bus, where: {Direction.FLIGHT: traffic.Drop()}, "ack-lost @5+10", links=LINKS),
+        lambda p, bus, where: {Direction.FLIGHT: traffic.Drop()}, "ack-lost @5+10", links=LINKS,
+        touches=lambda p: ("ACK",)),
 )  # fmt: skip

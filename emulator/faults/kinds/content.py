@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -40,6 +40,12 @@ class Corruption(Placed):
     bits: Annotated[int, Field(ge=1, le=64)] = 1
     flip: Annotated[str, Field(pattern=r"^[0-9A-Fa-f]{16}$")] | None = None
     protection: Protection = Protection(crc="keep")
+
+    @model_validator(mode="after")
+    def _flips(self):
+        if self.flip is not None and not int(self.flip, 16):
+            raise ValueError("flip: turns no bit over")
+        return self
 
 
 class Length(Placed):
@@ -91,6 +97,10 @@ class Counter(Placed):
     by: Annotated[int, Field(ge=0, le=15)] = 0
     after: Literal["correct", "last-valid", "last-value"] = "correct"
 
+    @model_validator(mode="after")
+    def _moves(self):
+        return _offset_by_something(self)
+
 
 class Crc(Placed):
     """CRCs that do not fit the payload.
@@ -102,6 +112,16 @@ class Crc(Placed):
     kind: Literal["crc"]
     way: Way = "wrong"
     by: Annotated[int, Field(ge=0, le=255)] = 0
+
+    @model_validator(mode="after")
+    def _moves(self):
+        return _offset_by_something(self)
+
+
+def _offset_by_something(p: Any) -> Any:
+    if p.way == "offset" and p.by == 0:
+        raise ValueError("by: an offset of 0 changes nothing")
+    return p
 
 
 def _masquerade(p: Masquerade, bus: Bus, where: Where) -> Actions:
@@ -134,6 +154,7 @@ def _header(bus: Bus, where: Where, how: Protection) -> Actions:
 ROWS = (
     Row("masquerade", Masquerade, "signals that are not the sender's, under a valid CRC", _masquerade,
         "rx1 ch0 RANGE.pseudorange_m += 30 @30+10", first="change", links=LINKS,
+        touches=lambda p: tuple({kind.name: kind for one in p.change for kind in one.kinds()}),
         detail="A change alone makes a one-liner a masquerade: `ATT_Q01.q0 freeze @30+10`."),
     Row("corruption", Corruption, "bits turned over on the way, under the CRC of the true payload",
         _corruption, "rx1 corruption 2 @30+10", words=("corrupt", "flip"), first="bits", links=LINKS),

@@ -191,6 +191,8 @@ def _late(p: MarkLate, bus: Bus, where: Where) -> Actions:
 
 
 def _jump(p: MarkJump, bus: Bus, where: Where) -> Actions:
+    if where.identifiers.sum() < 2:
+        raise ValueError("on: a mark's time is in TIME_GPS and TIME_FINE together; name both")
     shown = Shown(bus.codec, round(p.by_s * NS_PER_S), p.leap_s)
     return {Direction.FLIGHT: Alter(bus.codec, shown, p.protection)}
 
@@ -199,13 +201,18 @@ def _second(p: SecondTimeMaster, bus: Bus, where: Where) -> Actions:
     return {Direction.FLIGHT: AnotherMaster(bus.codec, round(p.by_s * NS_PER_S), p.epochs_ahead, p.session)}
 
 
+def _marks(p: Fault) -> tuple[str, ...]:
+    return MARK
+
+
 ROWS = (
     Row("mark-missing", MarkMissing, "time marks do not come",
-        lambda p, bus, where: {Direction.FLIGHT: traffic.Drop()}, "mark-missing @30+5"),
+        lambda p, bus, where: {Direction.FLIGHT: traffic.Drop()}, "mark-missing @30+5", touches=_marks),
     Row("mark-late", MarkLate, "time marks come behind the frames they open, or epochs later", _late,
-        "mark-late @30+5", first="epochs"),
+        "mark-late @30+5", first="epochs", touches=_marks),
     Row("mark-jump", MarkJump, "time marks show another time: 10 ms to 1,024 weeks, a leap second", _jump,
-        "mark-jump 1s @30+5", first="by_s"),
+        "mark-jump 1s @30+5", first="by_s",
+        touches=lambda p: ("TIME_GPS", "TIME_FINE")),
     Row("second-time-master", SecondTimeMaster, "another node sends time marks too", _second,
-        "second-time-master 1s @30+5", first="by_s"),
+        "second-time-master 1s @30+5", first="by_s", touches=_marks),
 )  # fmt: skip

@@ -16,9 +16,9 @@ from gnss_hil.dbc.contract.messages import FLIGHT_NODE
 from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.dbc.lockstep import messages as bench
 from gnss_hil.emulator.faults import traffic
-from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, Sleeper, known, streams_of
-from gnss_hil.emulator.faults.kinds.row import Bus, Row
-from gnss_hil.emulator.faults.models import Fault, Placed
+from gnss_hil.emulator.faults.base import Action, Actions, Direction, Now, Rows, Sleeper, known, streams_of
+from gnss_hil.emulator.faults.kinds.row import Bus, Row, sides
+from gnss_hil.emulator.faults.models import Fault, Placed, Unplaced
 from gnss_hil.emulator.faults.signals import physical, with_signal, with_words
 from gnss_hil.emulator.faults.where import Where
 
@@ -63,7 +63,7 @@ class SecondFlightComputer(Fault):
     commands: bool = True
 
 
-class StrayBench(Fault):
+class StrayBench(Unplaced):
     """Frames of the bench that are nobody's: another run's, of another epoch, or damaged.
 
     what      SYNC, DONE or END
@@ -184,6 +184,14 @@ class Stray(Sleeper):
         return None, concat((frames[:half], added, frames[half:])), 1
 
 
+def _sent(p: Silence | Restart, bus: Bus, where: Where, action: Action) -> Actions:
+    """An action on what the nodes at a place send: of receivers not on what is sent to them."""
+    found = dict(sides(bus, where, action))
+    if "FLIGHT" not in p.on.node:
+        found.pop(Direction.RECEIVERS, None)
+    return found
+
+
 def _second(p: SecondFlightComputer, bus: Bus, where: Where) -> Actions:
     codec = bus.codec
     values = {
@@ -207,13 +215,13 @@ def _stray(p: StrayBench, bus: Bus, where: Where) -> Actions:
 
 ROWS = (
     Row("silence", Silence, "a node sends nothing",
-        lambda p, bus, where: {Direction.FLIGHT: traffic.Drop()},
-        "ATT silence @30+10", words=("off", "silent")),
+        lambda p, bus, where: _sent(p, bus, where, traffic.Drop()),
+        "ATT silence @30+10", words=("off", "silent"), whole_nodes=True),
     Row("restart", Restart, "a node is silent, then starts anew: counters from 0, a boot more",
-        lambda p, bus, where: {Direction.FLIGHT: StartAnew(bus.codec)},
-        "ATT restart @30+10"),
+        lambda p, bus, where: _sent(p, bus, where, StartAnew(bus.codec)),
+        "ATT restart @30+10", whole_nodes=True),
     Row("second-flight-computer", SecondFlightComputer, "another flight computer commands too", _second,
-        "second-flight-computer @30+10"),
+        "second-flight-computer @30+10", adds=True),
     Row("stray-bench", StrayBench, "frames of lockstep that are nobody's", _stray,
-        "stray-bench SYNC @30+5", first="what"),
+        "stray-bench SYNC @30+5", first="what", adds=True),
 )  # fmt: skip

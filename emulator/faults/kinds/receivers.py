@@ -229,6 +229,10 @@ def _slow(p: ReceiverSlow, bus: Bus, where: Where) -> Actions:
     return {Direction.FLIGHT: traffic.Delay(p.epochs, drawn=False)}
 
 
+def _measured(p: Placed) -> tuple[str, ...]:
+    return tuple(sorted(MEASUREMENT_KINDS))
+
+
 ROWS = (
     Row("receiver-off", ReceiverOff, "a receiver without power", _off, "rx2 receiver-off @2m+30s",
         words=("off",), of="receiver"),
@@ -236,14 +240,15 @@ ROWS = (
         words=("reset",), of="receiver"),
     Row("receiver-stuck", ReceiverStuck, "a receiver repeats the measurements of one epoch, counters live",
         lambda p, bus, where: _content(Frozen(payload_bits(bus.codec)), bus, only_changed=False),
-        "rx2 receiver-stuck @30+10", words=("freeze",), of="receiver"),
+        "rx2 receiver-stuck @30+10", words=("freeze",), of="receiver", touches=_measured),
     Row("receiver-garbage", ReceiverGarbage, "a receiver measures anything",
         lambda p, bus, where: _content(Noise(payload_bits(bus.codec)), bus, only_changed=True),
-        "rx2 receiver-garbage @30+10", of="receiver"),
+        "rx2 receiver-garbage @30+10", of="receiver", touches=_measured),
     Row("receiver-slow", ReceiverSlow, "a receiver's frames come epochs late", _slow,
         "rx2 receiver-slow 1 @30+10", words=("slow",), of="receiver", first="epochs"),
     Row("antenna-cut", AntennaCut, "a receiver hears nothing and says so",
         lambda p, bus, where: {
             Direction.FLIGHT: Deaf(bus.codec, _behind(p.reacquire_s, bus), within=True)},
-        "aft antenna-cut @30+10", words=("cut",), of="receiver"),
+        "aft antenna-cut @30+10", words=("cut",), of="receiver",
+        touches=lambda p: (*_measured(p), "STATUS")),
 )  # fmt: skip

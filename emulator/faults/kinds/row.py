@@ -31,13 +31,17 @@ class Bus:
     names, clock_domain   of its antennas (m,)
     interval_ns           from one epoch to the next
     session               of the run
+    channels              of each receiver (m,)
+    sky                   (SATELLITES,) satellites that there are; None: not known
     """
 
     codec: Codec
     names: Sequence[str]
     clock_domain: Sequence[int]
     interval_ns: int
-    session: int = 0
+    session: int
+    channels: Sequence[int]
+    sky: Bool | None = None
 
 
 Build = Callable[[Any, Bus, Where], Actions]
@@ -53,6 +57,10 @@ class Row:
     first     parameter that a value behind the name is for
     links     that can do it;  why   the others cannot, for people
     frames    whether it touches frames; else it acts elsewhere
+    touches   kinds of messages that it does something to, by its parameters; None: to any
+    adds      it puts frames in, and needs none at its place
+    makes     identifiers, perhaps of nobody, that it puts on the bus, by its parameters and place
+    whole_nodes   it is of all that a node sends
     detail    what a user has to know beyond the summary
     """
 
@@ -67,6 +75,10 @@ class Row:
     links: tuple[str, ...] = (RUN, GATEWAY)
     why: str = "the kernel's gateway sees single frames and has no memory"
     frames: bool = True
+    touches: Callable[[Any], Sequence[str]] | None = None
+    adds: bool = False
+    makes: Callable[[Any, Where], Any] | None = None
+    whole_nodes: bool = False
     detail: str = ""
 
 
@@ -84,7 +96,7 @@ class Idle(Sleeper):
 def sides(bus: Bus, where: Where, action: Action) -> Actions:
     """An action on the directions in which frames at a place go: from FLIGHT to the receivers, all others to
     the flight software. Of identifiers that are nobody's: to the flight software."""
-    from_flight = _sent_by(bus.codec, "FLIGHT")
+    from_flight = sent_by(bus.codec, "FLIGHT")
     toward_flight = where.identifiers & ~from_flight
     found: dict[Direction, Action] = {}
     if toward_flight.any():
@@ -94,5 +106,6 @@ def sides(bus: Bus, where: Where, action: Action) -> Actions:
     return found
 
 
-def _sent_by(codec: Codec, node: str) -> Bool:
+def sent_by(codec: Codec, node: str) -> Bool:
+    """(2048,) identifiers of what a node sends."""
     return np.array([sender == node for sender in codec.sender_of])

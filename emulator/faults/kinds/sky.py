@@ -11,7 +11,7 @@ from gnss_hil.emulator.faults import signals, where
 from gnss_hil.emulator.faults.alter import Alter
 from gnss_hil.emulator.faults.base import Actions, Direction
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
-from gnss_hil.emulator.faults.models import Altering, Placed
+from gnss_hil.emulator.faults.models import Altering, Placed, but_not
 from gnss_hil.emulator.faults.place import Place
 from gnss_hil.emulator.faults.ranges import Moved, Shift
 from gnss_hil.emulator.faults.signals import Change
@@ -30,7 +30,7 @@ class RangeStep(Altering, Placed):
     """
 
     kind: Literal["range-step"]
-    step_m: Metres
+    step_m: Annotated[Metres, but_not(0, "steps by nothing")]
     carrier: bool = True
 
 
@@ -42,7 +42,7 @@ class RangeRamp(Altering, Placed):
     """
 
     kind: Literal["range-ramp"]
-    rate_mps: Rate
+    rate_mps: Annotated[Rate, but_not(0, "grows by nothing")]
     carrier: bool = True
 
 
@@ -106,7 +106,7 @@ class WrongCoordinates(_Satellite):
     """
 
     kind: Literal["wrong-coordinates"]
-    factor: Annotated[float, Field(ge=-4, le=4)] = 0.5
+    factor: Annotated[float, Field(ge=-4, le=4), but_not(1, "moves nothing")] = 0.5
 
 
 class ConstellationBias(Altering):
@@ -116,7 +116,7 @@ class ConstellationBias(Altering):
     """
 
     kind: Literal["constellation-bias"]
-    step_m: Metres
+    step_m: Annotated[Metres, but_not(0, "steps by nothing")]
 
     @model_validator(mode="after")
     def _is_a_system(self):
@@ -172,29 +172,42 @@ def _health(p: UnhealthyUsed, bus: Bus, place: Where) -> Actions:
     return {Direction.FLIGHT: Alter(bus.codec, content, p.protection)}
 
 
+def _ranging(*, rate: bool = False, phase: bool = True) -> tuple[str, ...]:
+    """Messages that a shift of ranges is in."""
+    return ("RANGE", *(["RATE"] if rate else []), *(["PHASE"] if phase else []))
+
+
+def _coordinates(p: Altering) -> tuple[str, ...]:
+    return "SV_X", "SV_Y", "SV_Z"
+
+
 ROWS = (
     Row("range-step", RangeStep, "ranges longer by a step: of a channel, a receiver, a satellite",
         lambda p, bus, where: _shift(bus, p, p.step_m, 0.0, p.carrier),
-        "G12 range-step +30 m @120..180", words=("range", "step"), first="step_m"),
+        "G12 range-step +30 m @120..180", words=("range", "step"), first="step_m",
+        touches=lambda p: _ranging(phase=p.carrier)),
     Row("range-ramp", RangeRamp, "ranges that grow, and range rates with them",
         lambda p, bus, where: _shift(bus, p, 0.0, p.rate_mps, p.carrier),
-        "G12 range-ramp 2 m/s @30..90", words=("ramp",), first="rate_mps"),
+        "G12 range-ramp 2 m/s @30..90", words=("ramp",), first="rate_mps",
+        touches=lambda p: _ranging(rate=True, phase=p.carrier)),
     Row("satellite-clock-jump", SatelliteClockJump, "a satellite's clock jumps, its message does not know",
-        _clock, "G12 satellite-clock-jump 100 ns @30..90", words=("clock",), of="satellite", first="jump_ns"),
+        _clock, "G12 satellite-clock-jump 100 ns @30..90", words=("clock",), of="satellite", first="jump_ns",
+        touches=lambda p: _ranging(rate=bool(p.rate_ns_per_s))),
     Row("bad-ephemeris", BadEphemeris, "a satellite is not where its message says",
         lambda p, bus, where: {Direction.FLIGHT: Alter(
             bus.codec, Moved(bus.codec, p.radial_m, p.along_m, p.cross_m), p.protection)},
-        "G12 bad-ephemeris 500 m @30..90", words=("ephemeris",), first="along_m"),
+        "G12 bad-ephemeris 500 m @30..90", words=("ephemeris",), first="along_m", touches=_coordinates),
     Row("unhealthy-used", UnhealthyUsed, "a satellite says it is unhealthy and is tracked all the same",
         _health, "G12 unhealthy-used @30..90", words=("unhealthy",)),
     Row("wrong-coordinates", WrongCoordinates, "a satellite is reported where none can be",
         lambda p, bus, where: {Direction.FLIGHT: Alter(
             bus.codec, Moved(bus.codec, scale=p.factor), p.protection)},
-        "G12 wrong-coordinates 0.5 @30..90", words=("coordinates",), first="factor"),
+        "G12 wrong-coordinates 0.5 @30..90", words=("coordinates",), first="factor", touches=_coordinates),
     Row("constellation-bias", ConstellationBias, "all ranges of a system are longer",
         lambda p, bus, where: _shift(bus, p, p.step_m, 0.0),
         "glonass constellation-bias 50 m @30..90", words=("range", "step", "bias"), of="system",
-        first="step_m"),
+        first="step_m", touches=lambda p: _ranging()),
     Row("oscillator-jump", OscillatorJump, "the receivers' oscillator jumps or goes faster", _oscillator,
-        "oscillator-jump 1000 ns @30..90", words=("oscillator",), first="jump_ns"),
+        "oscillator-jump 1000 ns @30..90", words=("oscillator",), first="jump_ns",
+        touches=lambda p: (*_ranging(rate=bool(p.rate_ns_per_s)), "TAG")),
 )  # fmt: skip

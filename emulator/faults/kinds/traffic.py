@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -14,7 +14,7 @@ from gnss_hil.emulator.faults import traffic
 from gnss_hil.emulator.faults.alter import Alter, Same
 from gnss_hil.emulator.faults.base import Actions, Direction
 from gnss_hil.emulator.faults.kinds.row import CANGW, GATEWAY, LINKS, Bus, Row, sides
-from gnss_hil.emulator.faults.models import Fault, Placed
+from gnss_hil.emulator.faults.models import Placed, Unplaced
 from gnss_hil.emulator.faults.protect import Protection
 from gnss_hil.emulator.faults.signals import Number
 from gnss_hil.emulator.faults.where import Where
@@ -73,7 +73,7 @@ class Reordering(Placed):
     order: Literal["drawn", "backwards"] = "drawn"
 
 
-class Insertion(Fault):
+class Insertion(Unplaced):
     """Frames that nobody of the craft sent.
 
     message      in the DBC, whose signals are given; or
@@ -138,7 +138,7 @@ class Replay(Placed):
     protection: Protection = KEEP
 
 
-class Babbling(Fault):
+class Babbling(Unplaced):
     """A node sends without end: a load on the bus, of frames that mean nothing. Its arbitration is not
     modelled: frames of others are not held up.
 
@@ -178,6 +178,18 @@ def _insertion(p: Insertion, bus: Bus, where: Where) -> Actions:
     return {direction: traffic.Insert(codec, frame, p.frames, p.first, sealed=True)}
 
 
+def _readdressed(p: WrongAddress, identifiers: Any) -> Any:
+    """Identifiers under which frames of others come."""
+    return identifiers & ~p.mask | p.identifier & p.mask
+
+
+def _wrong_address(p: WrongAddress, bus: Bus, where: Where) -> Actions:
+    own = np.flatnonzero(where.identifiers)
+    if np.array_equal(_readdressed(p, own), own):
+        raise ValueError(f"identifier: 0x{p.identifier:03X} is the frames' own")
+    return sides(bus, where, traffic.Readdress(bus.codec, p.identifier & p.mask, p.mask, p.protection))
+
+
 def _sequence(p: WrongSequence, bus: Bus, where: Where) -> Actions:
     how = Protection(counter="offset", counter_by=p.step, after=p.after)
     return sides(bus, where, Alter(bus.codec, Same(), how, only_changed=False))
@@ -206,18 +218,20 @@ ROWS = (
         lambda p, bus, where: sides(bus, where, traffic.Shuffle(p.order == "backwards")),
         "rx1 reordering @30+10", words=("reorder", "shuffle"), first="order"),
     Row("insertion", Insertion, "frames that nobody of the craft sent", _insertion,
-        "insertion identifier=0x3A5 data=DEADBEEF frames=20 @30+10", words=("insert",)),
+        "insertion identifier=0x3A5 data=DEADBEEF frames=20 @30+10", words=("insert",), adds=True,
+        makes=lambda p, where: [] if p.identifier is None else [p.identifier]),
     Row("wrong-address", WrongAddress, "frames come under another identifier",
-        lambda p, bus, where: sides(
-            bus, where, traffic.Readdress(bus.codec, p.identifier & p.mask, p.mask, p.protection)),
-        "rx1 RANGE wrong-address 0x110 @30+10", words=("readdress",), first="identifier", links=LINKS),
+        _wrong_address,
+        "rx1 RANGE wrong-address 0x110 @30+10", words=("readdress",), first="identifier", links=LINKS,
+        makes=lambda p, where: _readdressed(p, np.flatnonzero(where.identifiers))),
     Row("wrong-sequence", WrongSequence, "counters that are not the frames' own, under a valid CRC",
         _sequence, "rx2 wrong-sequence 7 @30+10", first="step"),
     Row("replay", Replay, "valid frames of an old window in the place of today's",
         lambda p, bus, where: sides(bus, where, traffic.Replay(bus.codec, p.lag, p.protection)),
         "rx2 replay 16 @40+10", first="lag"),
     Row("babbling", Babbling, "a node that sends without end, as load", _babbling,
-        "babbling 2000 @30+10", words=("babble",), first="frames"),
+        "babbling 2000 @30+10", words=("babble",), first="frames", adds=True,
+        makes=lambda p, where: [p.identifier]),
     Row("asymmetric", Asymmetric, "frames reach one consumer and not the other",
         lambda p, bus, where: sides(bus, where, traffic.Drop()),
         "rx2 asymmetric @30+10", links=(GATEWAY, CANGW),

@@ -109,7 +109,7 @@ def test_a_trigger_is_where_the_window_counts_from():
         ("rx7 loss", "no receiver rx7; the craft has rx1 to rx4"),
         ("fort loss", "no place 'fort'; did you mean 'port'?"),
         ("rx2 TIME loss", "no frame of this bus is at 'rx2 TIME'"),
-        ("ATT RANGE.pseudorange_m += 3", "no message at the place has RANGE.pseudorange_m"),
+        ("ATT RANGE.pseudorange_m += 3", "it acts on RANGE, and 'ATT' has none of them"),
         ("rx1 oscillator-jump 100", "rx2, rx3, rx4 is on the same oscillator; name it too"),
     ],
 )
