@@ -140,9 +140,12 @@ def _trial(offered: Offered, start_m: F64) -> Trial[Intersection] | NoFix:
     found = intersect(code_ranges(m, offered.lever_m, clocks, errors), items, start_m)
     if isinstance(found, NoFix):
         return found
-    trial = Trial(found, found.design, found.residual_m, found.weight, found.estimate.covariance)
-    prior = offered.prior
+    trial, prior = _of_ranges(found), offered.prior
     return trial if prior is None else trial.beside(prior.position_m - found.position_m, prior.covariance_m2)
+
+
+def _of_ranges(found: Intersection) -> Trial[Intersection]:
+    return Trial(found, found.design, found.residual_m, found.weight, found.estimate.covariance)
 
 
 _REASON = {
@@ -272,14 +275,16 @@ def solve(
         iterations=found.iterations,
         delays=_learnt(delays, used, found, unlearnt_s) if delays is not None and kept.consistent else None,
         misfit=kept.misfit,
-        tested=_tested(kept, gain, covariance[:3, :3], sat),
+        tested=_tested(kept, gain, covariance[:3, :3], sat, prior is None or prior.checked),
     )
 
 
-def _tested(kept: Kept[Intersection], gain: F64, covariance: F64, sat: I64) -> Tested:
+def _tested(kept: Kept[Intersection], gain: F64, covariance: F64, sat: I64, by_prior: bool) -> Tested:
+    """by_prior: whether what was known before bears witness."""
     if not kept.consistent:
         return Tested.UNTESTED
-    return reliability.tested(kept.trial, gain, covariance, sat)
+    trial = kept.trial if by_prior else _of_ranges(kept.trial.found)
+    return reliability.tested(trial, gain, covariance, sat)
 
 
 def _learnt(delays: ReceiverDelays, used: Offered, found: Intersection, dt_s: float) -> ReceiverDelays | None:

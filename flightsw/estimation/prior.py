@@ -25,12 +25,16 @@ it for longer is believed: else a first fix that was wrong would never be got ri
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """At the time mark, ECEF: position_m (3,) and velocity_mps (3,), with a covariance (3, 3) each."""
+    """At the time mark, ECEF: position_m (3,) and velocity_mps (3,), with a covariance (3, 3) each.
+
+    checked   whether it bears witness for a fix: one that nothing could contradict may err as the fix does
+    """
 
     position_m: F64
     covariance_m2: F64
     velocity_mps: F64
     velocity_covariance_m2ps2: F64
+    checked: bool
 
 
 def prior_of(orbit: OrbitState | None) -> Prior | None:
@@ -49,7 +53,7 @@ def prior_of(orbit: OrbitState | None) -> Prior | None:
         return None
     gained_m2ps2 = (ACCELERATION_MPS2 * dt_s) ** 2 * np.eye(3)
     moved = covariance + dt_s**2 * (of_velocity + 0.25 * gained_m2ps2)
-    return Prior(orbit.position_m, moved, orbit.velocity_mps, of_velocity + gained_m2ps2)
+    return Prior(orbit.position_m, moved, orbit.velocity_mps, of_velocity + gained_m2ps2, orbit.checked)
 
 
 def contradicted(fix: Fix, prior: Prior) -> bool:

@@ -14,7 +14,15 @@ from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S, forgotten
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.ranges import Ranges
-from gnss_hil.flightsw.records.solution import Fix, NoFix, OrbitState, ReceiverDelays, SnapshotFix, Solution
+from gnss_hil.flightsw.records.solution import (
+    Fix,
+    NoFix,
+    OrbitState,
+    ReceiverDelays,
+    SnapshotFix,
+    Solution,
+    Tested,
+)
 
 MAX_COAST_S = 3600.0
 """So long after the last fix the position is forgotten and the next fix starts cold."""
@@ -94,6 +102,7 @@ class SnapshotNavigator:
             fix.covariance_m2 * fix.misfit,
             fix.velocity_covariance_m2ps2,
             trusted_s(fix, state.orbit),
+            fix.tested is not Tested.UNTESTED,
         )
         learnt = fix.delays if isinstance(fix, SnapshotFix) else None
         if learnt is None:

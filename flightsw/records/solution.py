@@ -146,6 +146,7 @@ class OrbitState:
     fix_ns         GPS time of the last fix [ns]
     covariance_m2, velocity_covariance_m2ps2   (3, 3) at the last fix; None where that is not known
     trusted_s      so long after its fix it is asked whether measurements agree with it
+    checked        whether anything would have contradicted its fix if that were wrong
     """
 
     t_ns: int
@@ -155,6 +156,7 @@ class OrbitState:
     covariance_m2: F64 | None = None
     velocity_covariance_m2ps2: F64 | None = None
     trusted_s: float = 0.0
+    checked: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

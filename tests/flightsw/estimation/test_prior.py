@@ -48,7 +48,8 @@ def orbit(dt_s=1.0, trusted=LEAST_TRUSTED_S, **more):
 
 def prior(off_m=(0.0, 0.0, 0.0), off_mps=(0.0, 0.0, 0.0)):
     """Of a second ago: a metre and a few centimetres a second; off by so much."""
-    return Prior(POSITION + off_m, np.eye(3), VELOCITY + off_mps, (0.5**2 + 0.05**2) * np.eye(3))
+    of_velocity = (0.5**2 + 0.05**2) * np.eye(3)
+    return Prior(POSITION + off_m, np.eye(3), VELOCITY + off_mps, of_velocity, checked=True)
 
 
 @pytest.mark.parametrize("dt_s", [0.0, 1.0, 10.0, 60.0])
@@ -158,3 +159,15 @@ def test_a_fix_that_is_asked_for_all_the_same_asks_nothing_before():
     m = measurements(s.observe(c, in_view(c, 12), SKY))
     fix = fix_of(c, m, prior=prior((1e5, 0, 0)), rules=Rules(exclude=0, receivers=0, refuse=False))
     assert fix.misfit == 1.0 and fix.used.all()
+
+
+def test_an_orbit_that_nothing_could_contradict_bears_no_witness():
+    """Four satellites are a fix of which nobody knows whether it is right; nor is it known later."""
+    c = craft()
+    few = measurements(s.observe(c, in_view(c, 4, sats=GPS), SKY))
+    many = measurements(s.observe(c, in_view(c, 8, sats=GPS), SKY))
+    witness = prior(fix_of(c, few).position_m - POSITION, fix_of(c, few).velocity_mps - VELOCITY)
+    nobody = replace(witness, checked=False)
+    assert fix_of(c, few).tested is fix_of(c, few, prior=nobody).tested is Word.UNTESTED
+    assert fix_of(c, few, prior=witness).tested > Word.UNTESTED
+    assert fix_of(c, many, prior=nobody).tested is fix_of(c, many).tested > Word.UNTESTED

@@ -13,6 +13,7 @@ from gnss_hil.flightsw.estimation.snapshot import MAX_COAST_S, Snapshot, Snapsho
 from gnss_hil.flightsw.integrity.exclusion import STRICT, Rules
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.solution import NoFix, OrbitState
+from gnss_hil.flightsw.records.solution import Tested as Word
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
 from tests.support.fixes import SKY, craft, fix_of, in_view, measurements
@@ -96,6 +97,18 @@ def test_the_orbit_of_a_fix_that_is_misfit_is_known_the_worse():
     navigator = SnapshotNavigator(lambda *_: (fix, -1))
     state, _ = navigator.update(Snapshot(t_ns=s.T0_NS), z, inputs)
     assert state.orbit.covariance_m2 == pytest.approx(9.0 * fix.covariance_m2)
+
+
+def test_an_orbit_bears_witness_if_anything_did_for_its_fix():
+    c = craft()
+    z = measurements(s.observe(c, in_view(c, 12), SKY))
+    inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=STRICT)
+    for word in Word:
+        fix = replace(fix_of(c, z), tested=word)
+        navigator = SnapshotNavigator(lambda *_, fix=fix: (fix, -1))
+        state, _ = navigator.update(Snapshot(t_ns=s.T0_NS), z, inputs)
+        assert state.orbit.checked == (word > Word.UNTESTED)
+        assert coasted(state.orbit, later(5.0)).checked == state.orbit.checked
 
 
 def test_time_that_goes_back_takes_nothing_from_how_long_delays_were_not_learnt():
