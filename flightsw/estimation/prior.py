@@ -62,15 +62,15 @@ def contradicted(fix: Fix, prior: Prior) -> bool:
     For every navigator: those that solve antennas one by one have no other test against what was before, and
     a fix that was carried to its mark by its own clock has not met it yet.
     """
-    if _apart(fix.position_m - prior.position_m, fix.covariance_m2 * fix.misfit + prior.covariance_m2):
+    if apart(fix.position_m - prior.position_m, fix.covariance_m2 * fix.misfit + prior.covariance_m2):
         return True
     of_velocity = fix.velocity_covariance_m2ps2
     if fix.velocity_mps is None or of_velocity is None:
         return False
-    return _apart(fix.velocity_mps - prior.velocity_mps, of_velocity + prior.velocity_covariance_m2ps2)
+    return apart(fix.velocity_mps - prior.velocity_mps, of_velocity + prior.velocity_covariance_m2ps2)
 
 
-def _apart(difference: F64, covariance: F64) -> bool:
+def apart(difference: F64, covariance: F64) -> bool:
     """Whether a difference (3,) is none of its covariance (3, 3)."""
     return not difference @ np.linalg.solve(covariance, difference) <= chi2_limit(3)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.estimation.base import FixInputs
+from gnss_hil.flightsw.estimation.carried import Ways, begun, carried_on, gone_astray
 from gnss_hil.flightsw.estimation.prior import contradicted, prior_of, trusted_s
 from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
 from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S, forgotten
@@ -41,6 +42,7 @@ class Snapshot:
     delays    of the receivers, for navigators that solve for all together; None before anything is learnt
     t_ns      of the epoch;  unlearnt_s  since delays were learnt
     left_out_s   (m,) for so long each receiver's ranges were left out; None before any fix
+    ways      positions of minutes ago, carried on by velocities
     """
 
     orbit: OrbitState | None = None
@@ -49,6 +51,7 @@ class Snapshot:
     delays: ReceiverDelays | None = None
     unlearnt_s: float = 0.0
     left_out_s: F64 | None = None
+    ways: Ways = ()
 
     @property
     def start_m(self) -> F64 | None:
@@ -77,22 +80,25 @@ class SnapshotNavigator:
         dt_s = max((t_ns - state.t_ns) * 1e-9, 0.0) if state.t_ns else EVERY_S
         orbit = coasted(state.orbit, t_ns)
         left_out_s = None if state.left_out_s is None else state.left_out_s + dt_s
-        return Snapshot(orbit, state.antenna, t_ns, state.delays, state.unlearnt_s + dt_s, left_out_s)
+        return Snapshot(
+            orbit, state.antenna, t_ns, state.delays, state.unlearnt_s + dt_s, left_out_s, state.ways
+        )
 
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
         if state.delays is not None and inputs.restarted is not None and inputs.restarted.any():
             state = replace(state, delays=forgotten(state.delays, inputs.restarted, inputs.budget.delay_m))
-        fix, antenna = self.solve(z, inputs, state)
-        last_mps = None if state.orbit is None else state.orbit.velocity_mps
-        if isinstance(fix, Fix):
-            fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
-        if isinstance(fix, Fix) and inputs.rules.refuse and not (self.judged and inputs.mark_clock == 0):
-            prior = prior_of(state.orbit)
-            if prior is not None and contradicted(fix, prior):
-                fix = NoFix.AGAINST_ORBIT
+        fix, antenna = self._at_mark(z, inputs, state)
+        if isinstance(fix, Fix) and inputs.rules.refuse:
+            ways = carried_on(state.ways, state.t_ns, fix)
+            state = replace(state, ways=ways)
+            for astray in gone_astray(ways, state.t_ns, fix)[:1]:
+                fix, antenna = self._at_mark(z, inputs, replace(state, orbit=astray.orbit))
+                if isinstance(fix, Fix) and gone_astray(ways, state.t_ns, fix):
+                    fix = NoFix.AGAINST_ORBIT
         if isinstance(fix, NoFix):
             state = _doubted(state) if fix is NoFix.INCONSISTENT_RANGES else state
             return replace(state, antenna=antenna), Solution(fix, None, state.orbit)
+        last_mps = None if state.orbit is None else state.orbit.velocity_mps
         velocity = last_mps if fix.velocity_mps is None else fix.velocity_mps
         orbit = OrbitState(
             state.t_ns,
@@ -113,8 +119,21 @@ class SnapshotNavigator:
         left_out_s = _left_out_s(state, z.receiver, fix.used, len(inputs.domain))
         if delays is not None and (left_out_s > FORGOTTEN_S).any():
             delays = forgotten(delays, left_out_s > FORGOTTEN_S, inputs.budget.delay_m)
-        after = Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s, left_out_s)
+        ways = begun(state.ways, state.t_ns, fix)
+        after = Snapshot(orbit, antenna, state.t_ns, delays, unlearnt_s, left_out_s, ways)
         return after, Solution(NoFix.FIX, fix, orbit)
+
+    def _at_mark(self, z: Ranges, inputs: FixInputs, state: Snapshot) -> tuple[Fix | NoFix, int]:
+        """The fix at the time mark if the orbit does not contradict it, and the antenna."""
+        fix, antenna = self.solve(z, inputs, state)
+        if isinstance(fix, Fix):
+            last_mps = None if state.orbit is None else state.orbit.velocity_mps
+            fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
+        if isinstance(fix, Fix) and inputs.rules.refuse and not (self.judged and inputs.mark_clock == 0):
+            prior = prior_of(state.orbit)
+            if prior is not None and contradicted(fix, prior):
+                fix = NoFix.AGAINST_ORBIT
+        return fix, antenna
 
 
 def _left_out_s(state: Snapshot, receiver: I64, used: Bool, receivers: int) -> F64:
