@@ -76,13 +76,20 @@ def satellites_of(frames: Sequence[Frame]) -> dict[tuple[int, int], int]:
     return found
 
 
-def play(judge: Judge, first: int, channels: set, suspects: set, metres: Callable[[int], float]) -> Outcome:
+def play(
+    judge: Judge,
+    first: int,
+    channels: set,
+    suspects: set,
+    metres: Callable[[int], float],
+    epochs: int = EPOCHS,
+) -> Outcome:
     state = judge.begin(first - SETTLED)
     for k in range(first - SETTLED, first):
         state, _ = flight_step(judge.config, state, as_batch(fewer(judge.epochs[k], channels)))
     fixes = false = missed = 0
     worst_m = 0.0
-    for k in range(first, first + EPOCHS):
+    for k in range(first, first + epochs):
         frames = [
             longer(f, metres(k - first))
             if is_measurement(f[0]) and f[0] % 16 == 0 and channel_of(f) in suspects
@@ -97,7 +104,7 @@ def play(judge: Judge, first: int, channels: set, suspects: set, metres: Callabl
         far = bool(error @ np.linalg.solve(fix.covariance_m2, error) > FARTHEST_SIGMA**2)
         fixes, false, missed = fixes + 1, false + far, missed + (far and fix.tested is Tested.TESTED)
         worst_m = max(worst_m, float(np.linalg.norm(error)))
-    return Outcome(EPOCHS, fixes, false, missed, worst_m)
+    return Outcome(epochs, fixes, false, missed, worst_m)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

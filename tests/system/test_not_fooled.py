@@ -24,6 +24,7 @@ pytestmark = [
         "flightsw/integrity/time_marks.py",
         "flightsw/integrity/satellite_reports.py",
         "flightsw/estimation/prior.py",
+        "flightsw/estimation/carried.py",
         "flightsw/attitude/attitude.py",
         what="Frames of another time, altered or off by a step",
         by="records rewritten by separate code: no fix of a replay beyond 5 sigma, no jump of time believed",
@@ -129,3 +130,20 @@ def test_a_step_or_a_ramp_is_not_missed(judge, place, satellites):
     assert sum(one.missed for one in found) == 0
     if place != "two satellites":
         assert fixes >= 0.99
+
+
+def test_of_few_satellites_a_slow_ramp_does_not_take_the_fix_along(judge):
+    """Of seven, one drifts for a hundred seconds while its rate stays as it was: each fix is beside the one
+    before, and velocities tell."""
+    rng, found = np.random.default_rng(7), []
+    of = steps.satellites_of(judge.epochs[steps.FIRST])
+    for ramp_mps in (1.0, 2.0, 3.0) * 4:
+        anywhere = [sorted(of)[k] for k in rng.permutation(len(of))]
+        one_of_each = {of[channel]: channel for channel in anywhere}
+        seven = [one_of_each[sat] for sat in rng.choice(sorted(one_of_each), 7, replace=False)]
+        drifts = partial(np.multiply, ramp_mps)
+        found.append(steps.play(judge, steps.FIRST, set(seven), {seven[0]}, drifts, epochs=100))
+    print([(one.fixes, one.false, round(one.worst_m)) for one in found])
+    assert sum(one.missed for one in found) == 0
+    assert max(one.worst_m for one in found) < 60
+    assert sum(one.fixes for one in found) > 0.8 * sum(one.epochs for one in found)
