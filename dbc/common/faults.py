@@ -23,7 +23,7 @@ def faults(error: ValidationError, origin: str, model: type[BaseModel] | None = 
 
     model  of the whole file: a key that it has elsewhere, or under a similar name, is pointed to
     """
-    lines: dict[tuple[str, str], list[str]] = {}
+    lines: dict[tuple[str, str, int], list[str]] = {}
     told = error.errors()
     paths = [_keys(fault["loc"], model, fault["type"] == "extra_forbidden") for fault in told]
     for fault, keys in zip(told, paths, strict=True):
@@ -32,10 +32,11 @@ def faults(error: ValidationError, origin: str, model: type[BaseModel] | None = 
         key = ".".join(map(str, keys)) or "file"
         # The kinds that a value may be of fail one by one: they are one fault.
         text, shown = _text(fault, keys, model)
-        texts = lines.setdefault((key, shown), [])
-        if text not in texts:
-            texts.append(text)
-    return [f"{origin}: {key}: {_either(texts)}{shown}" for (key, shown), texts in lines.items()]
+        for number, one in enumerate(text.splitlines()):  # of what is text itself: several
+            texts = lines.setdefault((key, shown, number), [])
+            if one not in texts:
+                texts.append(one)
+    return [f"{origin}: {key}: {_either(texts)}{shown}" for (key, shown, _), texts in lines.items()]
 
 
 _SHOULD = "input should be "

@@ -2,7 +2,8 @@
 
 Which frames stand there: `gnss_hil.emulator.faults.where`.
 
-As text, in a one-liner or a file: words that all have to hold, each one thing or several with commas.
+As text, in a one-liner or a file: words of different sorts, which all have to hold, each one thing or several
+of its sort with commas, of which any does.
 
     rx2, aft          a receiver, by number or by its antenna's name: what it sends and what is sent to it
     TIME, ATT, FLIGHT  frames that a node sends
@@ -16,7 +17,7 @@ As text, in a one-liner or a file: words that all have to hold, each one thing o
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Annotated, Any
 
@@ -30,8 +31,8 @@ from gnss_hil.dbc.contract.frames import SFF_MASK
 from gnss_hil.dbc.contract.messages import KINDS, NODES, messages
 from gnss_hil.emulator.faults.spoken import OneOrMore, Spoken
 
-_RECEIVER = re.compile(r"rx([1-8])", re.IGNORECASE)
-_CHANNEL = re.compile(r"ch(\d{1,2})", re.IGNORECASE)
+_RECEIVER = re.compile(r"rx(\d+)", re.IGNORECASE)
+_CHANNEL = re.compile(r"ch(\d+)", re.IGNORECASE)
 _SATELLITE = re.compile(r"[A-Za-z]\d\d")
 _IDENTIFIER = re.compile(r"(0x[0-9a-fA-F]{1,3})(?:&(0x[0-9a-fA-F]{1,3}))?")
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
@@ -61,7 +62,7 @@ class Place(Spoken):
     message      names in the DBC ("RX2_RANGE"), of a kind for all receivers ("RANGE"), with * for any part
     channel      numbers from 0
     satellite    names such as "G12": frames of a channel that tracks one, of its almanac, of commands
-    system       "gps", "glonass": the same of all satellites of a system
+    system       "gps", "glonass": the same of all satellites of a system, beside those that are named
     identifier   numbers of 11 bits, compared under the mask
     mask         bits of an identifier that count
     """
@@ -128,22 +129,67 @@ def _matches_any(pattern: str) -> bool:
 
 
 def parse(words: Sequence[str]) -> dict[str, Any]:
-    """Keys of a `Place` from words; ValueError names a word that is none."""
+    """Keys of a `Place` from words; ValueError names all that are none, a line each."""
     found: dict[str, Any] = {}
+    spoken: dict[str, str] = {}
+    wrong: list[str] = []
     for word in words:
-        prefix = ""
-        for one in word.split(","):
-            if prefix and one.isdigit():  # ch1,2
-                one = prefix + one
-            key, value = _meaning(one)
-            prefix = {"channel": "ch", "receiver": "rx"}.get(key, "")
-            if key == "identifier" and found.get("mask", value[1]) != value[1]:
-                raise ValueError(f"'{one}': the identifiers of a place have one mask")
-            if key == "identifier":
-                found["mask"], value = value[1], value[0]
-            if key:
-                found.setdefault(key, []).append(value)
+        try:
+            sort, more = _alternatives(word)
+            _check_together(word, sort, spoken)
+        except ValueError as error:
+            wrong += str(error).splitlines()
+            continue
+        spoken[sort] = word
+        found |= more
+    if wrong:
+        raise ValueError("\n".join(wrong))
     return found
+
+
+_SORTS = {"": "everything", "system": "satellite"}
+"""Sorts of words that are not called as their key."""
+
+
+def _alternatives(word: str) -> tuple[str, dict[str, Any]]:
+    """The sort of a word, and keys of a `Place` for what its commas part."""
+    found: dict[str, Any] = {}
+    sorts: list[str] = []
+    wrong: list[str] = []
+    prefix = ""
+    for one in word.split(","):
+        if prefix and one.isdigit():  # ch1,2
+            one = prefix + one
+        try:
+            key, value = _meaning(one)
+        except ValueError as error:
+            wrong.append(str(error))
+            continue
+        prefix = {"channel": "ch", "receiver": "rx"}.get(key, "")
+        sorts.append(_SORTS.get(key, key))
+        if key == "identifier":
+            if found.setdefault("mask", value[1]) != value[1]:
+                wrong.append(f"'{one}': the identifiers of a place have one mask")
+            value = value[0]
+        if key:
+            found.setdefault(key, []).append(value)
+    if len(set(sorts)) > 1:
+        kinds = " and ".join(dict.fromkeys(sorts))
+        wrong.append(f"'{word}': commas are between words of one sort, found {kinds}; write a fault for each")
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    return sorts[0], found
+
+
+def _check_together(word: str, sort: str, spoken: Mapping[str, str]) -> None:
+    """ValueError for a second word of a sort: no frame is at both."""
+    if sort in spoken:
+        before = spoken[sort]
+        raise ValueError(
+            f"'{before} {word}': no frame is at both; for those at either, with a comma: {before},{word}"
+        )
+    if spoken and "everything" in (sort, *spoken):
+        raise ValueError("'all' is every frame and stands alone")
 
 
 def _meaning(word: str) -> tuple[str, Any]:
@@ -151,10 +197,14 @@ def _meaning(word: str) -> tuple[str, Any]:
     if word.lower() == "all":
         return "", None
     if match := _RECEIVER.fullmatch(word):
+        if not 1 <= int(match[1]) <= MAX_RECEIVERS:
+            raise ValueError(f"no receiver '{word}'; there are rx1 to rx{MAX_RECEIVERS}")
         return "receiver", int(match[1])
     if word.upper() in NODES:
         return "node", word.upper()
     if match := _CHANNEL.fullmatch(word):
+        if int(match[1]) >= CHANNELS:
+            raise ValueError(f"no channel '{word}'; there are ch0 to ch{CHANNELS - 1}")
         return "channel", int(match[1])
     if _SATELLITE.fullmatch(word):
         return "satellite", word.upper()
@@ -183,8 +233,7 @@ def text(place: Place) -> str:
     groups = (
         [f"rx{one}" if isinstance(one, int) else one for one in place.receiver],
         [*place.node],
-        [*place.satellite],
-        [*place.system],
+        [*place.satellite, *place.system],
         [*place.message],
         [f"ch{one}" for one in place.channel],
         [f"0x{one:03X}{mask}" for one in place.identifier],

@@ -26,7 +26,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, U64, Bool
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.codec import Codec, Layout
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
-from gnss_hil.dbc.contract.layout import Kind
+from gnss_hil.dbc.contract.layout import Kind, Signal
 from gnss_hil.dbc.contract.messages import HEADER_NAMES, KIND_BY_NAME, KINDS, messages
 from gnss_hil.dbc.contract.values import VALUES
 from gnss_hil.emulator.faults.base import Now, streams_of
@@ -73,6 +73,10 @@ class Change(Spoken):
         if len(given) != 1:
             raise ValueError(f"one of {', '.join(WAYS)}; given {' and '.join(given) or 'none'}")
         kinds = self.kinds()
+        if len(kinds) == 1:
+            self.check(kinds[0])
+        if self.offset == 0 or self.scale == 1 or self.drift_per_s == 0:
+            raise ValueError(f"signal {self.signal}: that changes nothing")
         if isinstance(self.value, str):
             tables = {s.values for kind in kinds for s in kind.signals if s.name == self._name}
             labels = [label for table in tables for label in VALUES.get(table, {}).values()]
@@ -81,6 +85,17 @@ class Change(Spoken):
                     f"signal {self.signal} has no value '{self.value}'; {_meant(self.value, labels)}"
                 )
         return self
+
+    def check(self, kind: Kind) -> None:
+        """ValueError if a message of this kind cannot carry the value, or none that it carries stays one with
+        the offset."""
+        signal = next(one for one in kind.signals if one.name == self._name)
+        low, high = limits(signal)
+        carries = f"signal {kind.name}.{signal.name} carries {low:.12g} to {high:.12g}"
+        if isinstance(self.value, int | float) and not _fits(signal, self.value):
+            raise ValueError(f"{carries}, found {self.value:.12g}")
+        if self.offset is not None and abs(self.offset) > high - low:
+            raise ValueError(f"{carries}; an offset of {self.offset:.12g} leads out of that from anywhere")
 
     @property
     def _name(self) -> str:
@@ -100,6 +115,22 @@ class Change(Spoken):
                 f"signal {self.signal}: CRC, counter and epoch are the protection's: protection = ..."
             )
         return found
+
+
+def _raw_limits(signal: Signal) -> tuple[int, int]:
+    half = 1 << (signal.bits - 1)
+    return (-half, half - 1) if signal.signed else (0, 2 * half - 1)
+
+
+def limits(signal: Signal) -> tuple[float, float]:
+    """The lowest and highest value that a signal's bits can carry, in its unit."""
+    low, high = (float(raw) * signal.factor + signal.offset for raw in _raw_limits(signal))
+    return low, high
+
+
+def _fits(signal: Signal, value: float) -> bool:
+    low, high = _raw_limits(signal)
+    return low <= round((value - signal.offset) / signal.factor) <= high
 
 
 def _meant(value: str, labels: Sequence[str]) -> str:
@@ -262,6 +293,8 @@ def changed(changes: Sequence[Change], codec: Codec, identifiers: Bool) -> Chang
             has = name.lower() in [s.name for s in m.kind.signals]
             if has and identifiers[m.can_id] and message in ("", m.name, m.kind.name):
                 rows.setdefault(m.kind.name, np.zeros(len(identifiers), bool))[m.can_id] = True
+        for kind in rows:
+            change.check(KIND_BY_NAME[kind])
         if not rows:
             raise ValueError(f"change: no message at the place has {change.signal}")
         tables.append(tuple((codec.kinds[kind], table) for kind, table in rows.items()))

@@ -15,7 +15,7 @@ As text, behind an @ and in words:
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -101,11 +101,28 @@ class When(Spoken):
             raise ValueError("stop and length: one of the two")
         if self.on is not None and self.every is None:
             raise ValueError("on goes with every")
-        if self.stop is not None and isinstance(self.stop, str) is isinstance(self.start, str):
+        for name in ("length", "every", "on"):
+            given = getattr(self, name)
+            if given is not None and not _number(given):
+                raise ValueError(f"{name} {_said(given)} is no time; more than 0")
+        if self.every is not None and self.on is not None and _comparable(self.every, self.on):
+            check_period(self.every, self.on)
+        if self.stop is not None and _comparable(self.stop, self.start):
             early, late = _number(self.start), _number(self.stop)
             if late <= early:
                 raise ValueError(f"stop {self.stop} is not behind start {self.start}")
         return self
+
+
+def _comparable(one: float | str, other: float | str) -> bool:
+    """Whether both are seconds, or both epochs."""
+    return isinstance(one, str) is isinstance(other, str)
+
+
+def check_period(every: float | str, on: float | str) -> None:
+    """ValueError if what comes again and again is longer than the time from one beginning to the next."""
+    if _number(on) > _number(every):
+        raise ValueError(f"on {_said(on)} is longer than every {_said(every)}")
 
 
 def _number(value: float | str) -> float:
@@ -113,24 +130,49 @@ def _number(value: float | str) -> float:
 
 
 def parse(words: Sequence[str]) -> dict[str, Any]:
-    """Keys of a `When` from words; ValueError names a word that is none."""
+    """Keys of a `When` from words; ValueError names all that are none, and all that are there twice, a line
+    each."""
     found: dict[str, Any] = {}
+    spoken: dict[str, str] = {}
+    wrong: list[str] = []
+    for word, sort in _phrases(words):
+        if sort in spoken:
+            wrong.append(f"'{spoken[sort]}' and '{word}': one of them")
+            continue
+        spoken[sort] = word
+        try:
+            found |= _keys(word, sort)
+        except ValueError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise ValueError("\n".join(wrong))
+    return found
+
+
+def _phrases(words: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Words, those of a trigger together, and their sorts: "@", "after", the key of others."""
     words = list(words)
     while words:
         word = words.pop(0)
-        if word.startswith("@"):
-            found |= _window(word[1:])
-        elif word in LEADS:
-            taken = []
+        if word in LEADS:
             while words and not is_word(words[0]):
-                taken.append(words.pop(0))
-            found["after"] = " ".join(taken)
+                word += " " + words.pop(0)
+            yield word, "after"
         elif is_word(word):
-            key, _, value = word.partition("=")
-            found[_SHORT[key]] = _figure(key, value)
+            yield word, "@" if word.startswith("@") else word.partition("=")[0]
         else:
-            raise ValueError(f"'{word}' is no time; @2m+30s, @120..180, every=10s, p=0.1, n=3, after TRIGGER")
-    return found
+            yield word, word
+
+
+def _keys(word: str, sort: str) -> dict[str, Any]:
+    """Keys of a `When` from a phrase."""
+    if sort == "@":
+        return _window(word[1:])
+    if sort == "after":
+        return {"after": word.partition(" ")[2]}
+    if sort in _SHORT:
+        return {_SHORT[sort]: _figure(sort, word.partition("=")[2])}
+    raise ValueError(f"'{word}' is no time; @2m+30s, @120..180, every=10s, p=0.1, n=3, after TRIGGER")
 
 
 def is_word(word: str) -> bool:
@@ -218,4 +260,6 @@ def window(when: When, interval_ns: int) -> Window:
         stop = start + max(epochs(when.length), 1)
     every = 0 if when.every is None else epochs(when.every)
     on = 1 if when.on is None else max(epochs(when.on), 1)
+    if every and on > every:
+        raise ValueError(f"at: on {when.on} is longer than every {when.every}")
     return Window(start, stop, every, on, when.probability, when.count, when.after)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gnss_hil.dbc.contract import e2e
@@ -16,7 +16,17 @@ from gnss_hil.emulator.faults import engine, files, signals
 from gnss_hil.emulator.faults.base import At, Direction
 from gnss_hil.emulator.faults.models import FaultError
 from gnss_hil.emulator.faults.signals import Change
-from tests.support.faulted import CODEC, DATABASE, all_sound, by_cantools, of_kind, plan_of, strike
+from tests.support.faulted import (
+    CODEC,
+    DATABASE,
+    NS,
+    VEHICLE,
+    all_sound,
+    by_cantools,
+    of_kind,
+    plan_of,
+    strike,
+)
 
 pytestmark = pytest.mark.verifies(
     "emulator/faults/signals.py",
@@ -60,10 +70,48 @@ def test_a_value_is_what_cantools_reads_and_nothing_else_changes(which, payload,
 
 
 def test_what_a_signal_cannot_carry_is_the_nearest_that_it_can():
-    _, after, _ = altered("RX1_RATE", bytes(8), "cn0_dbhz = 1000")
+    _, after, _ = altered("RX1_RATE", bytes(8), "cn0_dbhz += 63.75")
+    assert after["cn0_dbhz"] == 63.75
+    _, after, _ = altered("RX1_RATE", b"\xff" * 8, "cn0_dbhz += 1")
     assert after["cn0_dbhz"] == 63.75
     _, after, _ = altered("RX1_RANGE", bytes(8), "pseudorange_m -= 5")
     assert after["pseudorange_m"] == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("ATT_Q01.q0 = 5", "signal ATT_Q01.q0 carries -1.048576 to 1.048575875, found 5"),
+        ("ATT_Q01.q0 = -1.049", "found -1.049"),
+        ("cn0_dbhz = 64", "signal RATE.cn0_dbhz carries 0 to 63.75, found 64"),
+        ("RANGE.pseudorange_m -= 1e9", "an offset of -1000000000 leads out of that from anywhere"),
+        ("RANGE.pseudorange_m += 0", "that changes nothing"),
+        ("RANGE.pseudorange_m *= 1", "that changes nothing"),
+        ("RANGE.pseudorange_m += 0/s", "that changes nothing"),
+    ],
+)
+def test_what_no_signal_can_carry_is_refused(text, words):
+    with pytest.raises(ValueError) as caught:
+        Change.model_validate(text)
+    assert words in str(caught.value)
+
+
+def test_the_ends_of_a_signal_are_carried():
+    for text in (
+        "ATT_Q01.q0 = -1.048576",
+        "ATT_Q01.q0 = 1.048575875",
+        "RATE.cn0_dbhz = 63.75",
+        "NAV_X.x_m = 1e8",
+    ):
+        assert Change.model_validate(text)
+
+
+def test_a_signal_of_several_messages_has_the_limits_of_those_at_the_place():
+    table = {"kind": "masquerade", "on": "rx1", "change": {"signal": "x_m", "value": 1e8}}
+    given = files.FILES.checked({"fault": [table, {**table, "on": "FLIGHT"}]}, "x").fault
+    with pytest.raises(FaultError, match=r"signal \w+\.x_m carries .* found 100000000$") as caught:
+        engine.armed(given, "soyuz", VEHICLE, CODEC, NS, 1)
+    assert len(str(caught.value).splitlines()) == 1
 
 
 def readings(line: str, kind: str, signal: str) -> list[tuple[list[float], list[float]]]:
@@ -168,5 +216,7 @@ def test_changes_that_cannot_be(text, words):
     st.floats(-1e6, 1e6),
 )
 def test_text_of_a_change_is_read_back(signal, way, number):
+    number = abs(number) % 7 if way == "value" else number % 7 if way == "offset" else number
+    assume(way == "value" or number != (1 if way == "scale" else 0))
     change = Change.model_validate({"signal": signal, way: number})
     assert Change.model_validate(signals.text(change)) == change

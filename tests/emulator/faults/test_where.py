@@ -94,7 +94,7 @@ def test_bench_frames_are_never_struck():
         ("ATT_Q0", "no place 'ATT_Q0'; did you mean 'ATT_Q01'?"),
         ("G99", "'G99' is not a satellite name"),
         ("0x100&0x7F0,0x200", "the identifiers of a place have one mask"),
-        ("rx9", "no place 'rx9'"),
+        ("fort", "no place 'fort'; did you mean 'port'?"),
     ],
 )
 def test_what_is_no_place(text, words):
@@ -119,3 +119,48 @@ PLACES = st.builds(
 @given(PLACES)
 def test_text_of_a_place_is_read_back(place):
     assert Place.model_validate(places.text(place)) == place
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("rx2 rx3", "'rx2 rx3': no frame is at both; for those at either, with a comma: rx2,rx3"),
+        ("RANGE RATE", "with a comma: RANGE,RATE"),
+        ("ch0 RANGE ch1", "with a comma: ch0,ch1"),
+        ("G07 G12", "with a comma: G07,G12"),
+        ("G07 glonass", "with a comma: G07,glonass"),
+        ("aft port", "with a comma: aft,port"),
+        ("0x100 0x110", "with a comma: 0x100,0x110"),
+        ("rx2,ATT", "'rx2,ATT': commas are between words of one sort, found receiver and node"),
+        ("all rx2", "'all' is every frame and stands alone"),
+        ("rx2 all", "'all' is every frame and stands alone"),
+        ("0x100&0x7F0,0x200", "one mask"),
+        ("rx9", "no receiver 'rx9'; there are rx1 to rx8"),
+    ],
+)
+def test_words_of_a_place_that_cannot_hold_together_are_refused(text, words):
+    with pytest.raises(ValueError) as caught:
+        places.parse(text.split())
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_all_mistakes_of_a_place_are_named():
+    with pytest.raises(ValueError) as caught:
+        places.parse("rx9 RNAGE,RAET ch0 ch1".split())
+    told = str(caught.value).splitlines()
+    assert [word in line for word, line in zip(("rx9", "RNAGE", "RAET", "ch0,ch1"), told, strict=True)] == [
+        True
+    ] * 4
+
+
+def test_satellites_and_systems_are_alternatives():
+    assert set(chosen("G07,glonass")) == set(chosen("G07")) | set(chosen("glonass")) > set(chosen("G07"))
+    assert places.text(Place.model_validate("glonass,G07 RANGE")) == "G07,glonass RANGE"
+
+
+def test_words_of_different_sorts_hold_together():
+    assert (
+        chosen("rx2 RANGE ch3")
+        == sorted(set(chosen("rx2")) & set(chosen("RANGE")) & set(chosen("ch3")))
+        != []
+    )
