@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from gnss_hil.flightsw.app.state import FlightState, initial_state
 from gnss_hil.flightsw.integrity import time_marks
 from gnss_hil.flightsw.integrity.satellite_reports import Reports
 from gnss_hil.flightsw.integrity.time_marks import TimeMarks
-from gnss_hil.flightsw.io import decode
+from gnss_hil.flightsw.io import decode, rival_marks
 from gnss_hil.flightsw.io.frame_statistics import Reason, Rejections
 from gnss_hil.flightsw.io.reception import Reception
 from gnss_hil.flightsw.records.epoch import Epoch, Measurements, empty_epoch
@@ -69,5 +70,12 @@ def received_block(
                 lost=state.lost,
                 single_fixes=state.single_fixes,
             )
+    rivals = rival_marks.rivals(
+        config.codec, inbox, state.received.counters, partial(time_marks.follows, state.marks)
+    )
+    if rivals is not None:
+        counts = Rejections(rejected)
+        counts.add(rivals.reason, inbox.can_id[rivals.rows], np.ones(len(rivals.rows), bool))
+        inbox, rejected = inbox[np.delete(np.arange(len(inbox)), rivals.rows)], counts.counts
     decoded, received, rejected = decode.decode(config.codec, config.limits, inbox, state.received, rejected)
     return state, received, rejected, decoded

@@ -65,6 +65,16 @@ def advanced(marks: TimeMarks, mark: Mark, satellites_agree: bool) -> tuple[Time
     return replace(marks, refused=refused), False
 
 
+def follows(marks: TimeMarks, mark: Mark) -> bool:
+    """Whether a mark is the one to be expected: of the same session, on time for its number, and nothing new
+    about it. Satellites are not asked, nor is it believed because nothing else was."""
+    last = marks.last
+    if last is None or marks.interval_ns == 0 or mark.session != last.session or mark.epoch <= last.epoch:
+        return False
+    step_ns = mark.t_ns - last.t_ns - (mark.epoch - last.epoch) * marks.interval_ns
+    return _alike(mark, last) and abs(step_ns) <= _tolerance_ns(marks, mark)
+
+
 def _alike(mark: Mark, last: Mark) -> bool:
     """Whether two marks are of one clock, with leap seconds that one insertion explains."""
     return mark.clock == last.clock and abs(mark.leap - last.leap) <= 1

@@ -49,12 +49,14 @@ def roster(codec: Codec) -> Roster:
 class BlockLayout:
     """protection   of the frames, None if not all are protected data frames of the contract
     marks        rows that are TIME_MARKs
+    several_marks   more than one frame of a kind that time marks consist of
     beats        rows that are heartbeats
     silent       nodes, by their place in the roster, that close nothing in this block
     """
 
     protection: e2e.Identifiers | None
     marks: tuple[int, ...]
+    several_marks: bool
     beats: tuple[int, ...]
     silent: tuple[int, ...]
 
@@ -72,6 +74,10 @@ def _layout(codec: Codec, identifiers: bytes) -> BlockLayout:
     return BlockLayout(
         protection=e2e.identifiers(codec, can_id) if len(can_id) else None,
         marks=tuple(np.flatnonzero(can_id == codec.can_id_of["TIME_MARK", 0]).tolist()),
+        several_marks=any(
+            np.count_nonzero(can_id == codec.can_id_of[kind, 0]) > 1
+            for kind in ("TIME_MARK", "TIME_GPS", "TIME_FINE")
+        ),
         beats=tuple(row for row, identifier in enumerate(can_id.tolist()) if identifier in beats),
         silent=tuple(i for i, n in enumerate(nodes.node.tolist()) if n not in heard),
     )

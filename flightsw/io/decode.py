@@ -73,7 +73,7 @@ def decode(
     can_id, words = received.frames.can_id, received.frames.words
     plan = block_plan(codec, received.streams)
     values = plan.values(words)
-    mark = _mark(values["mark"], received.epoch)
+    mark = mark_of(values["mark"], received.epoch)
     if mark is None:
         _count_timeless(codec, counts, can_id, received.streams, plan.records["mark"].rows)
         return empty_epoch(received.lost), received.reception, counts.counts
@@ -137,8 +137,8 @@ def _count_timeless(codec: Codec, counts: Rejections, can_id: U32, streams: I64,
 # Signals of the groups in the order of `gnss_hil.flightsw.io.frame_groups`.
 
 
-def _mark(values: F64, nibble: int) -> Mark | None:
-    """The time mark, if its three frames are there, of the epoch they name and of a time that exists."""
+def mark_of(values: F64, nibble: int) -> Mark | None:
+    """The time mark of signals (7, k), if its frames are there, of the epoch they name, of a time."""
     if not values.size:
         return None
     session, epoch, week, second, nanosecond, leap, clock = map(int, values[:, 0].tolist())

@@ -59,7 +59,7 @@ _KINDS: dict[str, tuple[Sequence[str], int, Sequence[str]]] = {
     ),
 }
 
-ALMANAC = "almanac"
+ALMANAC, MARK = "almanac", _KINDS["mark"][0]
 STATUS = _KINDS["receiver"][0].index("STATUS")
 """Which frame of a receiver's record it is."""
 

@@ -44,7 +44,7 @@ CONSEQUENCE: dict[int, str] = {
     Reason.OTHER_CONTRACT: "frame ignored, its node flies another contract",
     Reason.STREAM_NOT_VALID: "frame ignored, too little of its stream was sound of late",
     Reason.CONTRADICTED: "frame ignored, more receivers, or else a lower one, say something else",
-    Reason.JUMPED: "frame ignored, its time does not follow from the marks before: the epoch has no time",
+    Reason.JUMPED: "frame ignored, its time does not follow from the marks before; the epoch has no other",
     Reason.NO_ORBIT: "channel ignored, where it says that its satellite is there is no orbit",
     Reason.MOVED: "channel ignored, its satellite reported something else before",
     Reason.TURNED: "attitude ignored, it is none or not to be turned to; the last one is turned on",

@@ -96,6 +96,14 @@ def test_no_time_mark_that_jumps_is_believed_and_each_is_told(judge, lasts, sign
         assert found == time_jumps.Outcome(believed=0, untold=0), f"{sign * jump_s:+g} s"
 
 
+@pytest.mark.parametrize("first", [False, True], ids=["behind the true one", "before it"])
+@pytest.mark.parametrize("offset", [0, 1, 2, 5, 14])
+def test_no_mark_of_another_master_is_believed_and_none_costs_a_fix(judge, offset, first):
+    for jump_s, ahead in time_jumps.MASTERS[:: 1 if offset == 5 else 3]:
+        found = time_jumps.beside(judge, jump_s, ahead, offset, first)
+        assert found == time_jumps.Outcome(believed=0, untold=0), f"{jump_s:+g} s, {ahead:+d} epochs"
+
+
 @pytest.mark.parametrize("lag", time_jumps.LAGS)
 def test_no_whole_block_of_an_epoch_before_is_believed(judge, lag):
     found = time_jumps.outcome(judge, lambda number: time_jumps.old(judge, number, lag))

@@ -20,6 +20,7 @@ from gnss_hil.tools.decoder.block import EPOCHS, Block, GrowingTable, epoch_nibb
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.refusals import BEFORE_FIRST_MARK, REASONS, Refusals
 from gnss_hil.tools.decoder.screen import Screen
+from gnss_hil.tools.decoder.time_marks import MARK_KINDS
 
 HELD_BACK = 8
 """Epochs kept open: an answer may come so many epochs late, less one. Half of the sixteen that frames tell
@@ -35,6 +36,7 @@ class Decoder:
     take     is handed every block in order, and (e,) bits on the wire and frames rejected of its epochs
     epochs   time marks heard so far
     refusals   what each check saw, by epoch
+    doubted    time frames that their counters alone have refused: epoch, kind (its number), word
     unmarked   accepted frames of an epoch ahead of the last mark, whose own is missing: epoch (of the mark),
                ahead (by how many), can_id; each once
     """
@@ -43,10 +45,11 @@ class Decoder:
         self.codec = codec
         self.epochs = 0
         self.refusals = Refusals()
+        self.doubted = GrowingTable()
         self.unmarked = GrowingTable()
         self._take = take
         self._screen = Screen(codec)
-        self._mark_id = codec.can_id_of["TIME_MARK", 0]
+        self._mark_id, *self._time_ids = (codec.can_id_of[kind, 0] for kind in MARK_KINDS)
         self._mark_nibbles = np.zeros(0, np.int64)
         self._handed_over = 0  # epochs
         self._held: list[Held] = []
@@ -77,6 +80,7 @@ class Decoder:
             self.refusals.add(epoch[after_gap], Verdict.LOST, can_id[after_gap])
         if accepted is not None:
             self._reject(epoch[~accepted], screened.verdict[~accepted], can_id[~accepted])
+            self._doubt(epoch, can_id, words, screened.verdict)
             can_id, words, epoch = can_id[accepted], words[accepted], epoch[accepted]
         self._hold(can_id, words, epoch)
         self._hand_over(self.epochs - HELD_BACK)
@@ -84,6 +88,13 @@ class Decoder:
     def finish(self) -> None:
         """Hand over what is still held."""
         self._hand_over(self.epochs)
+
+    def _doubt(self, epoch: I64, can_id: U32, words: U64, verdict: U8) -> None:
+        """Keep frames of times whose counters are wrong and nothing else."""
+        which = np.isin(can_id, self._time_ids) & np.isin(verdict, (Verdict.REPEATED, Verdict.WRONG_SEQUENCE))
+        if which.any():
+            kind = self.codec.kind_of[can_id[which]]
+            self.doubted.add({"epoch": epoch[which], "kind": kind, "word": words[which]})
 
     def _reject(self, epoch: I64, reason: str | U8, can_id: U32) -> None:
         """Frames (n,) count as rejected: for verdicts (n,) of the screen, which has counted them, or for a

@@ -18,6 +18,7 @@ from gnss_hil.tools.decoder.command_log import CommandLog
 from gnss_hil.tools.decoder.counters import Counters
 from gnss_hil.tools.decoder.decoder import Decoder
 from gnss_hil.tools.decoder.dilution import distinct_pdop, distinct_satellites, paired_satellites
+from gnss_hil.tools.decoder.doubted_times import Reckoning, settled
 from gnss_hil.tools.decoder.flight_checks import lacks_said, left_out, named, refusals_said
 from gnss_hil.tools.decoder.navigation import attitudes, fixes
 from gnss_hil.tools.decoder.nodes import Nodes
@@ -45,6 +46,7 @@ class Digest:
         self.tags = GrowingTable()
         self.nodes = Nodes(codec)
         self._epochs_taken = 0
+        self._reckoning = Reckoning()
         self._said = GrowingTable()
         self._left_out = GrowingTable()
         self._lacks = GrowingTable()
@@ -62,7 +64,10 @@ class Digest:
             self._take(Block(self._decoder.codec, none, none.astype(np.uint64), none, 0), none, none)
 
     def _take(self, block: Block, bits: I64, faults: I64) -> None:
-        t_ns = mark_times_ns(block)
+        number = block.grid("TIME_MARK", "epoch", -1).astype(np.int64)
+        t_ns, self._reckoning = settled(
+            block, mark_times_ns(block), number, self._doubted(block.epochs), self._reckoning
+        )
         known = t_ns >= 0
         channels = channels_of(block)
         navigation = fixes(block)
@@ -74,7 +79,6 @@ class Digest:
         navigation["excluded"] = named(out, block.epochs)
         self._take_flight_checks(block, channels, used, out)
         reported = navigation.pop("reported") & known
-        number = block.grid("TIME_MARK", "epoch", -1).astype(np.int64)
         own = {"t_ns": t_ns[reported], "epoch": number[reported]}
         self._fixes.add({**own, **{k: v[reported] for k, v in navigation.items()}})
         measured = distinct_satellites(channels.epoch, channels.sat, block.epochs)
@@ -91,6 +95,15 @@ class Digest:
             table |= {"channel": channels.channel, "sat": channels.sat, "used": used}
             table |= {"used_told": told[channels.epoch], **channels.values}
             self._on_channels({name: column[row] for name, column in table.items()})
+
+    def _doubted(self, epochs: int) -> Columns:
+        """Time frames that counters have refused in the next so many epochs."""
+        found = self._decoder.doubted.rows or {
+            name: np.zeros(0, np.int64) for name in ("epoch", "kind", "word")
+        }
+        row = found["epoch"] - self._epochs_taken
+        mine = (row >= 0) & (row < epochs)
+        return {"epoch": row[mine], "kind": found["kind"][mine], "word": found["word"][mine]}
 
     def _take_flight_checks(self, block: Block, channels: Channels, used: Bool, out: Columns) -> None:
         """Of a block's epochs, behind those before it."""

@@ -15,6 +15,8 @@ from gnss_hil.dbc.contract.frames import WIDTH, FrameBatch
 from gnss_hil.tools.decoder.block import EPOCHS, Block, of_frames, payloads
 from gnss_hil.tools.decoder.screen import intact
 
+MARK_KINDS = ("TIME_MARK", "TIME_GPS", "TIME_FINE")
+
 
 @dataclass(frozen=True, slots=True)
 class Marks:

@@ -14,6 +14,7 @@ from gnss_hil.flightsw.integrity.time_marks import (
     TOLERANCE_NS,
     TimeMarks,
     advanced,
+    follows,
 )
 from gnss_hil.flightsw.records.epoch import Mark
 
@@ -83,6 +84,33 @@ def test_another_clock_or_other_leap_seconds_are_believed_when_they_last(change)
 def test_a_leap_second_is_believed():
     later = [replace(mark, leap=19) for mark in marks(4 * S, 5 * S, epochs=[4, 5])]
     assert believed(later, state=flown())[1] == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("ns", "change", "expected"),
+    [
+        (20 * S, {}, True),
+        (20 * S + 9_000, {}, True),
+        (20 * S + 20_000, {}, False),
+        (21 * S, {}, False),
+        (20 * S, {"leap": 19}, True),
+        (20 * S, {"leap": 20}, False),
+        (20 * S, {"clock": 1}, False),
+        (20 * S, {"session": 8}, False),
+        (35 * S, {"epoch": 35}, True),
+        (19 * S, {"epoch": 19}, False),
+        (5 * S, {"epoch": 5}, False),
+    ],
+)
+def test_one_is_expected_only_if_nothing_about_it_is_new(ns, change, expected):
+    (mark,) = marks(ns, epochs=[20])
+    assert follows(flown(count=20), replace(mark, **change)) is expected
+
+
+def test_nothing_is_expected_before_the_interval_is_known():
+    assert not follows(TimeMarks(), *marks(0))
+    assert not follows(believed(marks(0, S))[0], *marks(2 * S, epochs=[2]))
+    assert follows(believed(marks(0, S, 2 * S))[0], *marks(3 * S, epochs=[3]))
 
 
 def test_marks_that_jitter_are_believed():
