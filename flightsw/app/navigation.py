@@ -43,7 +43,12 @@ def _ionosphere(options: Options, decoded: Epoch, mark: Mark) -> Ionosphere | No
 
 
 def fix_inputs(
-    config: FlightConfig, decoded: Epoch, mark: Mark, attitude: Attitude | None, restarted: Bool
+    config: FlightConfig,
+    decoded: Epoch,
+    mark: Mark,
+    doubt_s: float,
+    attitude: Attitude | None,
+    restarted: Bool,
 ) -> FixInputs:
     vehicle, options = config.vehicle, config.options
     reported = decoded.domains[: vehicle.antennas]
@@ -55,6 +60,7 @@ def fix_inputs(
         ionosphere=_ionosphere(options, decoded, mark),
         rules=options.rules,
         mark_clock=mark.clock,
+        mark_doubt_s=doubt_s,
         restarted=restarted[: vehicle.antennas],
         others=other_measurements(decoded),
     )

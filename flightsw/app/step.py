@@ -67,7 +67,7 @@ def flight_step(
     )
     offered = m.where(sound & (m.health == 0) & channel_manager.usable(channels, m))
     delays, z = ranges_of(offered, config, state.ionosphere_delays, t_ns)
-    inputs = fix_inputs(config, decoded, mark, attitude, restarted)
+    inputs = fix_inputs(config, decoded, mark, marks.doubt_s, attitude, restarted)
 
     nav, solution = navigated(config, state.nav, t_ns, z, inputs)
     single = False

@@ -31,6 +31,7 @@ class FixInputs:
     ionosphere         over the craft, None where there is none or none is known
     rules              what becomes of measurements that disagree
     mark_clock         which clock showed the time mark, see `gnss_hil.flightsw.records.epoch.Mark`
+    mark_doubt_s       by how much the time mark may be off [s]
     restarted          (m,) receivers that have restarted since the epoch before; None: none has
     others             measurements of other kinds, see `gnss_hil.flightsw.measurement.registry`
     """
@@ -42,6 +43,7 @@ class FixInputs:
     ionosphere: Ionosphere | None = None
     rules: Rules = STRICT
     mark_clock: int = 0
+    mark_doubt_s: float = 0.0
     restarted: Bool | None = None
     others: Sequence[Measurement] = ()
 

@@ -11,7 +11,7 @@ from gnss_hil.dbc.common.arrays import F64, I64, Bool
 from gnss_hil.flightsw.estimation.base import FixInputs
 from gnss_hil.flightsw.estimation.carried import Ways, begun, carried_on, gone_astray
 from gnss_hil.flightsw.estimation.prior import contradicted, prior_of, trusted_s
-from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
+from gnss_hil.flightsw.estimation.propagate_to_mark import in_doubt, orbit_in_doubt, propagated_to_mark
 from gnss_hil.flightsw.estimation.receiver_delays import EVERY_S, forgotten
 from gnss_hil.flightsw.orbit.propagator import propagate
 from gnss_hil.flightsw.records.ranges import Ranges
@@ -87,6 +87,8 @@ class SnapshotNavigator:
     def update(self, state: Snapshot, z: Ranges, inputs: FixInputs) -> tuple[Snapshot, Solution]:
         if state.delays is not None and inputs.restarted is not None and inputs.restarted.any():
             state = replace(state, delays=forgotten(state.delays, inputs.restarted, inputs.budget.delay_m))
+        if inputs.mark_doubt_s and state.orbit is not None:
+            state = replace(state, orbit=orbit_in_doubt(state.orbit, inputs.mark_doubt_s))
         fix, antenna = self._at_mark(z, inputs, state)
         if isinstance(fix, Fix) and inputs.rules.refuse:
             ways = carried_on(state.ways, state.t_ns, fix)
@@ -126,9 +128,11 @@ class SnapshotNavigator:
     def _at_mark(self, z: Ranges, inputs: FixInputs, state: Snapshot) -> tuple[Fix | NoFix, int]:
         """The fix at the time mark if the orbit does not contradict it, and the antenna."""
         fix, antenna = self.solve(z, inputs, state)
+        last_mps = None if state.orbit is None else state.orbit.velocity_mps
         if isinstance(fix, Fix):
-            last_mps = None if state.orbit is None else state.orbit.velocity_mps
             fix = propagated_to_mark(fix, inputs.mark_clock, last_mps)
+        if isinstance(fix, Fix) and inputs.mark_doubt_s:
+            fix = in_doubt(fix, inputs.mark_doubt_s, last_mps)
         if isinstance(fix, Fix) and inputs.rules.refuse and not (self.judged and inputs.mark_clock == 0):
             prior = prior_of(state.orbit)
             if prior is not None and contradicted(fix, prior):

@@ -4,8 +4,9 @@ Epochs are equally far apart: a mark is believed if its time has advanced by as 
 One that has not may still be right, after a gap in a recording: then satellites are where they must be at
 that time. One that steps by less than they can show is not believed. Nor is one that goes back: a run that
 begins anew is told to the flight software as such. Small steps, a millisecond at most, are of marks that
-jitter, or that a receiver's clock shows; of marks that have been steady they are believed when they last. So
-is another clock, or are other leap seconds.
+jitter, or that a receiver's clock shows. Marks of GPS time that have been steady are on a line: one that is
+beside it, by a step or little by little, is believed only when that lasts, and in doubt by as much until it
+has lasted for minutes. Another clock, or other leap seconds, are believed when they last.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ TOLERANCE_NS = 10**6
 """What a receiver's clock, where it shows the marks, may step by; 8 m along a low orbit."""
 
 STEADY_NS, STEADY, LASTING = 10**4, 10, 3
-"""Marks of GPS time that stepped by less than this, 8 cm along a low orbit, so many times in a row are
-steady. What is odd about the next is believed after so many that were not."""
+"""Marks of GPS time that are beside their line by less than this, 8 cm along a low orbit, so many times in a
+row are steady. What is odd about the next is believed after so many that were not."""
+
+REMEMBERED = 1000
+"""Marks that the line follows: it learns a rate of its own within them, and none that changes."""
 
 SHOWN_NS = 250 * 10**6
 """Satellites move a kilometre in this time: a step as long shows in their reports."""
@@ -29,19 +33,56 @@ DOUBTED_S = 300.0
 
 
 @dataclass(frozen=True, slots=True)
+class Line:
+    """The straight line that marks are on.
+
+    interval_ns   between epochs
+    beside_ns     by how much it is later than the last mark believed
+    marks         that it was fitted to, REMEMBERED at most
+    """
+
+    interval_ns: float
+    beside_ns: float = 0.0
+    marks: int = 2
+
+    def off_ns(self, epochs: int, dt_ns: int) -> float:
+        """By how much a mark, so long after the last, is later than it should be."""
+        return dt_ns - epochs * self.interval_ns - self.beside_ns
+
+    def beside(self, off_ns: float) -> Line:
+        """The same line, with a mark that does not belong to it."""
+        return replace(self, beside_ns=-off_ns)
+
+    def fitted(self, epochs: int, off_ns: float) -> Line:
+        """With a mark that does: least squares of all until there are many, then of the last ones."""
+        n = min(self.marks + 1, REMEMBERED)
+        level, rate = 2 * (2 * n - 1) / (n * (n + 1)), 6 / (n * (n + 1))
+        return Line(self.interval_ns + rate * off_ns / epochs, (level - 1) * off_ns, n)
+
+
+@dataclass(frozen=True, slots=True)
 class TimeMarks:
-    """last           mark believed, None before the first
-    interval_ns    between epochs; 0 until two advances were the same
-    advance_ns     of the last two believed, for an epoch
-    refused        marks in a row
-    steady         marks in a row
+    """last          mark believed, None before the first
+    interval_ns   between epochs; 0 until two advances were the same
+    advance_ns    of the last two believed, for an epoch
+    refused       marks in a row
+    line          of marks of GPS time; None where a receiver's clock shows them
+    doubted       marks in a row that were refused or believed beside their line
     """
 
     last: Mark | None = None
     interval_ns: int = 0
     advance_ns: int = 0
     refused: int = 0
-    steady: int = 0
+    line: Line | None = None
+    doubted: int = 0
+
+    @property
+    def doubt_s(self) -> float:
+        """How far beside its line the last mark is that was believed all the same."""
+        if self.line is None or self.doubted <= self.refused:
+            return 0.0
+        return abs(self.line.beside_ns) * 1e-9
 
 
 def advanced(marks: TimeMarks, mark: Mark, satellites_agree: bool) -> tuple[TimeMarks, bool]:
@@ -54,15 +95,13 @@ def advanced(marks: TimeMarks, mark: Mark, satellites_agree: bool) -> tuple[Time
         return TimeMarks(mark), True
     epochs, dt_ns = mark.epoch - last.epoch, mark.t_ns - last.t_ns
     if epochs > 0 and dt_ns > 0 and (_alike(mark, last) or marks.refused >= LASTING):
-        step_ns = dt_ns - epochs * marks.interval_ns
-        if marks.interval_ns == 0 or abs(step_ns) <= _tolerance_ns(marks, mark):
-            return _followed(marks, mark, dt_ns // epochs, abs(step_ns) <= STEADY_NS), True
-        if abs(step_ns) > SHOWN_NS and satellites_agree:
+        found = _followed(marks, mark, epochs, dt_ns)
+        if found is not None:
+            return found, True
+        if abs(dt_ns - epochs * marks.interval_ns) > SHOWN_NS and satellites_agree:
             return TimeMarks(mark, marks.interval_ns, marks.advance_ns), True
-    refused = marks.refused + 1
-    if refused * (marks.interval_ns or 10**9) > DOUBTED_S * 1e9:
-        return TimeMarks(mark), True
-    return replace(marks, refused=refused), False
+    refused = replace(marks, refused=marks.refused + 1, doubted=marks.doubted + 1)
+    return (TimeMarks(mark), True) if _long(refused) else (refused, False)
 
 
 def follows(marks: TimeMarks, mark: Mark) -> bool:
@@ -71,8 +110,7 @@ def follows(marks: TimeMarks, mark: Mark) -> bool:
     last = marks.last
     if last is None or marks.interval_ns == 0 or mark.session != last.session or mark.epoch <= last.epoch:
         return False
-    step_ns = mark.t_ns - last.t_ns - (mark.epoch - last.epoch) * marks.interval_ns
-    return _alike(mark, last) and abs(step_ns) <= _tolerance_ns(marks, mark)
+    return _alike(mark, last) and _followed(marks, mark, mark.epoch - last.epoch, mark.t_ns - last.t_ns) is not None
 
 
 def _alike(mark: Mark, last: Mark) -> bool:
@@ -80,13 +118,37 @@ def _alike(mark: Mark, last: Mark) -> bool:
     return mark.clock == last.clock and abs(mark.leap - last.leap) <= 1
 
 
-def _tolerance_ns(marks: TimeMarks, mark: Mark) -> int:
-    """What the next mark may step by."""
-    odd = mark.clock == 0 and marks.steady >= STEADY and marks.refused < LASTING
-    return STEADY_NS if odd else TOLERANCE_NS
+def _long(marks: TimeMarks) -> bool:
+    """Whether marks have been doubted for so long that they are to be believed."""
+    return marks.doubted * (marks.interval_ns or 10**9) > DOUBTED_S * 1e9
 
 
-def _followed(marks: TimeMarks, mark: Mark, advance_ns: int, steadily: bool) -> TimeMarks:
-    same = abs(advance_ns - marks.advance_ns) <= TOLERANCE_NS
-    interval_ns = marks.interval_ns or (advance_ns if same else 0)
-    return TimeMarks(mark, interval_ns, advance_ns, steady=marks.steady + 1 if steadily else 0)
+def _followed(marks: TimeMarks, mark: Mark, epochs: int, dt_ns: int) -> TimeMarks | None:
+    """After a mark that is on time, or nearly; None if it is not."""
+    line, advance_ns = marks.line, dt_ns // epochs
+    if line is None or mark.clock or line.marks < STEADY:
+        return _stepped(marks, mark, epochs, dt_ns)
+    off_ns = line.off_ns(epochs, dt_ns)
+    on = TimeMarks(mark, marks.interval_ns, advance_ns, line=line.fitted(epochs, off_ns))
+    if abs(off_ns) <= STEADY_NS:
+        return on
+    lasting = marks.refused >= LASTING or marks.doubted > marks.refused
+    if abs(off_ns) > TOLERANCE_NS or not lasting:
+        return None
+    doubted = replace(on, line=line.beside(off_ns), doubted=marks.doubted + 1)
+    return replace(on, line=Line(line.interval_ns)) if _long(doubted) else doubted
+
+
+def _stepped(marks: TimeMarks, mark: Mark, epochs: int, dt_ns: int) -> TimeMarks | None:
+    """Likewise, where there is no line: by the last one alone. One begins where these are GPS time."""
+    advance_ns = dt_ns // epochs
+    if not marks.interval_ns:
+        same = abs(advance_ns - marks.advance_ns) <= TOLERANCE_NS
+        return TimeMarks(mark, advance_ns if same else 0, advance_ns)
+    if abs(dt_ns - epochs * marks.interval_ns) > TOLERANCE_NS:
+        return None
+    line = marks.line or Line(marks.interval_ns)
+    off_ns = line.off_ns(epochs, dt_ns)
+    steady = abs(off_ns) <= STEADY_NS
+    line = line.fitted(epochs, off_ns) if steady else Line(marks.interval_ns)
+    return TimeMarks(mark, marks.interval_ns, advance_ns, line=None if mark.clock else line)

@@ -15,10 +15,10 @@ from gnss_hil.dbc.common import vehicle
 from gnss_hil.flightsw.app.config import configure
 from gnss_hil.flightsw.attitude.attitude import attitude_now, levers_ecef
 from gnss_hil.flightsw.estimation.position import solve
-from gnss_hil.flightsw.estimation.propagate_to_mark import propagated_to_mark
+from gnss_hil.flightsw.estimation.propagate_to_mark import in_doubt, orbit_in_doubt, propagated_to_mark
 from gnss_hil.flightsw.integrity.publishable import publishable
 from gnss_hil.flightsw.records.epoch import AttitudeReport
-from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, Solution
+from gnss_hil.flightsw.records.solution import FASTEST_MPS, Fix, NoFix, OrbitState, Solution, without_motion
 from tests.support import synthetic_epochs as s
 from tests.support.budgets import BUDGET
 from tests.support.fixes import craft, in_view, measurements
@@ -64,6 +64,26 @@ def test_fix_of_the_latch_is_brought_to_the_mark(offset_s):
     assert np.linalg.norm(fix.velocity_mps - velocity) < 5e-4
     assert fix.clock_m[0] == pytest.approx(s.C * (offset_s + 2e-8 * s.shown(c, 0, 0.0)), abs=1e-4)
     assert propagated_to_mark(of_latch, 0, None) is of_latch
+
+
+@pytest.mark.parametrize("misfit", [1.0, 4.0])
+def test_at_a_mark_in_doubt_it_is_as_uncertain_as_the_way_that_it_may_be_off(misfit):
+    c, doubt_s = craft(), 5e-4
+    (here, slow), (there, fast) = s.truth_ecef(c), s.truth_ecef(c, doubt_s)
+    fix = replace(latched(c), misfit=misfit)
+    found = in_doubt(fix, doubt_s, None)
+    of_position = misfit * (found.covariance_m2 - fix.covariance_m2)
+    of_velocity = found.velocity_covariance_m2ps2 - fix.velocity_covariance_m2ps2
+    assert of_position == pytest.approx(np.outer(there - here, there - here), rel=1e-3, abs=1e-2)
+    assert of_velocity == pytest.approx(np.outer(fast - slow, fast - slow), rel=1e-2, abs=1e-7)
+    assert in_doubt(without_motion(fix), doubt_s, None) is NoFix.NO_VELOCITY
+    assert in_doubt(without_motion(fix), doubt_s, slow).covariance_m2 == pytest.approx(
+        found.covariance_m2, rel=1e-4
+    )
+    orbit = OrbitState(0, here, slow, 0, fix.covariance_m2, fix.velocity_covariance_m2ps2)
+    moved = orbit_in_doubt(orbit, doubt_s)
+    assert moved.covariance_m2 - orbit.covariance_m2 == pytest.approx(of_position, rel=1e-3, abs=1e-2)
+    assert orbit_in_doubt(replace(orbit, velocity_mps=None), doubt_s).covariance_m2 is orbit.covariance_m2
 
 
 @pytest.mark.parametrize("domain", [0, 2])

@@ -118,3 +118,21 @@ def test_time_that_goes_back_takes_nothing_from_how_long_delays_were_not_learnt(
     state = navigator.predict(ahead, s.T0_NS)
     assert (state.unlearnt_s, state.left_out_s.tolist()) == (5.0, [0.0, 7.0])
     assert navigator.predict(state, later(2.0)).unlearnt_s == 7.0
+
+
+def test_a_fix_at_a_mark_in_doubt_is_uncertain_along_its_way_and_does_not_contradict_the_orbit():
+    """Half a millisecond: 3.8 m."""
+    c = craft()
+    z = measurements(s.observe(c, in_view(c, 12), SKY))
+    fix, doubt_s = fix_of(c, z), 5e-4
+    along = fix.velocity_mps / np.linalg.norm(fix.velocity_mps)
+    late = replace(fix, position_m=fix.position_m + fix.velocity_mps * doubt_s)
+    navigator = SnapshotNavigator(lambda *_: (late, -1))
+    sure = 0.01 * np.eye(3)
+    known = OrbitState(s.T0_NS, fix.position_m, fix.velocity_mps, s.T0_NS, sure, sure, 10.0)
+    inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=STRICT)
+    assert navigator.update(Snapshot(known, t_ns=s.T0_NS), z, inputs)[1].reason is NoFix.AGAINST_ORBIT
+    doubted = replace(inputs, mark_doubt_s=doubt_s)
+    _, solution = navigator.update(Snapshot(known, t_ns=s.T0_NS), z, doubted)
+    more = along @ (solution.fix.covariance_m2 - fix.covariance_m2) @ along
+    assert more == pytest.approx((np.linalg.norm(fix.velocity_mps) * doubt_s) ** 2, rel=1e-6)

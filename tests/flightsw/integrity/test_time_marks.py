@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import accumulate
 
+import numpy as np
 import pytest
 
 from gnss_hil.flightsw.integrity.time_marks import (
     DOUBTED_S,
     LASTING,
     SHOWN_NS,
+    STEADY_NS,
     TOLERANCE_NS,
     TimeMarks,
     advanced,
@@ -70,6 +72,57 @@ def test_a_small_step_of_marks_that_were_steady_is_believed_when_it_lasts(step_n
     lasting = marks(*(k * S + step_ns for k in range(20, 40)), epochs=range(20, 40))
     assert believed(lasting, state=steady)[1] == [False] * LASTING + [True] * (20 - LASTING)
     assert all(believed(marks(20 * S + 9_000, 21 * S, epochs=[20, 21]), state=steady)[1])
+
+
+def doubted(sequence, state):
+    """Of each mark whether it is believed, and what is doubted of it."""
+    for mark in sequence:
+        state, yes = advanced(state, mark, False)
+        yield yes, state.doubt_s * S
+
+
+@pytest.mark.parametrize("drift_ns", [2_000, 9_900, -9_900, 11_000, 120_000, 249_000])
+def test_marks_that_drift_off_are_told_and_in_doubt_by_as_much(drift_ns):
+    """Each is beside the last by what a step may be; five minutes later they are 75 m off."""
+    steady = flown(count=110)
+    off_ns = [drift_ns * (k + 1) for k in range(290)]
+    drifting = marks(*((110 + k) * S + off for k, off in enumerate(off_ns)), epochs=range(110, 400))
+    found = [*doubted(drifting, steady)]
+    told = sum(not yes for yes, _ in found)
+    assert told >= LASTING
+    for off, (yes, doubt_ns) in zip(off_ns, found, strict=True):
+        assert not yes or abs(abs(off) - doubt_ns) <= 2 * STEADY_NS
+        assert not yes or abs(off) <= TOLERANCE_NS + 2 * STEADY_NS
+
+
+def test_a_step_is_in_doubt_until_it_has_lasted_for_minutes():
+    lasting = marks(*(k * S + 300_000 for k in range(20, 420)), epochs=range(20, 420))
+    found = [*doubted(lasting, flown(count=20))]
+    assert [yes for yes, _ in found] == [False] * LASTING + [True] * 397
+    assert {round(doubt) for _, doubt in found[LASTING : int(DOUBTED_S)]} == {300_000}
+    assert {doubt for _, doubt in found[int(DOUBTED_S) :]} == {0.0}
+
+
+def test_a_mark_on_the_line_again_is_in_no_doubt():
+    state = believed(
+        marks(*(k * S + 300_000 for k in range(20, 40)), epochs=range(20, 40)), state=flown(count=20)
+    )[0]
+    assert state.doubt_s == pytest.approx(3e-4)
+    (found,) = doubted(marks(40 * S, epochs=[40]), state)
+    assert found == (True, pytest.approx(0.0, abs=1.0))
+
+
+@pytest.mark.parametrize("interval_ns", [S + 2_000, 999_990_000, 333_333_333])
+def test_marks_are_on_a_line_of_their_own_rate(interval_ns):
+    """An interval that is not the round one is no drift."""
+    assert {*doubted(marks(*(k * interval_ns for k in range(2000))), TimeMarks())} == {(True, 0.0)}
+
+
+def test_a_line_is_followed_through_noise():
+    """A microsecond of it, an hour long: none is refused, and none in doubt."""
+    noise = np.random.default_rng(1).normal(0, 1000, 3600).round().astype(int).tolist()
+    sequence = marks(*(k * S + late for k, late in enumerate(noise)))
+    assert {*doubted(sequence, TimeMarks())} == {(True, 0.0)}
 
 
 @pytest.mark.parametrize("change", [{"clock": 1}, {"leap": 80}, {"leap": 16}])
