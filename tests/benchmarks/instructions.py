@@ -47,7 +47,7 @@ LIMITS = {"emulator": 1.75, "flight": 5.8, "recorder": 0.67}
 
 WAITING = {
     "one fault": ("rx2 off @10h+30s",),
-    "ten faults": (*(f"rx{1 + k % 4} ch{k} RANGE.pseudorange_m += 30 @10h+{k + 1}s" for k in range(10)),),
+    "ten faults": (*(f"rx{1 + k % 4} ch{k % 6} RANGE.pseudorange_m += 30 @10h+{k + 1}s" for k in range(10)),),
 }
 """Faults that have nothing to do in what is counted."""
 
