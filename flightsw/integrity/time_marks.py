@@ -110,7 +110,10 @@ def follows(marks: TimeMarks, mark: Mark) -> bool:
     last = marks.last
     if last is None or marks.interval_ns == 0 or mark.session != last.session or mark.epoch <= last.epoch:
         return False
-    return _alike(mark, last) and _followed(marks, mark, mark.epoch - last.epoch, mark.t_ns - last.t_ns) is not None
+    return (
+        _alike(mark, last)
+        and _followed(marks, mark, mark.epoch - last.epoch, mark.t_ns - last.t_ns) is not None
+    )
 
 
 def _alike(mark: Mark, last: Mark) -> bool:
