@@ -18,25 +18,32 @@ _LONGEST = 60
 _MOST_PLACES = 3
 
 
-def faults(error: ValidationError, origin: str, model: type[BaseModel] | None = None) -> list[str]:
+def faults(
+    error: ValidationError, origin: str, model: type[BaseModel] | None = None, whole: str = "file"
+) -> list[str]:
     """One line for each fault pydantic found: file, key, what was found, what is allowed.
 
     model  of the whole file: a key that it has elsewhere, or under a similar name, is pointed to
+    whole  how the file is called where no key is to blame; "" where the origin says it all
     """
     lines: dict[tuple[str, str, int], list[str]] = {}
     told = error.errors()
     paths = [_keys(fault["loc"], model, fault["type"] == "extra_forbidden") for fault in told]
     for fault, keys in zip(told, paths, strict=True):
+        above = None if model is None else _table(model, fault["loc"][:-1])
         if fault["type"].endswith("_type") and any(_below(path, keys) for path in paths):
             continue  # it is of another kind, in which something is wrong
-        key = ".".join(map(str, keys)) or "file"
+        key = ".".join(map(str, keys)) or whole
         # The kinds that a value may be of fail one by one: they are one fault.
-        text, shown = _text(fault, keys, model)
+        text, shown = _text(fault, keys, model, above)
         for number, one in enumerate(text.splitlines()):  # of what is text itself: several
             texts = lines.setdefault((key, shown, number), [])
             if one not in texts:
                 texts.append(one)
-    return [f"{origin}: {key}: {_either(texts)}{shown}" for (key, shown, _), texts in lines.items()]
+    return [
+        ": ".join(filter(None, (origin, key, f"{_either(texts)}{shown}")))
+        for (key, shown, _), texts in lines.items()
+    ]
 
 
 _SHOULD = "input should be "
@@ -58,17 +65,38 @@ def _keys(loc: Sequence[Key], model: type[BaseModel] | None, strange: bool) -> l
     if model is None:
         return list(loc)
     keys: list[Key] = []
+    above: Any = model
     for number, part in enumerate(loc):
-        above = model_tree.at(model, keys)
+        tagged = None if above is None else model_tree.tagged(above, part)
         last = number == len(loc) - 1
+        if tagged is not None and not last:
+            above = tagged
+            continue
         unknown = last and strange and above is not None and model_tree.is_table(above) and part != "[key]"
-        if above is None or unknown or model_tree.inside(above, part) is not None:
+        inner = None if above is None else model_tree.inside(above, part)
+        if above is None or unknown or inner is not None:
             keys.append(part)
+            above = inner
     return keys
 
 
-def _text(fault: Any, keys: Sequence[Key], model: type[BaseModel] | None) -> tuple[str, str]:
-    """What is allowed, and what was found."""
+def _table(model: type[BaseModel], loc: Sequence[Key]) -> Any | None:
+    """What stands at a path of pydantic, whose kinds are in it where several are allowed."""
+    found: Any = model
+    for part in loc:
+        tagged = model_tree.tagged(found, part)
+        inner = model_tree.inside(found, part) if tagged is None else tagged
+        found = found if inner is None else inner
+    return found
+
+
+def _text(
+    fault: Any, keys: Sequence[Key], model: type[BaseModel] | None, above: Any | None
+) -> tuple[str, str]:
+    """What is allowed, and what was found.
+
+    above   the table that a key is in
+    """
     kind, found = fault["type"], fault["input"]
     if kind == "missing":
         return "missing", ""
@@ -80,7 +108,7 @@ def _text(fault: Any, keys: Sequence[Key], model: type[BaseModel] | None) -> tup
     if kind == "union_tag_not_found":
         return f"which {fault['ctx']['discriminator'].strip(chr(39))}? the key is missing", ""
     if kind == "extra_forbidden":
-        return f"unknown key{_meant(keys, model)}", ""
+        return f"unknown key{_meant(keys, model, above)}", ""
     if kind in _NOT_A_TABLE:
         row = keys and isinstance(keys[-1], int)
         written = f"[{_header(keys)}]" if row else _header(keys)
@@ -89,22 +117,28 @@ def _text(fault: Any, keys: Sequence[Key], model: type[BaseModel] | None) -> tup
         return f"there may be several: write [{_header(keys)}]", f", found {_header(keys)}"
     if kind in _NOT_A_LIST:
         return "must be a list", _found(found)
-    message = fault["msg"].removeprefix("Value error, ")
-    shown = "" if isinstance(found, (dict, list, tuple, BaseModel)) else _found(found)
+    if kind == "value_error":  # ours, which may begin with a name
+        return fault["msg"].removeprefix("Value error, "), _shown(found)
+    message = fault["msg"]
     similar = _similar(fault) if kind == "literal_error" else ""
-    return f"{message[:1].lower()}{message[1:]}", f"{shown}{similar}"
+    return f"{message[:1].lower()}{message[1:]}", f"{_shown(found)}{similar}"
 
 
-def _meant(keys: Sequence[Key], model: type[BaseModel] | None) -> str:
+def _shown(found: Any) -> str:
+    """What was found; nothing of what is too large to be shown."""
+    return "" if isinstance(found, (dict, list, tuple, BaseModel)) else _found(found)
+
+
+def _meant(keys: Sequence[Key], model: type[BaseModel] | None, above: Any | None) -> str:
     """Where an unknown key may have been meant."""
     name = str(keys[-1]) if keys else ""
     if model is None or not name:
         return ""
-    here = model_tree.keys_of(model_tree.at(model, keys[:-1]))
+    here = model_tree.keys_of(above)
     near = nearest(name, here)
     if near:
         return f"; did you mean '{near}'?"
-    places = model_tree.elsewhere(model, name)
+    places = [one for one in model_tree.elsewhere(model, name) if one != _header(keys[:-1])]
     if places and len(places) <= _MOST_PLACES:
         return f"; {' and '.join(places)} {'has' if len(places) == 1 else 'have'} one"
     return f"; allowed are {', '.join(here)}" if here else ""

@@ -36,6 +36,18 @@ def inside(kind: Any, key: Key) -> Any | None:
     return None
 
 
+def tagged(kind: Any, tag: Key) -> Any | None:
+    """Of several tables that a value may be, the one whose key that tells them apart has this value."""
+    several = options(kind)
+    for option in several if len(several) > 1 else ():
+        if _is_model(option) and any(
+            get_origin(field.annotation) is Literal and get_args(field.annotation) == (tag,)
+            for field in option.model_fields.values()
+        ):
+            return option
+    return None
+
+
 def at(kind: Any, keys: Sequence[Key]) -> Any | None:
     """What stands at a path of keys."""
     for key in keys:
@@ -47,7 +59,8 @@ def at(kind: Any, keys: Sequence[Key]) -> Any | None:
 
 def keys_of(kind: Any) -> list[str]:
     """The keys of a table; none where any are allowed."""
-    return [name for option in options(kind) if _is_model(option) for name in option.model_fields]
+    found = (name for option in options(kind) if _is_model(option) for name in option.model_fields)
+    return list(dict.fromkeys(found))
 
 
 def row_of(kind: Any) -> Any | None:

@@ -6,12 +6,20 @@ from collections.abc import Iterable
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that looks most like this one, in any case of letters; None if none does."""
+    """The known word that looks most like this one, or alone begins with it, in any case of letters; None if
+    none does."""
     from difflib import get_close_matches
 
     by_lower = {name.lower(): name for name in known}
     found = get_close_matches(word.lower(), by_lower, 1)
+    if not found and len(word) >= _TOLD_BY:
+        found = [name for name in by_lower if name.startswith(word.lower())]
+        found = found if len(found) == 1 else []
     return by_lower[found[0]] if found else None
+
+
+_TOLD_BY = 3
+"""So many letters tell a word that they alone begin."""
 
 
 def hint(word: str, known: Iterable[str]) -> str:

@@ -9,7 +9,7 @@ told by all frames of its channel, what is held back comes with a later call. Be
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +23,7 @@ from gnss_hil.emulator.faults import place as places
 from gnss_hil.emulator.faults import reach, when, where
 from gnss_hil.emulator.faults.base import Actions, At, Direction, Now, Rows
 from gnss_hil.emulator.faults.kinds.registry import KINDS
-from gnss_hil.emulator.faults.kinds.row import Bus
+from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Fault, FaultError
 from gnss_hil.emulator.faults.triggers import Seen, Watch
 from gnss_hil.emulator.faults.when import Window
@@ -88,7 +88,18 @@ def armed(
     faults: Sequence[Fault], craft: str, vehicle: Vehicle, codec: Codec, interval_ns: int, seed: int,
     session: int = 0, link: str | None = None, origins: Sequence[str] = (), sky: Bool | None = None,
 ) -> FaultPlan:  # fmt: skip
-    """Faults on a craft's bus; FaultError with every mistake: a place, receiver, signal or link that is none.
+    """Faults on a craft's bus; FaultError with every mistake: places, receivers, signals, links."""
+    plan, wrong = arm(faults, craft, vehicle, codec, interval_ns, seed, session, link, origins, sky)
+    if wrong:
+        raise FaultError("\n".join(wrong))
+    return plan
+
+
+def arm(
+    faults: Sequence[Fault], craft: str, vehicle: Vehicle, codec: Codec, interval_ns: int, seed: int,
+    session: int = 0, link: str | None = None, origins: Sequence[str] = (), sky: Bool | None = None,
+) -> tuple[FaultPlan, list[str]]:  # fmt: skip
+    """Those of some faults that can be on a craft's bus, and a line for each mistake in the others.
 
     link      what they are to be done on, of `gnss_hil.emulator.faults.kinds.row.LINKS`; None: any
     origins   of each, for people
@@ -109,34 +120,51 @@ def armed(
                 strays = strays.and_of(KINDS[fault.kind], fault, one.where)
                 found.append(one)
         except ValueError as error:
-            wrong.append(f"{origin}: {fault.kind}: {error}")
+            wrong += [f"{origin}: {fault.kind}: {line}" for line in str(error).splitlines()]
     watch = Watch(codec, [one.window.after for one in found if one.window.after is not None], vehicle.names)
-    if wrong:
-        raise FaultError("\n".join(wrong))
-    return FaultPlan(craft, codec, interval_ns, tuple(found), watch)
+    return FaultPlan(craft, codec, interval_ns, tuple(found), watch), wrong
 
 
 def _armed(
     fault: Fault, number: int, craft: str, bus: Bus, seed: int, link: str | None, strays: reach.Strays
 ) -> Armed:
+    """ValueError with a line for each mistake."""
     row = KINDS[fault.kind]
+    wrong: list[str] = []
+
+    def done(what: Callable[[], Any]) -> Any:
+        """What it returns; None, and the mistakes noted, if it raises."""
+        try:
+            return what()
+        except ValueError as error:
+            wrong.extend(str(error).splitlines())
+
     if link is not None and link not in row.links:
         others = f"; {' and '.join(row.links)} can" if row.links else ""
-        raise ValueError(f"{link} cannot do it: {row.why}{others}")
-    place = reach.reached(row, fault, where.resolve(fault.on, bus.codec, bus.names), bus, link, strays)
-    actions = row.build(fault, bus, place)
-    reach.check_trigger(fault, bus)
-    reach.check_directions(row, fault, place, actions, bus.codec)
+        wrong.append(f"{link} cannot do it: {row.why}{others}")
+    window = done(lambda: when.window(fault.at, bus.interval_ns))
+    done(lambda: reach.check_trigger(fault, bus))
+    built = done(lambda: _built(row, fault, bus, link, strays))
+    if wrong:
+        raise ValueError("\n".join(wrong))
     return Armed(
         fault.name or f"{fault.kind} {number + 1}",
         fault.kind,
         places.text(fault.on),
         fault,
-        place,
-        when.window(fault.at, bus.interval_ns),
-        actions,
+        built[0],
+        window,
+        built[1],
         Stream(seed, key_of(craft), f"fault {number}"),
     )
+
+
+def _built(row: Row, fault: Fault, bus: Bus, link: str | None, strays: reach.Strays) -> tuple[Where, Actions]:
+    """Place and actions of a fault."""
+    place = reach.reached(row, fault, where.resolve(fault.on, bus.codec, bus.names), bus, link, strays)
+    actions = row.build(fault, bus, place)
+    reach.check_directions(row, fault, place, actions, bus.codec)
+    return place, actions
 
 
 def fresh(plan: FaultPlan) -> FaultState:

@@ -8,9 +8,10 @@ from operator import or_
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from gnss_hil.dbc.common.faults import faults
+from gnss_hil.dbc.common.near import hint
 from gnss_hil.dbc.common.shipped_files import Files
 from gnss_hil.dbc.common.vehicle import Strict
 from gnss_hil.emulator.faults import grammar
@@ -44,7 +45,6 @@ class FaultFile(Strict):
 
 FILES = Files("fault file", "gnss_hil.emulator.data", "faults", FaultFile, FaultError)
 shipped = FILES.shipped
-_ONE: TypeAdapter[Fault] = TypeAdapter(AnyFault)
 
 
 def load(path: Path) -> FaultFile:
@@ -53,16 +53,40 @@ def load(path: Path) -> FaultFile:
 
 
 def of_line(text: str) -> Fault:
-    """A fault of one line; FaultError says what is wrong with it."""
+    """A fault of one line; FaultError with every mistake in it."""
     origin = f"--fault '{text}'"
-    try:
-        document = grammar.parse(text)
-    except ValueError as error:
-        raise FaultError(f"{origin}: {error}") from None
-    try:
-        return _ONE.validate_python(document)
-    except ValidationError as error:
-        raise FaultError("\n".join(faults(error, origin, KINDS[document["kind"]].params))) from None
+    document, said = grammar.read(text)
+    if "kind" not in document:
+        said += grammar.of_place_and_time(document)
+    wrong = [f"{origin}: {line}" for line in said]
+    if "kind" in document:
+        try:
+            fault = KINDS[document["kind"]].params.model_validate(document)
+            if not wrong:
+                return fault
+        except ValidationError as error:
+            told = faults(error, origin, KINDS[document["kind"]].params, whole="")
+            wrong += [line for line in told if not (wrong and line.endswith(": missing"))]
+    raise FaultError("\n".join(wrong))
+
+
+def is_line(text: str) -> bool:
+    """Whether an argument is a fault itself, and no file."""
+    return " " in text and not Path(text).exists()
+
+
+def check_quoted(given: Sequence[str]) -> None:
+    """FaultError if arguments are words of one fault that was typed without quotes, or files that are none:
+    those that ship are told once."""
+    known = shipped()
+    words = [text for text in given if not is_line(text)]
+    strange = [text for text in words if not Path(text).is_file() and text.removesuffix(".toml") not in known]
+    if len(words) > 1 and any(map(grammar.is_spoken, strange)):
+        line = " ".join(words)
+        raise FaultError(f"{line}: a fault of several words is one argument, in quotes: '{line}'")
+    if len(strange) > 1:
+        told = [f"fault file '{text}': no such file{hint(text, known)}" for text in strange]
+        raise FaultError("\n".join([*told[:-1], f"{told[-1]}; shipped are {', '.join(known)}"]))
 
 
 def gathered(paths: Sequence[Path], lines: Sequence[str]) -> tuple[Fault, ...]:

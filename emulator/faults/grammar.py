@@ -16,7 +16,8 @@ file in other words, and back.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, cast
 
 from gnss_hil.dbc.common.near import did_you_mean, nearest
@@ -44,20 +45,51 @@ _HEADER = {"crc": "crc", "counter": "counter", "crc_by": "crc_by", "counter_by":
 
 
 def parse(text: str) -> dict[str, Any]:
-    """The table of a fault file that a line stands for; ValueError with one line if it stands for none."""
+    """The table of a fault file that a line stands for; ValueError with a line for each mistake if it stands
+    for none."""
+    document, wrong = read(text)
+    if wrong:
+        raise ValueError("\n".join([*wrong, *of_place_and_time(document)]))
+    return document
+
+
+def read(text: str) -> tuple[dict[str, Any], list[str]]:
+    """The table that a line stands for as far as it does, and its mistakes: a line each, but for those of
+    place, time and values."""
     words = _joined(text).split()
     if not words:
-        raise ValueError("no fault: PLACE KIND [VALUE] [@TIME], as in rx2 off @2m+30s")
+        return {}, ["no fault: PLACE KIND [VALUE] [@TIME], as in rx2 off @2m+30s"]
     time, rest = _time_apart(words)
     pairs = [word for word in rest if _is_pair(word)]
     plain = [word for word in rest if not _is_pair(word) and word.lower() not in NOISE]
-    place, found = _kind_of(plain)
-    document = {**found, **_pairs(pairs, KINDS[found["kind"]])}
-    if place:
-        document["on"] = " ".join(place)
-    if time:
-        document["at"] = " ".join(time)
-    return document
+    found = _kind_of(plain)
+    if found is None:
+        place, said = _no_kind(plain)
+        document, wrong = {}, [said]
+    else:
+        place, row, behind = found
+        document, wrong = _content(row, behind)
+        more, wrong_too = _pairs(pairs, row)
+        wrong += [
+            *wrong_too,
+            *(f"{row.name}: {key} twice" for key in document if key in more and key != "kind"),
+        ]
+        document |= more
+    for key, words in (("on", place), ("at", time)):
+        if words:
+            document[key] = " ".join(words)
+    return document, wrong
+
+
+def of_place_and_time(document: Mapping[str, Any]) -> list[str]:
+    """Mistakes of a line's place and time."""
+    wrong: list[str] = []
+    for key, read_words in (("on", places.parse), ("at", when.parse)):
+        try:
+            read_words(document.get(key, "").split())
+        except ValueError as error:
+            wrong += [f"{key}: {line}" for line in str(error).splitlines()]
+    return wrong
 
 
 def _joined(text: str) -> str:
@@ -70,6 +102,17 @@ def _joined(text: str) -> str:
 def _split_at_trigger(text: str) -> tuple[str, str, str]:
     match = re.search(r"\s(after|when)\s", text)
     return (text, "", "") if match is None else (text[: match.start()], match[0], text[match.end() :])
+
+
+def is_spoken(word: str) -> bool:
+    """Whether a word is of a one-liner, and not the name of a file."""
+    return (
+        word in WORDS
+        or when.is_word(word)
+        or _is_pair(word)
+        or bool(_PLACES.fullmatch(word))
+        or (_is_surely_a_place(word))
+    )
 
 
 def _is_pair(word: str) -> bool:
@@ -94,31 +137,62 @@ def _time_apart(words: Sequence[str]) -> tuple[list[str], list[str]]:
     return time, rest
 
 
-def _kind_of(words: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
-    """Words of the place; kind and first parameter."""
+def _kind_of(words: Sequence[str]) -> tuple[list[str], Row, list[str]] | None:
+    """Words of the place, the kind, and words behind it; None if none names one."""
     for at, word in enumerate(words):
         if _CHANGE.fullmatch(word):
             before = [one for one in words[:at] if one != "masquerade"]
-            return before, {"kind": "masquerade", "change": _changes(words[at:])}
+            return before, KINDS["masquerade"], list(words[at:])
         if word == "masquerade" and at + 1 < len(words) and _CHANGE.fullmatch(words[at + 1]):
             continue
         if word in WORDS:
             place = list(words[:at])
-            row = called(word, places.parse(place))
+            row = called(word, _place_keys(place))
             assert row is not None, "a word of a kind"
-            return place, {"kind": row.name, **_first(row, words[at + 1 :])}
-    raise ValueError(_no_kind(words))
+            return place, row, list(words[at + 1 :])
+    return None
 
 
-def _no_kind(words: Sequence[str]) -> str:
-    """What to say of words without a kind: the one that may have been meant as it."""
+def _place_keys(words: Sequence[str]) -> Mapping[str, Any]:
+    """Keys of a place, of those words that are one."""
+    found: dict[str, Any] = {}
     for word in words:
-        if not _is_surely_a_place(word):
-            near = nearest(word, WORDS)
-            meant = f"did you mean '{near}'?" if near else "kinds: gnss-hil faults list"
-            return f"'{word}' is no kind of fault; {meant}"
+        with suppress(ValueError):
+            found |= places.parse([word])
+    return found
+
+
+def _content(row: Row, words: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
+    """Kind and first parameter, and what is wrong with it."""
+    try:
+        changes = words and _CHANGE.fullmatch(words[0]) and row.name == "masquerade"
+        more = {"change": _changes(words)} if changes else _first(row, words)
+    except ValueError as error:
+        return {"kind": row.name}, [str(error)]
+    return {"kind": row.name, **more}, []
+
+
+def _no_kind(words: Sequence[str]) -> tuple[list[str], str]:
+    """Words of the place of a line without a kind, and what to say of the one that may have been meant as
+    it."""
+    strange = [
+        at for at, word in enumerate(words) if not _PLACES.fullmatch(word) and not _is_surely_a_place(word)
+    ]
+    lower = [at for at in strange if words[at] != words[at].upper()]  # messages are in capitals
+    for at in lower or strange:
+        if near := nearest(words[at], WORDS):
+            return list(words[:at]), f"'{words[at]}' is no kind of fault; did you mean '{near}'?"
+    if strange:
+        at = (lower or strange)[-1]
+        return list(words[:at]), f"'{words[at]}' is no kind of fault; kinds: gnss-hil faults list"
     said = " ".join(words)
-    return f"'{said}': which kind of fault? PLACE KIND, as in rx2 off; kinds: gnss-hil faults list"
+    return list(
+        words
+    ), f"'{said}': which kind of fault? PLACE KIND, as in rx2 off; kinds: gnss-hil faults list"
+
+
+_PLACES = re.compile(r"(rx|ch)\d+.*|[A-Za-z]\d\d(,.*)?|0[xX].*", re.IGNORECASE)
+"""Words that were meant as a place, whether there is such a one or not."""
 
 
 def _is_surely_a_place(word: str) -> bool:
@@ -160,11 +234,17 @@ def _first(row: Row, words: Sequence[str]) -> dict[str, Any]:
     return {row.first: _value(value)}
 
 
-def _pairs(words: Sequence[str], row: Row) -> dict[str, Any]:
-    """Keys and values; those of expectations and of the protection in their tables."""
+def _pairs(words: Sequence[str], row: Row) -> tuple[dict[str, Any], list[str]]:
+    """Keys and values, those of expectations and of the protection in their tables; what is wrong."""
     found: dict[str, Any] = {}
+    wrong: list[str] = []
+    spoken: dict[str, str] = {}
     for word in words:
         key, _, text = word.partition("=")
+        if key in spoken:
+            wrong.append(f"'{spoken[key]}' and '{word}': one of them")
+            continue
+        spoken[key] = word
         if key in _EXPECTED:
             value = text.split(",") if key == "detected_by" else _value(text)
             found.setdefault("expect", {})[key] = value
@@ -175,10 +255,9 @@ def _pairs(words: Sequence[str], row: Row) -> dict[str, Any]:
         else:
             own = [name for name in row.params.model_fields if name not in Fault.model_fields]
             header = [*_HEADER, "after"] if "protection" in own else []
-            raise ValueError(
-                f"{row.name} has no key '{key}'; {did_you_mean(key, [*own, *header, *_EXPECTED])}"
-            )
-    return found
+            known = [*own, *header, *_EXPECTED]
+            wrong.append(f"{row.name} has no key '{key}'; {did_you_mean(key, known)}")
+    return found, wrong
 
 
 _TEXTS = ("data", "flip", "message", "satellite")

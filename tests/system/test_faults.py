@@ -139,12 +139,13 @@ def test_a_run_with_faults_has_a_ledger_and_can_be_played_again(tmp_path):
         (["--fault", "rx2 of"], "--fault 'rx2 of': 'of' is no kind of fault; did you mean 'off'?"),
         (
             ["--fault", "rx2 asymmetric"],
-            "fault.0: asymmetric: run cannot do it: everybody on one bus hears the same",
+            "--fault 'rx2 asymmetric': asymmetric: run cannot do it: everybody on one bus hears the same",
         ),
         (
             ["--fault", "rx2 off", "--emulator", "external"],
             "fault: receiver-off: our emulator applies faults",
         ),
+        (["--faults", "replay", "--fault", "ch9 loss"], "--fault 'ch9 loss': loss: on: no channel ch9"),
         (["--faults", "replai"], "fault file 'replai': no such file; shipped are"),
     ],
 )

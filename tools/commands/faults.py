@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from argparse import Namespace
 from collections.abc import Mapping
-from pathlib import Path
 
 from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.common.errors import Mistake
@@ -69,11 +68,12 @@ def _check(arguments: Namespace) -> int:
 
     wrong: list[str] = []
     good: list[tuple[str, int]] = []
+    files.check_quoted(arguments.what)
     plan = _scene(arguments.scenario)
     for text in arguments.what:
         try:
-            name, found = _read(text, files)
-            plan(found, name)
+            name, found, origins = _read(text, files)
+            plan(found, origins)
             good.append((name, len(found)))
         except FaultError as error:
             wrong.append(str(error))
@@ -85,11 +85,12 @@ def _check(arguments: Namespace) -> int:
 
 
 def _read(text: str, files):
-    """Name and faults of a file, a shipped one, or a line."""
-    if " " in text and not Path(text).exists():
-        return f"'{text}'", (files.of_line(text),)
+    """Name, faults and where each is from, of a file, a shipped one, or a line."""
+    if files.is_line(text):
+        return f"'{text}'", (files.of_line(text),), [f"--fault '{text}'"]
     path = files.FILES.find(text)
-    return str(path), files.load(path).fault
+    found = files.load(path).fault
+    return str(path), found, [f"{path}: fault.{n}" for n in range(len(found))]
 
 
 def _scene(scenario: str):
@@ -103,18 +104,18 @@ def _scene(scenario: str):
     names = [craft.name for craft in found.scenario.craft]
     sky = _sky(found.scenario.sky.sources())
 
-    def armed(faults, origin: str) -> None:
-        for number, fault in enumerate(faults):
-            if fault.craft is not None and fault.craft not in names:
-                raise FaultError(
-                    f"{origin}: fault.{number}.craft: no craft '{fault.craft}'; {', '.join(names)}"
-                )
+    def armed(faults, origins) -> None:
+        wrong = [
+            f"{origin}: craft: no craft '{one.craft}'; {', '.join(names)}"
+            for one, origin in zip(faults, origins, strict=True)
+            if one.craft is not None and one.craft not in names
+        ]
         for name, vehicle in zip(names, found.vehicles, strict=True):
-            time, origins = found.scenario.time, [f"{origin}: fault.{n}" for n in range(len(faults))]
-            engine.armed(
-                faults, name, vehicle, codec(vehicle.antennas), time.interval_ns, found.scenario.seed,
-                origins=origins, sky=sky,
-            )  # fmt: skip
+            interval_ns, seed = found.scenario.time.interval_ns, found.scenario.seed
+            bus = (name, vehicle, codec(vehicle.antennas), interval_ns, seed)
+            wrong += engine.arm(faults, *bus, origins=origins, sky=sky)[1]
+        if wrong:
+            raise FaultError("\n".join(dict.fromkeys(wrong)))
 
     return armed
 

@@ -45,29 +45,36 @@ def run(arguments: Namespace) -> int:
     from gnss_hil.tools.gateway.session import Gateway, play
 
     _check(arguments)
-    faults, origins = _faults(arguments.faults)
+    faults, origins, wrong = _faults(arguments.faults)
     flown = vehicle.load(vehicle.find(arguments.vehicle))
     contract = codec(flown.antennas)
     interval_ns = round(arguments.interval * 1e9)
     link = CANGW if arguments.as_cangw else GATEWAY
 
-    def arm(session: int) -> engine.FaultPlan:
-        return engine.armed(
+    def arm(session: int) -> tuple[engine.FaultPlan, list[str]]:
+        return engine.arm(
             faults, arguments.craft, flown, contract, interval_ns, arguments.seed, session, link, origins
         )
 
+    plan, cannot = arm(0)
+    wrong += cannot
     if arguments.as_cangw:
         from gnss_hil.tools.gateway import cangw
 
         interfaces = [_interface(arguments.source, "--from"), _interface(arguments.sink, "--to")]
         own = [
             origin
-            for fault, origin in zip(faults, origins, strict=True)
-            if fault.craft in (None, arguments.craft)
+            for one, origin in zip(faults, origins, strict=True)
+            if one.craft in (None, arguments.craft)
         ]
-        print(cangw.script(arm(0), own, *interfaces), end="")
+        mine = [one for one in faults if one.craft in (None, arguments.craft)]
+        _refuse([*wrong, *cangw.refusals(plan, mine, own)])
+        print(cangw.script(plan, *interfaces), end="")
         return 0
-    gateway = Gateway(arguments.source, arguments.sink, contract, arm, arguments.out)
+    _refuse(wrong)
+    gateway = Gateway(
+        arguments.source, arguments.sink, contract, lambda session: arm(session)[0], arguments.out
+    )
     return play(gateway, lambda text: print(f"{PROGRAM}: {text}", flush=True))
 
 
@@ -89,21 +96,28 @@ def _interface(spec: str, option: str) -> str:
     return name.partition(",")[0]
 
 
-def _faults(given: list[str]) -> tuple[list, list[str]]:
-    """Faults of files and lines in their order, and where each is from; FaultError with every mistake."""
+def _refuse(wrong: list[str]) -> None:
+    """FaultError if there are mistakes, each of them once."""
+    from gnss_hil.emulator.faults.models import FaultError
+
+    if wrong:
+        raise FaultError("\n".join(dict.fromkeys(wrong)))
+
+
+def _faults(given: list[str]) -> tuple[list, list[str], list[str]]:
+    """Faults of files and lines in their order, where each is from, and mistakes in others."""
     from gnss_hil.emulator.faults import files
     from gnss_hil.emulator.faults.models import FaultError
 
     found, origins, wrong = [], [], []
+    files.check_quoted(given)
     for text in given:
-        line = " " in text and not Path(text).exists()
+        line = files.is_line(text)
         try:
             some = files.gathered([] if line else [Path(text)], [text] if line else [])
         except FaultError as error:
-            wrong.append(str(error))
+            wrong += str(error).splitlines()
             continue
         found += some
-        origins += [f"'{text}'"] if line else [f"{text}: fault.{n}" for n in range(len(some))]
-    if wrong:
-        raise FaultError("\n".join(wrong))
-    return found, origins
+        origins += [f"--fault '{text}'"] if line else [f"{text}: fault.{n}" for n in range(len(some))]
+    return found, origins, wrong

@@ -9,7 +9,7 @@ Source: cangw(1); Linux, net/can/gw.c, which matches a frame with every rule and
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,10 @@ from gnss_hil.dbc.contract.codec import IDENTIFIERS
 from gnss_hil.dbc.contract.frames import EFF_FLAG, RTR_FLAG, SFF_MASK, WIDTH, FrameBatch, batch
 from gnss_hil.dbc.lockstep.messages import is_bench
 from gnss_hil.emulator.faults.base import At, Direction
-from gnss_hil.emulator.faults.engine import Armed, FaultPlan, fresh, inject
-from gnss_hil.emulator.faults.models import FaultError
+from gnss_hil.emulator.faults.engine import FaultPlan, fresh, inject
+from gnss_hil.emulator.faults.kinds.registry import KINDS
+from gnss_hil.emulator.faults.kinds.row import CANGW
+from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.emulator.faults.when import When
 
 _DRAWN = 256
@@ -49,20 +51,52 @@ class _Differs(ValueError):
     """Frames of an identifier do not all fare alike."""
 
 
-def script(plan: FaultPlan, origins: Sequence[str], source: str, sink: str) -> str:
-    """Rules that do between two interfaces what the faults do, in shell; FaultError with every fault
-    that cannot be done.
+def refusals(plan: FaultPlan, faults: Sequence[Fault], origins: Sequence[str]) -> list[str]:
+    """A line for everything that the kernel cannot do of faults, of which a plan has those that can be armed;
+    what is refused by the kind alone is told elsewhere.
 
     origins  of each fault, for people
+    """
+    armed = {id(one.fault): one for one in plan.armed}
+    wrong: list[str] = []
+    for fault, origin in zip(faults, origins, strict=True):
+        if CANGW not in KINDS[fault.kind].links:
+            continue
+        found = [*_of_time_and_place(fault)]
+        if not found and id(fault) in armed:
+            found = _of_deeds(replace(plan, armed=(armed[id(fault)],)))
+        wrong += [f"{origin}: {fault.kind}: {one}" for one in found]
+    if not wrong and len(plan.armed) == len(faults):
+        wrong += [f"together: {one}" for one in _of_deeds(plan)]
+    return wrong
+
+
+def _of_time_and_place(fault: Fault) -> Iterator[str]:
+    """What the kernel cannot do of a fault's time and place."""
+    if fault.at != When():
+        yield "at: cangw knows no time, no number and no chance; without one it acts from the first frame on"
+    for key in ("channel", "satellite", "system"):
+        if getattr(fault.on, key):
+            yield f"on.{key}: cangw tells frames by identifier alone"
+
+
+def _of_deeds(plan: FaultPlan) -> list[str]:
+    """What the kernel cannot do of what faults do together: the first of each reason."""
+    found: dict[str, str] = {}
+    for way in Direction:
+        for can_id in np.flatnonzero(_placed(plan, way)).tolist():
+            try:
+                deed_of(plan, can_id, way)
+            except _Differs as error:
+                found.setdefault(str(error), f"0x{can_id:03X}: {error}")
+    return list(found.values())
+
+
+def script(plan: FaultPlan, source: str, sink: str) -> str:
+    """Rules that do between two interfaces what the faults do, in shell; `refusals` has found none.
+
     source   the emulator's interface;  sink  the flight software's
     """
-    wrong = [
-        f"{origin}: {one.kind}: {why}"
-        for one, origin in zip(plan.armed, origins, strict=True)
-        if (why := _refusal(one))
-    ]
-    if wrong:
-        raise FaultError("\n".join(wrong))
     lines = ["#!/bin/sh", "# Faults by the kernel: modprobe can-gw; `cangw -F` ends them.", "set -e"]
     for way, begin, end in ((Direction.FLIGHT, source, sink), (Direction.RECEIVERS, sink, source)):
         for name in (f"{one.name} ({one.place})" for one in plan.armed if way in one.actions):
@@ -71,32 +105,20 @@ def script(plan: FaultPlan, origins: Sequence[str], source: str, sink: str) -> s
     return "\n".join(lines) + "\n"
 
 
-def _refusal(one: Armed) -> str:
-    """Why the kernel cannot do a fault: "" if it can, as far as place and time say."""
-    if one.fault.at != When():
-        return "at: cangw knows no time, no number and no chance; without one it acts from the first frame on"
-    place = one.fault.on
-    for key in ("channel", "satellite", "system"):
-        if getattr(place, key):
-            return f"on.{key}: cangw tells frames by identifier alone"
-    return ""
-
-
-def _rules(plan: FaultPlan, way: Direction) -> Iterator[str]:
-    """Filters and modifications of a direction: frames that are struck, then all others as they are."""
+def _placed(plan: FaultPlan, way: Direction) -> Bool:
+    """(2048,) identifiers at the places of faults of a direction."""
     placed = np.zeros(IDENTIFIERS, bool)
     for one in plan.armed:
         if way in one.actions:
             placed |= one.where.identifiers
-    placed &= ~is_bench(np.arange(IDENTIFIERS, dtype=np.uint32))
+    return placed & ~is_bench(np.arange(IDENTIFIERS, dtype=np.uint32))
+
+
+def _rules(plan: FaultPlan, way: Direction) -> Iterator[str]:
+    """Filters and modifications of a direction: frames that are struck, then all others as they are."""
+    placed = _placed(plan, way)
     for can_id in np.flatnonzero(placed).tolist():
-        try:
-            deed = deed_of(plan, can_id, way)
-        except _Differs as error:
-            names = ", ".join(
-                one.kind for one in plan.armed if way in one.actions and one.where.identifiers[can_id]
-            )
-            raise FaultError(f"{names}: 0x{can_id:03X}: {error}") from None
+        deed = deed_of(plan, can_id, way)
         if deed == _nothing(can_id):
             placed[can_id] = False
         elif deed is not None:

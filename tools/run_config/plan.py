@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from gnss_hil.emulator.assemble import build_world
 from gnss_hil.emulator.config import scenario as scenarios
 from gnss_hil.emulator.config.named_files import anchor, refuse_missing
 from gnss_hil.emulator.config.scenario import Scenario, ScenarioError
+from gnss_hil.emulator.faults import files as fault_files
 from gnss_hil.emulator.step import World
 from gnss_hil.flightsw.app.config import FlightConfig, configure
 from gnss_hil.flightsw.assignment.registry import POLICIES
@@ -130,6 +132,16 @@ def _blamed(text: str, origin: str, overrides: Overrides) -> str:
     return "\n".join(lines)
 
 
+def _with_origins(text: str, found: Resolved, overrides: Overrides) -> str:
+    """Lines that blame a fault by its number in the scenario, with where it is from and as it was typed."""
+    files = [fault_files.FILES.find(str(path)) for path in overrides.fault_files]
+    added = [f"{path}: fault.{n}" for path in files for n in range(len(fault_files.load(path).fault))]
+    added += [f"--fault '{line}'" for line in overrides.faults]
+    own = [f"{found.path}: fault.{n}" for n in range(len(found.scenario.fault) - len(added))]
+    origin = dict(enumerate([*own, *added]))
+    return re.sub(r"(?m)^fault\.(\d+)", lambda match: origin.get(int(match[1]), match[0]), text)
+
+
 def budgets_of(scenario: Scenario, loaded: Sequence[Vehicle], world: World) -> tuple[Budget, ...]:
     """The frame budget of each craft's bus."""
     almanac = len(world.sky.index)
@@ -153,7 +165,10 @@ def make(name: str, overrides: Overrides = UNCHANGED, refuse_overload: bool = Tr
     flights = tuple(map(_flight, scenario.craft, loaded))
     _check_expectations(scenario, flights, str(found.path))
     session = session_of(scenario.seed)
-    world = found.world(session)
+    try:
+        world = found.world(session)
+    except ScenarioError as error:
+        raise ScenarioError(_with_origins(str(error), found, overrides)) from None
     _check_obedience(scenario, world, flights)
     budgets = budgets_of(scenario, loaded, world)
     if refuse_overload:

@@ -70,6 +70,16 @@ def test_mistakes_of_files_and_lines_are_told_together(tmp_path):
     assert ["a.toml" in told[0], "b.toml" in told[1], "--fault" in told[2]] == [True] * 3 and len(told) == 3
 
 
+@pytest.mark.parametrize("name", ["loss", "length", "counter"])
+def test_an_unknown_key_is_told_by_those_of_its_kind(name):
+    with pytest.raises(FaultError) as caught:
+        files.FILES.checked({"fault": [{"kind": name, "on": "rx2", "colour": "red", "lag": 3}]}, "x")
+    own = ", ".join(KINDS[name].params.model_fields)
+    assert str(caught.value).splitlines() == [
+        f"x: fault.0.{key}: unknown key; allowed are {own}" for key in ("colour", "lag")
+    ]
+
+
 def test_a_file_may_have_lines():
     given = files.FILES.checked({"fault": ["rx2 off @2m+30s", {"kind": "loss", "on": "ATT"}]}, "x")
     assert [one.kind for one in given.fault] == ["receiver-off", "loss"]

@@ -102,13 +102,87 @@ def test_shipped_files_are_read_back_as_lines(name):
         ("loss", 'on: which frames? on = "rx2 RANGE"'),
         ("rx2 reset", "at: needs an end, @30+5; it starts anew there"),
         ("oscillator-jump", "jumps by nothing; give jump_ns or rate_ns_per_s"),
+        ("rx9 off", "on: no receiver 'rx9'; there are rx1 to rx8"),
+        ("RNAGE lsos", "'lsos' is no kind of fault; did you mean 'lost'?"),
+        ("rx2 explode", "'explode' is no kind of fault; kinds: gnss-hil faults list"),
+        ("G12 range 30 step_m=4", "range-step: step_m twice"),
+        ("rx2 loss name=a name=b", "'name=a' and 'name=b': one of them"),
+        ("rx2 off when RX1_RATE.cn0 < 3", "at.after: RX1_RATE has no signal 'cn0'; did you mean 'cn0_dbhz'?"),
+        ("rx1 length 40", "': length: input should be less than or equal to 7, found 40"),
+        ("loss", "--fault 'loss': on: which frames?"),
     ],
 )
 def test_what_is_said_of_a_line_that_means_nothing(text, words):
     with pytest.raises(FaultError) as caught:
         files.of_line(text)
     assert str(caught.value).startswith(f"--fault '{text}': ")
-    assert words in str(caught.value) and "\n" not in str(caught.value)
+    told = str(caught.value).splitlines()
+    assert words in told[0] and len(told) == (2 if text.startswith("RNAGE") else 1)
+
+
+MANY = {
+    "rx9 RNAGE lsos @2x p=z": (
+        "'lsos' is no kind",
+        "on: no receiver 'rx9'",
+        "on: no place 'RNAGE'",
+        "at: '2x' is no time",
+        "at: p=z",
+    ),
+    "rx2 delay 0 foo=3 bar=4 @5 @6": (
+        "no key 'foo'",
+        "no key 'bar'",
+        "at: '@5' and '@6'",
+        "epochs: input should be greater",
+    ),
+    "rx1 rx2 delay 1 m": ("it takes no unit", "on: 'rx1 rx2': no frame is at both"),
+    "rx9 G12 range km foo=1": ("found 'km'", "no key 'foo'", "on: no receiver 'rx9'"),
+    "rx9": ("'rx9': which kind of fault?", "on: no receiver 'rx9'"),
+}
+
+
+@pytest.mark.parametrize("text", MANY)
+def test_all_mistakes_of_a_line_are_told_in_one_go(text):
+    with pytest.raises(FaultError) as caught:
+        files.of_line(text)
+    told = str(caught.value).splitlines()
+    assert len(told) == len(MANY[text]), told
+    for words in MANY[text]:
+        assert any(words in line for line in told), words
+    assert all(line.startswith(f"--fault '{text}': ") for line in told)
+
+
+@pytest.mark.parametrize("text", MANY)
+def test_those_of_a_line_in_a_file_as_well(text):
+    with pytest.raises(FaultError) as caught:
+        files.FILES.checked({"fault": ["rx2 of", text]}, "x")
+    told = str(caught.value).splitlines()
+    assert told[0].startswith("x: fault.0: 'of' is no kind") and all("x: fault.1" in one for one in told[1:])
+    for words in MANY[text]:
+        values = words.startswith("epochs") or "found 'km'" in words
+        assert values or any(words in line for line in told), words
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            ["rx2", "off", "@2"],
+            "rx2 off @2: a fault of several words is one argument, in quotes: 'rx2 off @2'",
+        ),
+        (["replay", "rx2", "loss", "p=0.1"], "in quotes: 'replay rx2 loss p=0.1'"),
+        (["repaly", "dlay"], "did you mean 'delay'?; shipped are ack-lost, "),
+    ],
+)
+def test_words_without_quotes_are_told_once(given, words):
+    with pytest.raises(FaultError) as caught:
+        files.check_quoted(given)
+    assert words in str(caught.value) and str(caught.value).count("antenna-cut") <= 1
+
+
+def test_what_is_quoted_or_shipped_is_let_pass(tmp_path):
+    (tmp_path / "a b.toml").write_text("")
+    files.check_quoted(["rx2 off", "replay", "delay.toml", str(tmp_path / "a b.toml")])
+    files.check_quoted(["repaly"])
 
 
 def test_no_word_is_a_place_and_a_kind():

@@ -50,6 +50,33 @@ def test_every_fault_that_cannot_be_is_named(capsys):
     assert capsys.readouterr().err.count("cangw") == 2
 
 
+TOLD = {
+    "rx2 delay 1": 1,
+    "rx2 loss @30+5": 1,
+    "rx1 ch2 loss p=0.1": 2,
+    "G12 loss": 1,
+    "rx1 RANGE.pseudorange_m += 3": 1,
+    "rx9 loss": 1,
+    "rx1 crc random": 1,
+    "rx1 lsos": 1,
+    "rx1 RANGE loss": 0,
+}
+
+
+def test_all_that_cannot_be_of_all_faults_is_named_in_one_go(capsys):
+    assert main(["inject", *TOLD, *BUSES]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert {one: sum(f"'{one}'" in line for line in told) for one in TOLD} == TOLD
+
+
+def test_what_the_kernel_can_do_alone_and_not_together_is_refused(capsys):
+    together = ["rx1 RANGE.pseudorange_m = 5", "rx1 RANGE length 4"]
+    assert [main(["inject", one, *BUSES]) for one in together] == [0, 0]
+    capsys.readouterr()
+    assert main(["inject", *together, *BUSES]) == 2
+    assert "together: 0x100: CRCs that are neither valid" in capsys.readouterr().err
+
+
 def test_it_is_between_interfaces_of_the_kernel(capsys):
     words = ["inject", "rx2 loss", "--as-cangw", "--from", "embedded:/tmp/a", "--to", "socketcan:vcan1"]
     assert main(words) == 2

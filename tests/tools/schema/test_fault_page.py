@@ -52,6 +52,6 @@ def test_check_tells_every_mistake_of_all():
     assert "1 fault, no mistake" in said("check", "replay", "rx2 off @2m+30s")
     told = said("check", "fort off", "rx2 of", "rx2 off", status=2).splitlines()
     assert told == [
-        "gnss-hil: 'fort off': fault.0: receiver-off: no place 'fort'; did you mean 'port'?",
+        "gnss-hil: --fault 'fort off': receiver-off: no place 'fort'; did you mean 'port'?",
         "gnss-hil: --fault 'rx2 of': 'of' is no kind of fault; did you mean 'off'?",
     ]
