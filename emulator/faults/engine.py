@@ -177,7 +177,7 @@ def inject(
     plan: FaultPlan, state: FaultState, frames: FrameBatch, at: At
 ) -> tuple[FaultState, FrameBatch, tuple[Event, ...]]:
     """An epoch's frames of one direction as the faults leave them; what acted."""
-    seen = plan.watch.look(state.seen, frames, at.epoch)
+    seen = plan.watch.look(state.seen, frames, at.epoch, answer=at.direction is Direction.RECEIVERS)
     actions, struck = list(state.actions), list(state.struck)
     events: list[Event] = []
     for number, one in enumerate(plan.armed):
@@ -202,6 +202,8 @@ def inject(
 def _now(plan: FaultPlan, one: Armed, seen: Seen, at: At) -> Now:
     trigger = one.window.after
     origin = 0 if trigger is None else seen.since.get(trigger, -1)
+    if trigger in seen.answered and not one.window.start and Direction.FLIGHT in one.actions:
+        origin += 1  # the frames of its epoch have left
     since = one.window.begun(at.epoch, origin) if origin >= 0 else None
     return Now(plan.codec, at, since is not None, -1 if since is None else since, plan.interval_ns, one.draws)
 

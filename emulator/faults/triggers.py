@@ -1,7 +1,8 @@
 """What a fault may wait for, seen in the frames of both directions before any fault has touched them.
 
-first handover, third handover     a satellite is measured by another receiver than before
-first command, 5th command         frames of the flight software that command a channel
+first handover, third handover     the commands of an epoch take a satellite from one receiver and give it to
+                                   another; a satellite that no receiver was commanded to track is none
+first command, 5th command         commands of the flight software to a channel, not those sent again
 first fix                          a NAV_STATUS that says there is one
 G12 tracked, G12 tracked on aft    a receiver measures a satellite
 RX1_RATE.cn0_dbhz < 30             a signal in physical units, of any frame of its message
@@ -12,14 +13,14 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator
 
 from gnss_hil.dbc.common import satellites
-from gnss_hil.dbc.common.arrays import I64, Bool
+from gnss_hil.dbc.common.arrays import Bool
 from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.common.near import did_you_mean
 from gnss_hil.dbc.contract.codec import Codec
@@ -29,6 +30,7 @@ from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.emulator.faults.where import fields_of, satellite_of
 
 COUNTED = ("handover", "command", "fix")
+_TRACK = raw_of("Action")["TRACK"]
 _ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "sixth": 6, "seventh": 7,
              "eighth": 8, "ninth": 9, "tenth": 10}  # fmt: skip
 _ORDINAL = re.compile(r"(\d+)(?:st|nd|rd|th)")
@@ -108,18 +110,53 @@ def _is_trigger(text: str) -> str:
 Trigger = Annotated[str, AfterValidator(_is_trigger)]
 
 
+@dataclass(frozen=True, slots=True)
+class Commanded:
+    """What the flight software has commanded, as the summary of a run counts it (docs/figures.md).
+
+    held          satellite by (receiver, channel);  transaction   of the channel's last command
+    """
+
+    held: Mapping[tuple[int, int], int] = field(default_factory=dict)
+    transaction: Mapping[tuple[int, int], int] = field(default_factory=dict)
+
+    @property
+    def receiver_of(self) -> dict[int, int]:
+        """Receiver that is commanded to track a satellite."""
+        return {sat: receiver for (receiver, _), sat in self.held.items()}
+
+    def after(self, commands: Sequence[tuple[int, int, int, int, int]]) -> tuple[Commanded, int, int]:
+        """With an epoch's commands (receiver, channel, action, satellite, transaction); how many are new, and
+        how many handovers they are."""
+        held, transaction, new = dict(self.held), dict(self.transaction), 0
+        for receiver, channel, action, sat, number in commands:
+            one = receiver, channel
+            new += transaction.get(one) != number
+            transaction[one] = number
+            if action == _TRACK:
+                held[one] = sat
+            else:
+                held.pop(one, None)
+        then = Commanded(held, transaction)
+        where = then.receiver_of
+        handed = sum(where.get(sat, receiver) != receiver for sat, receiver in self.receiver_of.items())
+        return then, new, handed
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
     """What has happened up to now.
 
     counts       how often each of COUNTED has
-    last         (SATELLITES,) receiver that measured a satellite last, 0 none
+    commanded    what each channel (receiver, channel) is commanded to track, and by which transaction last
     since        epoch in which each trigger came about, by its text
+    answered     triggers that came about in what the flight software answered to the frames of the epoch
     """
 
     counts: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTED, 0))
-    last: I64 = field(default_factory=lambda: np.zeros(satellites.SATELLITES, np.int64))
+    commanded: Commanded = Commanded()
     since: Mapping[str, int] = field(default_factory=dict)
+    answered: frozenset[str] = frozenset()
 
 
 class Watch:
@@ -139,22 +176,40 @@ class Watch:
             if isinstance(m, Signalled)
         }
 
-    def look(self, seen: Seen, frames: FrameBatch, epoch: int) -> Seen:
-        """What has happened with the frames of an epoch, of one direction."""
+    def look(self, seen: Seen, frames: FrameBatch, epoch: int, *, answer: bool = False) -> Seen:
+        """What has happened with the frames of an epoch, of one direction.
+
+        answer   they are the flight software's to the epoch, whose own frames have left
+        """
         if not self._meanings or not len(frames):
             return seen
         known = frames[frames.can_id <= SFF_MASK]
         measured = self._measured(known)
-        counts = {what: seen.counts[what] + _COUNTS[what](self._codec, known, seen.last, measured)
-                  for what in COUNTED}  # fmt: skip
-        last = seen.last.copy()
-        receiver, sat = np.nonzero(measured)
-        last[sat] = receiver
-        since = dict(seen.since)
+        commanded, commands, handovers = seen.commanded.after(self._commands(known))
+        more = {"command": commands, "handover": handovers, "fix": self._fixes(known)}
+        counts = {what: seen.counts[what] + more[what] for what in COUNTED}
+        since, answered = dict(seen.since), seen.answered
         for text, what in self._meanings.items():
             if text not in since and self._came(what, counts, known, measured):
                 since[text] = epoch
-        return replace(seen, counts=counts, last=last, since=since)
+                answered |= {text} if answer else set()
+        return Seen(counts, commanded, since, answered)
+
+    def _commands(self, frames: FrameBatch) -> list[tuple[int, int, int, int, int]]:
+        """Commands in order: receiver, channel, action, satellite, transaction."""
+        layout = self._codec.kinds["COMMAND"]
+        rows = frames[self._codec.kind_of[frames.can_id] == layout.number]
+        action, channel, number = (
+            layout.signal(name, rows.words) for name in ("action", "channel", "transaction")
+        )
+        sat = satellite_of(self._codec, self._fields, rows.can_id, rows.words)
+        columns = (self._codec.number_of[rows.can_id], channel, action, sat, number)
+        return list(zip(*(column.tolist() for column in columns), strict=True))
+
+    def _fixes(self, frames: FrameBatch) -> int:
+        layout = self._codec.kinds["NAV_STATUS"]
+        rows = self._codec.kind_of[frames.can_id] == layout.number
+        return int((layout.signal("mode", frames.words[rows]) != raw_of("NavMode")["NO_FIX"]).sum())
 
     def _measured(self, frames: FrameBatch) -> Bool:
         """(receivers + 1, SATELLITES) which receiver measures which satellite."""
@@ -193,22 +248,3 @@ def _number_of(receiver: str, names: Sequence[str]) -> int:
     if receiver not in known:
         raise ValueError(f"no receiver '{receiver}'; {did_you_mean(receiver, known)}")
     return known[receiver]
-
-
-def _handovers(codec: Codec, frames: FrameBatch, last: I64, measured: Bool) -> int:
-    """Satellites that a receiver measures, and another did last which does no longer."""
-    sats = np.flatnonzero(measured.any(axis=0) & (last > 0))
-    return int((~measured[last[sats], sats]).sum())
-
-
-def _commands(codec: Codec, frames: FrameBatch, last: I64, measured: Bool) -> int:
-    return int((codec.kind_of[frames.can_id] == codec.kinds["COMMAND"].number).sum())
-
-
-def _fixes(codec: Codec, frames: FrameBatch, last: I64, measured: Bool) -> int:
-    layout = codec.kinds["NAV_STATUS"]
-    rows = codec.kind_of[frames.can_id] == layout.number
-    return int((layout.signal("mode", frames.words[rows]) != raw_of("NavMode")["NO_FIX"]).sum())
-
-
-_COUNTS = {"handover": _handovers, "command": _commands, "fix": _fixes}

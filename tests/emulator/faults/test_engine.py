@@ -98,8 +98,30 @@ def test_a_trigger_is_where_the_window_counts_from():
     commanded = next(k for k, (_, answer) in enumerate(blocks) if len(of_kind(answer, "COMMAND")))
     struck = strike("ATT loss after first command @3+2")
     acts = [epoch for epoch, one in enumerate(struck) if one.block != one.before]
-    # Seen in the answer to an epoch: the next one is the first that can be struck.
     assert acts == [commanded + 3, commanded + 4]
+
+
+@pytest.mark.parametrize("time", ["@0+10", "@..10", "@#0+#10"])
+def test_a_window_that_an_answer_opens_is_as_long_as_it_says(time):
+    blocks = undisturbed()
+    commanded = next(k for k, (_, answer) in enumerate(blocks) if len(of_kind(answer, "COMMAND")))
+    struck = strike(f"ATT loss after first command {time}")
+    acts = [epoch for epoch, one in enumerate(struck) if one.block != one.before]
+    # The frames of the epoch have left when it is answered: the next is the first that can be struck.
+    assert acts == list(range(commanded + 1, commanded + 11))
+    lost = strike(f"command-lost after first command {time}")
+    assert len(of_kind(lost[commanded].before, "COMMAND")) == 0 and not len(
+        of_kind(lost[commanded].answer, "COMMAND")
+    )
+    acts = [event.epoch for one in lost for event in one.events]
+    assert acts == list(range(commanded, commanded + 10)), "what is answered can be struck at once"
+
+
+def test_a_window_that_the_emulators_frames_open_begins_with_them():
+    tracked = next(k for k, (block, _) in enumerate(undisturbed()) if len(of_kind(block, "SV_CLOCK")))
+    struck = strike("ATT loss after RX1_RATE.cn0_dbhz > 0 @0+2", "ATT loss when RATE.cn0_dbhz > 0 @0+2")
+    acts = [epoch for epoch, one in enumerate(struck) if one.block != one.before]
+    assert acts[0] == tracked
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from gnss_hil.dbc.contract import e2e
-from gnss_hil.dbc.contract.frames import concat
+from gnss_hil.dbc.contract.frames import batch, concat
+from gnss_hil.dbc.contract.values import raw_of
 from gnss_hil.emulator.faults.triggers import Seen, Watch, meaning
+from gnss_hil.tools.decoder.command_log import CommandLog
 from tests.support.faulted import CODEC, EPOCHS, by_cantools, of_kind, undisturbed
-from tests.support.flown import channel_frames
 
 pytestmark = pytest.mark.verifies(what="Faults: where and when they strike")
 
@@ -57,32 +58,87 @@ def test_the_first_epoch_in_which_it_holds(text, test):
     assert came(text) == expected
 
 
-def test_commands_are_counted():
-    total, nth = 0, {}
+class Rows:
+    """Commands of an epoch as the record has them."""
+
+    def __init__(self, frames):
+        self.number = CODEC.number_of[frames.can_id]
+        self.epoch = np.zeros(len(frames), int)
+        read = CODEC.decode("COMMAND", frames.data)
+        self._signals = {
+            **read,
+            "satellite": 64 * read["sat_system"] + read["sat_number"],
+            "result": self.epoch,
+        }
+
+    def __getitem__(self, name: str):
+        return self._signals[name].astype(int)
+
+
+def blocks(frames):
+    """The commands in some frames, for `CommandLog`."""
+    commands = of_kind(frames, "COMMAND")
+    return {"COMMAND": Rows(commands), "ACK": Rows(commands[:0])}
+
+
+def test_commands_are_counted_as_the_summary_does():
+    log, total, nth = CommandLog(), 0, {}
     for epoch, (_, answer) in enumerate(undisturbed()):
-        total += len(of_kind(answer, "COMMAND"))
+        log.take(np.array([0]), blocks(of_kind(answer, "COMMAND")))
+        total = log.commands
         nth |= {n: epoch for n in range(1, total + 1) if n not in nth}
     assert came("third command") == nth[3] and came("12th command") == nth[12]
     assert came(f"{total + 1}th command") is None
 
 
-ZEROS = ("p", "pdot", "x", "y", "z", "vx", "vy", "vz", "drift", "clock")
-ROW = {name: [0.0] for name in ZEROS} | {"sat": [12]}
+def command(receiver: int, action: str, number: int, transaction: int, channel: int = 0):
+    """A command to a channel of a receiver, about a satellite of GPS."""
+    values = {
+        "channel": channel,
+        "action": raw_of("Action")[action],
+        "sat_number": number,
+        "transaction": transaction,
+    }
+    return batch(CODEC.can_id_of["COMMAND", receiver], CODEC.encode("COMMAND", values, 1))
 
 
-def measured(*receivers: int):
-    """An epoch in which these receivers measure G12."""
-    parts = [frame for r in receivers for frame in channel_frames(r, 0, ROW, 0)]
-    return e2e.protect(CODEC, concat(parts), e2e.fresh_counters(CODEC), 0)[0]
+TRACK_1, TRACK_2 = command(1, "TRACK", 12, 1), command(2, "TRACK", 12, 2)
+RELEASE_1 = command(1, "RELEASE", 0, 3)
+NOTHING = TRACK_1[:0]
 
 
-def test_a_handover_is_a_satellite_on_another_receiver_and_no_longer_on_its_own():
-    none = measured(3)[:0]
-    assert came("first handover", [measured(1), measured(1), measured(2)]) == 2
-    assert came("first handover", [measured(1), none, none, measured(2)]) == 3
-    assert came("first handover", [measured(1), measured(1, 2), measured(1, 2)]) is None, "on both"
-    assert came("second handover", [measured(1), measured(2), measured(1)]) == 2
-    assert came("first handover", [measured(1), none, measured(1)]) is None
+@pytest.mark.parametrize(
+    ("text", "epochs", "expected"),
+    [
+        ("first handover", [[TRACK_1], [NOTHING], [RELEASE_1, TRACK_2]], 2),
+        ("first handover", [[TRACK_1], [command(1, "TRACK", 7, 4), TRACK_2]], 1),
+        ("first handover", [[TRACK_1], [RELEASE_1], [TRACK_2]], None),
+        ("first handover", [[TRACK_1, command(2, "TRACK", 7, 9)], [command(1, "TRACK", 3, 5)]], None),
+        ("first handover", [[TRACK_1], [command(1, "TRACK", 12, 6, channel=3)]], None),
+        ("second handover", [[TRACK_1], [RELEASE_1, TRACK_2], [command(2, "RELEASE", 0, 7), TRACK_1]], 2),
+        ("second command", [[TRACK_1], [TRACK_1], [TRACK_1, TRACK_2]], 2),
+    ],
+)  # fmt: skip
+def test_a_handover_is_what_an_epochs_commands_take_from_one_receiver_and_give_to_another(
+    text, epochs, expected
+):
+    given = [concat(parts) for parts in epochs]
+    assert came(text, given) == expected
+    log, counted = CommandLog(), []
+    for frames in given:
+        log.take(np.array([0]), blocks(frames))
+        counted.append(log.handovers if "handover" in text else log.commands)
+    wanted = 1 if text.startswith("first") else 2
+    assert next((epoch for epoch, n in enumerate(counted) if n >= wanted), None) == expected
+
+
+def test_the_first_assignment_is_no_handover():
+    """Receivers have satellites of their own choice when they are commanded first."""
+    log = CommandLog()
+    for _, answer in undisturbed():
+        log.take(np.array([0]), blocks(of_kind(answer, "COMMAND")))
+    first_handover = came("first handover")
+    assert log.commands and (first_handover is None) == (log.handovers == 0)
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ BUSES = ("--from", "embedded:/nowhere/a", "--to", "embedded:/nowhere/b")
             "the same bus as --from; a gateway is",
         ),
         (("--from", "inline", "--to", "embedded:/b"), "another process has to be able to join it"),
-        (("rx9 off", *BUSES), "'rx9 off': receiver-off: "),
+        (("rx7 off", *BUSES), "'rx7 off': receiver-off: "),
         (("jammer @30+5", *BUSES), "'jammer @30+5': jammer: gateway cannot do it: "),
         (("repley", *BUSES), "replay"),
         (("rx2 of", "rx2 silenc", *BUSES), "rx2 silenc"),
