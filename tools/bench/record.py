@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from gnss_hil.dbc.common.arrays import F64
@@ -21,6 +22,7 @@ from gnss_hil.tools.results import assemble, run_digest
 from gnss_hil.tools.results.checks import BENCH, REJECTIONS
 from gnss_hil.tools.results.outages import CONVERGENCE_S
 from gnss_hil.tools.results.text import missed
+from gnss_hil.tools.results.trajectory import COLUMNS, of_table
 
 _EXPECTATION = {
     "name": pl.String, "min": pl.Float64, "max": pl.Float64, "after_s": pl.Float64, "found": pl.Float64,
@@ -32,7 +34,7 @@ _FAULTS = {
     **dict.fromkeys(("craft", "fault", "kind", "place", "direction"), pl.String), "active": pl.Boolean,
     **dict.fromkeys(("first_epoch", "last_epoch", "epochs", "frames_touched", "frames_missing"), pl.Int64),
     "first_struck": pl.Int64,
-    "detected_by": pl.String, "after_epochs": pl.Int64, "fix_error_m": pl.Float64,
+    "detected_by": pl.String, "after_epochs": pl.Int64, "fix_error_m": pl.Float64, "fixes_unjudged": pl.Int64,
     "availability": pl.Float64, "met": pl.Boolean,
 }  # fmt: skip
 
@@ -139,7 +141,7 @@ class Run:
     def faults(self) -> pl.DataFrame:
         """What faults did: one row for each stretch of epochs in which one acted, with its name and place,
         first_epoch, last_epoch, frames_touched, and what became of it: detected_by, after_epochs,
-        fix_error_m, availability, met; no rows of a run without faults."""
+        fix_error_m, fixes_unjudged, availability, met; no rows of a run without faults."""
         if not (self.folder / "faults.parquet").is_file():
             return pl.DataFrame(schema=_FAULTS)
         return self._table("faults")
@@ -166,18 +168,19 @@ class Run:
 
     @cached_property
     def errors(self) -> pl.DataFrame:
-        """Fix minus truth of every valid fix: craft, t_gps_s, t_s (since the run's first epoch),
-        position_error_m and velocity_error_mps (3-D, ECEF, at the centre of mass), converged."""
-        fixes = self.fixes.filter("valid")
+        """Fix minus truth, at the time that the fix's mark shows, of every valid fix: craft, t_gps_s, t_s
+        (since the run's first epoch), position_error_m and velocity_error_mps (3-D, ECEF, at the centre of
+        mass; nan where truth does not reach), converged."""
         begin_s = self.epochs["t_gps_s"].min()
-        first_s = pl.col("t_gps_s").min().over("craft")
-        return fixes.join(self.truth, on=["craft", "t_gps_s"], suffix="_true").select(
+        first_s = pl.col("t_gps_s").first().over("craft")
+        settled = pl.col("t_gps_s") > first_s + CONVERGENCE_S - _STEP_S
+        return _against(self.fixes.filter("valid"), self.truth).select(
             "craft",
             "t_gps_s",
             t_s=pl.col("t_gps_s") - begin_s,
             position_error_m=_distance("{}_ecef_m"),
             velocity_error_mps=_distance("v{}_ecef_mps"),
-            converged=pl.col("t_gps_s") > first_s + CONVERGENCE_S - _STEP_S,
+            converged=settled.cast(int).cum_max().over("craft").cast(bool),  # marks may go back
         )
 
     @property
@@ -269,6 +272,23 @@ class Run:
             facts = assemble.after_a_crash(assemble.read_facts(self.folder), scenario, epochs)
             run_report.write(self.folder, facts, self.summary, digests, path)
         return path
+
+
+def _against(fixes: pl.DataFrame, truth: pl.DataFrame) -> pl.DataFrame:
+    """Fixes, by craft in their order, with the truth at their times in columns X_true; nan where it is not
+    known."""
+    found = [fixes.clear().with_columns(pl.lit(None, pl.Float64).alias(f"{name}_true") for name in _MOVING)]
+    for craft in truth["craft"].unique(maintain_order=True):
+        mine, true = (table.filter(craft=craft) for table in (fixes, truth))
+        rows = {name: true[name].to_numpy() for name in COLUMNS}
+        there = np.column_stack(of_table(rows, mine["t_gps_s"].to_numpy()))
+        found.append(
+            mine.with_columns(pl.Series(f"{n}_true", c) for n, c in zip(_MOVING, there.T, strict=True))
+        )
+    return pl.concat(found)
+
+
+_MOVING = COLUMNS[1:]
 
 
 def _distance(pattern: str) -> pl.Expr:

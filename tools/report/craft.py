@@ -30,6 +30,7 @@ from gnss_hil.tools.report.tracking_arcs import Holds, bridged, holds, joined
 from gnss_hil.tools.results.consistency import clock_of_fix
 from gnss_hil.tools.results.outages import Stretches, stretches
 from gnss_hil.tools.results.summary import satellites_in_fix, stated
+from gnss_hil.tools.results.truth import INTERPOLATED, at
 
 Columns = Mapping[str, NDArray]
 
@@ -174,12 +175,15 @@ _TRUTH = (
 
 
 def _truth_on(t_ns: I64, rows: np.ndarray) -> list[F64]:
-    """Columns _TRUTH on time marks; nan where truth has no row."""
-    _, at, there = np.intersect1d(t_ns, rows["t_gps_ns"], return_indices=True)
+    """Columns _TRUTH on time marks; nan where truth is not known, and what is not interpolated where it has
+    no row."""
+    there = at(t_ns, rows)
+    known = {True: there["t_gps_ns"] == t_ns, False: np.isin(t_ns, rows["t_gps_ns"])}
     columns = []
     for name in _TRUTH:
         column = np.full((len(t_ns), *rows[name].shape[1:]), np.nan)
-        column[at] = rows[name][there]
+        found = known[name in INTERPOLATED]
+        column[found] = there[name][found]
         columns.append(column)
     return columns
 

@@ -34,12 +34,14 @@ class Fixes:
 @dataclass(frozen=True, slots=True)
 class Finding:
     """What became of a fault: by which check it was seen, and how many epochs after its first one, None if it
-    was not; the largest error of a fix [m], nan without one; share of its epochs with a fix."""
+    was not; the largest error of a fix [m], nan without one; share of its epochs with a fix; how many fixes
+    there are whose error is not known."""
 
     detected_by: str | None
     after_epochs: int | None
     fix_error_m: float
     availability: float
+    fixes_unjudged: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +90,14 @@ def finding(
     by, after = _first_of(_new(signs, named, first) if named else _newly(signs, first, last), first)
     fixed = np.unique(fixes.epoch[fixes.valid & (fixes.epoch >= first) & (fixes.epoch <= last)])
     near = (fixes.epoch >= first) & (fixes.epoch <= behind(first, last))
-    errors_m = fixes.error_m[near & np.isfinite(fixes.error_m)]
+    known = np.isfinite(fixes.error_m)
+    errors_m = fixes.error_m[near & known]
     return Finding(
         by,
         after,
         float(errors_m.max()) if len(errors_m) else float("nan"),
         len(fixed) / (last - first + 1),
+        int((near & fixes.valid & ~known).sum()),
     )
 
 
@@ -130,9 +134,7 @@ def verdicts(expect: Expect, found: Finding | None) -> list[Verdict]:
     if expect.detected_by:
         rows.append(_detection(expect, found))
     if expect.fix_error_m is not None:
-        worst = float("nan") if found is None else found.fix_error_m
-        met = found is not None and not worst > expect.fix_error_m
-        rows.append(Verdict("fix_error_m", f"<= {expect.fix_error_m:g}", _said(found, worst), met))
+        rows.append(_error(expect.fix_error_m, found))
     if expect.availability is not None:
         share = float("nan") if found is None else found.availability
         met = found is not None and share >= expect.availability
@@ -152,6 +154,16 @@ def _detection(expect: Expect, found: Finding | None) -> Verdict:
     met &= found.detected_by in expect.detected_by
     after = so_many(found.after_epochs, "epoch")
     return Verdict("detected_by", expected, f"{found.detected_by} after {after}", met)
+
+
+def _error(limit_m: float, found: Finding | None) -> Verdict:
+    """No fix is off by more: without a fix that is so, of one whose error is not known it is not."""
+    worst_m, unjudged = (float("nan"), 0) if found is None else (found.fix_error_m, found.fixes_unjudged)
+    met = found is not None and not worst_m > limit_m and not unjudged
+    said = _said(found, worst_m)
+    if unjudged and not worst_m > limit_m:
+        said = f"not known of {so_many(unjudged, 'fix', 'fixes')}"
+    return Verdict("fix_error_m", f"<= {limit_m:g}", said, met)
 
 
 def _said(found: Finding | None, value: float) -> str:

@@ -28,7 +28,7 @@ def fault_cells(row: Mapping[str, Any], several: bool = False) -> tuple[str, ...
     several   whether there are several craft: then it says whose
     """
     name = f"{row['craft']} {row['fault']}" if several else row["fault"]
-    frames, error_m = row["frames"], row["fix_error_m"]
+    frames = row["frames"]
     head = (name, row["kind"], row["place"])
     if row["first_epoch"] is None:
         return (*head, "never", *(["-"] * 7), fault_verdict(row))
@@ -38,10 +38,17 @@ def fault_cells(row: Mapping[str, Any], several: bool = False) -> tuple[str, ...
         row["detected_by"] or "nothing",
         "-" if row["after_epochs"] is None else figure(row["after_epochs"]),
         *(figure(frames[key]) for key in ("touched", "refused", "let_through")),
-        "-" if error_m is None else f"{small(error_m)} m",
+        _at_the_fix(row),
         f"{100 * row['availability']:.3g} %",
         fault_verdict(row),
     )
+
+
+def _at_the_fix(row: Mapping[str, Any]) -> str:
+    """The worst error of a fix; one that is not known may be worse than any."""
+    if row.get("fixes_unjudged"):
+        return "unknown"
+    return "-" if row["fix_error_m"] is None else f"{small(row['fix_error_m'])} m"
 
 
 def fault_verdict(row: Mapping[str, Any]) -> str:

@@ -1,7 +1,7 @@
 """What became of the faults of a run folder, by its tables: seen by which check, when, at what cost.
 
-A fix is that of the epoch whose mark it carries, and errs against the truth of that epoch: where a mark shows
-a wrong time and is believed, the fix is wrong.
+A fix carries no time: it is of the time that the mark of its epoch shows, and errs against the truth at that
+time. Where a mark shows a wrong time and is believed, the fix is wrong by as far as the craft went.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gnss_hil.dbc.common.arrays import F64, I64
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Fault
-from gnss_hil.tools.results import detectors, faults, parquet
+from gnss_hil.tools.results import detectors, faults, parquet, trajectory
 from gnss_hil.tools.results.checks import BENCH, FLIGHT, REJECTIONS
 from gnss_hil.tools.results.detectors import Sign
 from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, behind, finding, span, verdicts
@@ -120,6 +120,7 @@ def rows(judged: Sequence[Judged]) -> list[dict[str, Any]]:
             "detected_by": one.found.detected_by if one.found else None,
             "after_epochs": one.found.after_epochs if one.found else None,
             "fix_error_m": number(one.found.fix_error_m) if one.found else None,
+            "fixes_unjudged": one.found.fixes_unjudged if one.found else None,
             "availability": number(one.found.availability) if one.found else None,
             "expectations": [asdict(verdict) for verdict in one.verdicts],
             "met": one.met,
@@ -140,7 +141,8 @@ def write(folder: Path, judged: Sequence[Judged]) -> None:
 
 
 def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
-    """Columns (n,) of what became of faults: detected_by, after_epochs, fix_error_m, availability, met."""
+    """Columns (n,) of what became of faults: detected_by, after_epochs, fix_error_m, fixes_unjudged,
+    availability, met."""
     found = [one.found or Finding(None, None, float("nan"), float("nan")) for one in of]
     words = sorted({one.detected_by for one in found if one.detected_by})
     after = np.array([-1 if one.after_epochs is None else one.after_epochs for one in found], np.int64)
@@ -149,6 +151,7 @@ def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
         "detected_by": parquet.Labelled(by, tuple(words)),
         "after_epochs": parquet.Partial(after, after >= 0),
         "fix_error_m": np.array([one.fix_error_m for one in found], float),
+        "fixes_unjudged": np.array([one.fixes_unjudged for one in found], np.int64),
         "availability": np.array([one.availability for one in found], float),
         "met": parquet.Partial(
             np.array([one.met for one in of], bool), np.array([bool(one.verdicts) for one in of], bool)
@@ -157,17 +160,16 @@ def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
 
 
 def fixes_of(folder: Path, craft: str) -> Fixes:
-    """A craft's fixes by epoch, with their errors where the truth is known."""
-    rows = parquet.of_craft(folder / "fixes.parquet", craft, ("epoch", "valid", *_AXES))
+    """A craft's fixes by epoch, with their errors where the truth at their time is known."""
+    rows = parquet.of_craft(folder / "fixes.parquet", craft, ("t_gps_s", "epoch", "valid", *_AXES))
     there = np.isfinite(rows["epoch"])
     epoch, valid = rows["epoch"][there].astype(np.int64), rows["valid"][there].astype(bool)
     fixed = np.column_stack([rows[axis][there] for axis in _AXES])
     error_m = np.full(len(epoch), np.nan)
     if (folder / "truth.parquet").exists():
-        truth = parquet.of_craft(folder / "truth.parquet", craft, _AXES)
-        true = np.column_stack([truth[axis] for axis in _AXES])
-        known = valid & (epoch < len(true))
-        error_m[known] = np.linalg.norm(fixed[known] - true[epoch[known]], axis=1)
+        truth = parquet.of_craft(folder / "truth.parquet", craft, trajectory.COLUMNS)
+        true, _ = trajectory.of_table(truth, rows["t_gps_s"][there])
+        error_m = np.where(valid, np.linalg.norm(fixed - true, axis=1), np.nan)
     return Fixes(epoch, valid, error_m)
 
 

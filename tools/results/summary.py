@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import I64, Bool
 from gnss_hil.dbc.common.gpstime import NS_PER_S
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.messages import BIT_RATE
@@ -96,7 +97,7 @@ def not_sent(fixes: Mapping[str, np.ndarray]) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Errors:
-    """Of valid fixes that truth knows the instant of; nan for the velocity of a fix without one.
+    """Of valid fixes of whose instant truth is known; nan for the velocity of a fix without one.
 
     position_m, velocity_mps (n,)   3-D
     nees    name -> (n,) normalised squared errors of position, velocity and clock
@@ -165,10 +166,13 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
     """Figures of the fixes, and of the epochs that have none, of all epochs or of those since an instant."""
     fixes = digest.fixes
     if since_ns is not None:
-        fixes = {name: column[fixes["t_ns"] >= since_ns] for name, column in fixes.items()}
-        rows = rows[rows["t_gps_ns"] >= since_ns] if len(rows) else rows
+        fixes = {name: column[_since(fixes["t_ns"], since_ns)] for name, column in fixes.items()}
     valid = fixes["valid"] if fixes else np.zeros(0, bool)
     errors = errors_against_truth(fixes, rows)
+    unknown = int(valid.sum()) - int(np.isfinite(errors.position_m).sum())
+    there = bool(len(rows)) and bool(np.isfinite(rows["position_ecef_m"]).any())
+    if since_ns is not None:
+        rows = rows[rows["t_gps_ns"] >= since_ns] if len(rows) else rows
 
     def of_fixes(name):
         return fixes[name][valid] if fixes else np.zeros(0)
@@ -192,6 +196,7 @@ def fix_figures(digest: Digest, rows: np.ndarray, epochs: int, since_ns: int | N
         "pdop_distinct": statistics(of_fixes("pdop_distinct"), _QUALITY),
         "position_error_m": statistics(errors.position_m, _ERROR),
         "velocity_error_mps": statistics(errors.velocity_mps, _ERROR),
+        "errors_unknown": unknown if there else None,
         "nees": {name: statistics(values, ("mean",))["mean"] for name, values in errors.nees.items()},
     }
 
@@ -217,8 +222,13 @@ def figures_after(digest: Digest, rows: np.ndarray, after_s: float | None) -> di
     marks_ns = digest.timeline.get("t_ns", np.zeros(0, np.int64))
     begin_ns = int(marks_ns[0]) if len(marks_ns) else 0
     since_ns = _NEVER_NS if after_s is None else begin_ns + round(after_s * NS_PER_S)
-    epochs = int((marks_ns >= since_ns).sum())
+    epochs = int(_since(marks_ns, since_ns).sum())
     return {"epochs": epochs, **fix_figures(digest, rows, epochs, since_ns)}
+
+
+def _since(t_ns: I64, since_ns: int) -> Bool:
+    """(n,) which of instants on record come from an instant on; behind it also those whose mark went back."""
+    return np.maximum.accumulate(t_ns) >= since_ns
 
 
 def load_percent(digests: Mapping[str, Digest], interval_s: float) -> dict[str, float | None]:

@@ -26,6 +26,15 @@ def _errors(s: Mapping[str, Any], unit: str) -> str:
     return "   ".join(f"{small(s[k]):>7} {k}" for k in ("median", "rms", "p95", "max")) + f"   [{unit}]"
 
 
+def unknown(c: Mapping[str, Any]) -> str:
+    """How many fixes nothing is known of the error of, because their marks show a time that truth does not
+    reach; "" if there are none."""
+    count = c.get("errors_unknown")
+    return (
+        f"{figure(count)} {noun(count, 'fix', 'fixes')}, at times that truth does not reach" if count else ""
+    )
+
+
 def no_fix(c: Mapping[str, Any]) -> str:
     """Reasons of a craft's epochs without a fix, the most frequent first; "" if there were none."""
     counts = sorted(c["no_fix"].items(), key=lambda row: -row[1])
@@ -146,6 +155,8 @@ def _craft(name: str, c: Mapping[str, Any], s: Mapping[str, Any]) -> Iterator[tu
     yield "  PDOP, each satellite once", _quality(c["pdop_distinct"])
     yield "  position error, 3-D", _errors(c["position_error_m"], "m")
     yield "  velocity error, 3-D", _errors(c["velocity_error_mps"], "m/s")
+    if text := unknown(c):
+        yield "  errors unknown", text
     if text := not_sent(c):
         yield "  not sent", text
     yield from _converged(c["converged"])

@@ -12,6 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from gnss_hil.dbc.common.arrays import I64
+from gnss_hil.tools.results import trajectory
+
 
 class TruthError(ValueError):
     """A truth file that cannot be read; the message is for people."""
@@ -52,9 +55,36 @@ def read(path: Path) -> Truth:
 def at_fixes(
     fixes: Mapping[str, np.ndarray], rows: np.ndarray
 ) -> tuple[Mapping[str, np.ndarray], np.ndarray]:
-    """The valid fixes (n,) of whose instant there is a truth, and its rows (n,)."""
+    """The valid fixes (n,) of whose instant truth is known, and the truth there, rows (n,)."""
     if not len(rows) or not fixes:
         return {}, rows[:0]
-    at = np.minimum(np.searchsorted(rows["t_gps_ns"], fixes["t_ns"]), len(rows) - 1)
-    found = fixes["valid"] & (rows["t_gps_ns"][at] == fixes["t_ns"])
-    return {name: column[found] for name, column in fixes.items()}, rows[at[found]]
+    there = at(fixes["t_ns"], rows)
+    found = fixes["valid"] & (there["t_gps_ns"] == fixes["t_ns"])
+    return {name: column[found] for name, column in fixes.items()}, there[found]
+
+
+INTERPOLATED = ("position_ecef_m", "velocity_ecef_mps", "clock_s")
+"""What is known between rows too."""
+
+
+def at(t_ns: I64, rows: np.ndarray) -> np.ndarray:
+    """Truth at instants (k,), rows (k,): position and velocity as `trajectory` has them, clocks in a straight
+    line between rows, the rest of the row before. Where nothing is known `t_gps_ns` is that of another
+    instant."""
+    before = np.maximum(np.searchsorted(rows["t_gps_ns"], t_ns, side="right") - 1, 0)
+    found = rows[before]
+    between = found["t_gps_ns"] != t_ns
+    if not between.any():
+        return found
+    asked_ns = t_ns[between]
+    position, velocity = trajectory.states(
+        rows["t_gps_ns"], rows["position_ecef_m"], rows["velocity_ecef_mps"], asked_ns
+    )
+    moved = found[between]
+    moved["position_ecef_m"], moved["velocity_ecef_mps"] = position, velocity
+    for domain, clock_s in enumerate(rows["clock_s"].T):
+        moved["clock_s"][:, domain] = np.interp(asked_ns, rows["t_gps_ns"], clock_s)
+    known = np.isfinite(position).all(axis=1)
+    moved["t_gps_ns"][known] = asked_ns[known]
+    found[between] = moved
+    return found

@@ -73,6 +73,22 @@ def test_errors_are_those_of_the_summary(run):
     assert run.availability == 1.0
 
 
+def test_fixes_under_wrong_marks_err_against_the_truth_at_their_time(run, tmp_path):
+    """Marks 0.3 s ahead, and 1,024 weeks back: of fixes after convergence all the same."""
+    for name in ("fixes", "truth", "epochs"):
+        shutil.copy(run.folder / f"{name}.parquet", tmp_path)
+    shutil.copy(run.folder / "summary.json", tmp_path)
+    shift_s = pl.when(pl.col("epoch") == 120).then(0.3).when(pl.col("epoch") == 121).then(-1024.0 * 604_800)
+    fixes = run.fixes.with_columns(pl.col("t_gps_s") + shift_s.otherwise(0.0))
+    fixes.write_parquet(tmp_path / "fixes.parquet")
+    found, before = gnss_hil.Run.read(tmp_path).errors, run.errors
+    assert found["converged"].to_list() == before["converged"].to_list()
+    apart = found["position_error_m"].to_numpy() - before["position_error_m"].to_numpy()
+    assert apart[120 - FIRST_FIX_S] == pytest.approx(2209, abs=3) and np.isnan(apart[121 - FIRST_FIX_S])
+    assert np.count_nonzero(apart) == 2
+    assert not gnss_hil.Run.read(tmp_path).fix_error_m.max() < 5
+
+
 def test_epochs_without_a_fix_count_as_unavailable(run, tmp_path):
     folder = tmp_path / "copy"
     shutil.copytree(run.folder, folder)

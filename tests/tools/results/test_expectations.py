@@ -71,6 +71,15 @@ def test_errors_count_while_it_lasts_and_as_long_behind(limit, met):
     assert judged(fixes=later, fix_error_m=5)["fix_error_m"] == ("1", True)
 
 
+def test_a_fix_of_which_the_error_is_not_known_is_not_good_enough():
+    """Of a mark 1,024 weeks off; one that is known to be too far off is told first, none later counts."""
+    lost = Fixes(EPOCHS, FIXES.valid, np.where(EPOCHS == 55, np.nan, 8.0))
+    assert judged(fixes=lost, fix_error_m=10)["fix_error_m"] == ("not known of 1 fix", False)
+    assert judged(fixes=lost, fix_error_m=5)["fix_error_m"] == ("8", False)
+    later = Fixes(EPOCHS, FIXES.valid, np.where(EPOCHS == 64, np.nan, 8.0))
+    assert judged(fixes=later, fix_error_m=10)["fix_error_m"] == ("8", True)
+
+
 def test_no_fix_errs_by_nothing_and_is_not_available():
     none = Fixes(EPOCHS, np.zeros(100, bool), np.full(100, np.nan))
     found = judged(fixes=none, fix_error_m=5, availability=0.1)

@@ -10,10 +10,14 @@ import numpy as np
 import polars
 import pytest
 
+from gnss_hil.emulator.faults.base import Direction
 from gnss_hil.emulator.faults.checks import CHECKS
 from gnss_hil.emulator.faults.files import of_line
+from gnss_hil.emulator.faults.ledger import Stretch
+from gnss_hil.emulator.faults.models import Expect
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results.expectations import finding
 from gnss_hil.tools.results.fault_verdicts import fixes_of, judge, seen_in
 from tests.support.programs import GNSS_HIL
 
@@ -143,13 +147,22 @@ def test_frames_behind_a_fault_are_not_those_it_touched(tmp_path):
     assert polars.read_parquet(run / "faults.parquet")["frames_touched"].sum() == (3 + 7) * 4
 
 
-def test_an_epoch_beyond_the_truth_has_no_error_that_is_known(tmp_path):
-    """Of a mark that named another epoch; two metres off in the one that there was."""
-    place = {f"{axis}_ecef_m": np.array([1.0, 1.0]) for axis in "xyz"}
-    craft = parquet.Labelled(np.zeros(2, np.uint8), ("a",))
-    fixes = {"craft": craft, "epoch": np.array([1, 7]), "valid": np.ones(2, bool), **place}
+def test_a_fix_errs_against_the_truth_at_the_time_that_its_mark_shows(tmp_path):
+    """A craft that goes along x by 7,500 m/s, in fixes that are where it is in their epoch: as marks were,
+    0.3 s and 1 s ahead, and 1,024 weeks back, where nobody knows."""
+    craft, none = parquet.Labelled(np.zeros(5, np.uint8), ("a",)), np.zeros(5)
+    t_s = 1e9 + np.arange(5.0)
+    moves = {"x_ecef_m": 7500 * np.arange(5.0), "y_ecef_m": none, "z_ecef_m": none}
+    speed = {f"v{axis}_ecef_mps": none + (7500 if axis == "x" else 0) for axis in "xyz"}
+    parquet.write(tmp_path / "truth.parquet", [{"craft": craft, "t_gps_s": t_s, **moves, **speed}])
+    shown = t_s + np.array([0, 0.3, 1, -1024 * 604_800, 0])
+    valid = np.array([True, True, True, True, False])
+    fixes = {"craft": craft, "t_gps_s": shown, "epoch": np.arange(5), "valid": valid, **moves}
     parquet.write(tmp_path / "fixes.parquet", [fixes])
-    true = {**place, "x_ecef_m": np.array([9.0, 3.0])}
-    parquet.write(tmp_path / "truth.parquet", [{"craft": craft, **true}])
-    found = fixes_of(tmp_path, "a").error_m
-    assert found[0] == 2.0 and np.isnan(found[1])
+    found = fixes_of(tmp_path, "a")
+    assert found.error_m[0] == 0.0 and found.error_m[1:3] == pytest.approx([2250, 7500], abs=0.01)
+    assert np.isnan(found.error_m[3:]).all()
+    judged = finding(Expect(), [Stretch(0, 0, Direction.FLIGHT, True, 1, 4, 4, 4, struck=1)], found, [])
+    assert (judged.fix_error_m, judged.fixes_unjudged) == (pytest.approx(7500), 1)
+    (tmp_path / "truth.parquet").unlink()
+    assert np.isnan(fixes_of(tmp_path, "a").error_m).all(), "without a truth"

@@ -12,7 +12,7 @@ from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.decoder.digest import Digest
 from gnss_hil.tools.results import outages
 from gnss_hil.tools.results.summary import build, craft_summary, judge, metric_names
-from gnss_hil.tools.results.text import missed, render
+from gnss_hil.tools.results.text import missed, render, unknown
 
 pytestmark = pytest.mark.verifies(
     "tools/results/outages.py",
@@ -114,6 +114,7 @@ def cold_start(epochs: int = 200) -> tuple[Heard, np.ndarray]:
     ]
     truth = np.zeros(epochs, TRUTH)
     truth["t_gps_ns"] = np.arange(epochs) * S
+    truth["velocity_ecef_mps"] = 1.0
     truth["position_ecef_m"] = np.arange(epochs)[:, None] + np.where(np.arange(epochs) < 70, 10, 0)[:, None]
     return Heard(np.arange(epochs), fixes(*rows), measured=2, faults=1), truth
 
@@ -222,12 +223,27 @@ def test_names_that_take_after_s_are_figures_of_epochs():
     assert {"frames.lost", "a.first_fix_s", "a.assignment.commands", "a.converged.fixes"} <= known - timed
 
 
-def test_a_fix_of_an_instant_that_truth_does_not_know_has_no_error():
-    """By a mark that was wrong: the nearest truth is of another place."""
+def test_a_fix_between_rows_errs_against_the_truth_there_and_far_beyond_them_it_is_not_known():
+    """By marks that were wrong: of half a second more, and of forty seconds that truth does not reach."""
     digest, truth = cold_start()
     figures = craft_summary(digest, truth[::2], 200, S)
-    assert figures["converged"]["fixes"] == 107
-    assert figures["converged"]["position_error_m"]["max"] == 0
+    assert (figures["errors_unknown"], figures["converged"]["fixes"]) == (0, 107)
+    assert figures["converged"]["position_error_m"]["max"] < 1e-9
+    digest.fixes["t_ns"][110:113] += S // 2
+    assert craft_summary(digest, truth, 200, S)["converged"]["position_error_m"]["max"] == pytest.approx(
+        3**0.5 / 2
+    )
+    figures = craft_summary(digest, truth[:160], 200, S)
+    assert figures["errors_unknown"] == figures["converged"]["errors_unknown"] == 30
+    assert craft_summary(digest, truth[:0], 200, S)["errors_unknown"] is None
+    assert unknown(figures) == "30 fixes, at times that truth does not reach" and not unknown({})
+
+
+def test_a_mark_that_goes_back_does_not_take_its_fix_out_of_those_after_convergence():
+    digest, truth = cold_start()
+    digest.fixes["t_ns"][110:113] -= 100 * S
+    settled = craft_summary(digest, truth, 200, S)["converged"]
+    assert settled["fixes"] == 107 and settled["position_error_m"]["max"] == pytest.approx(90 * 3**0.5)
 
 
 def test_what_nobody_states_is_no_figure_and_what_no_fix_left_out_does_not_count():

@@ -116,19 +116,21 @@ def test_a_run_at_a_pace_says_how_late_its_marks_were():
     )
 
 
-def test_errors_compare_equal_instants_only():
+def test_errors_compare_with_the_truth_at_the_time_of_the_fix():
+    """Of a row's instant, of one between rows, of one that truth does not reach; and an epoch without a
+    fix."""
+    s = 1_000_000_000
     rows = np.zeros(2, TRUTH)
-    rows["t_gps_ns"] = [10, 20]
-    rows["position_ecef_m"] = [[0, 0, 0], [1, 2, 3]]
-    fixes = {"t_ns": np.array([20, 15, 10]), "valid": np.array([True, True, False])}
-    fixes |= {f"{a}_m": np.array([4.0, 9, 9]) for a in "xyz"} | {
-        f"v{a}_mps": np.array([0.0, 9, 9]) for a in "xyz"
-    }
-    fixes |= {name: np.full(3, 0.5) for name in UNCERTAINTY}
+    rows["t_gps_ns"] = [10 * s, 20 * s]
+    rows["position_ecef_m"], rows["velocity_ecef_mps"] = [[0, 0, 0], [10, 20, 30]], [1, 2, 3]
+    fixes = {"t_ns": np.array([20, 15, 99, 10]) * s, "valid": np.array([True, True, True, False])}
+    fixes |= {f"{a}_m": np.array([14.0, 9, 9, 9]) for a in "xyz"}
+    fixes |= {f"v{a}_mps": np.array([2.0, 2, 9, 9]) for a in "xyz"}
+    fixes |= {name: np.full(4, 0.5) for name in UNCERTAINTY}
     found = errors_against_truth(fixes, rows)
-    assert found.position_m == pytest.approx([np.sqrt(3**2 + 2**2 + 1)])
-    assert found.velocity_mps.tolist() == [0]
-    assert {name: len(values) for name, values in found.nees.items()} == dict(position=1, velocity=1, clock=1)
+    assert found.position_m == pytest.approx([np.sqrt(4**2 + 6**2 + 16**2), np.sqrt(4**2 + 1 + 6**2)])
+    assert found.velocity_mps == pytest.approx([2**0.5, 2**0.5])
+    assert {name: len(values) for name, values in found.nees.items()} == dict(position=2, velocity=2, clock=2)
 
 
 def test_statistics_leave_out_what_is_not_there():

@@ -14,7 +14,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import F64
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.recording.run_folder import SCENARIO, SUMMARY
-from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results import parquet, trajectory
 from gnss_hil.tools.results.assemble import read_facts
 from gnss_hil.tools.results.summary import satellites_in_fix, stated
 
@@ -114,11 +114,9 @@ def _course(folder: Path, craft: str) -> Course | None:
 
     error = None
     if truth.exists():
-        true = _table(truth, craft, ("t_gps_s", *_AXES))
-        _, at, there = np.intersect1d(t_s, true["t_gps_s"], return_indices=True)
-        error = np.full(len(t_s), np.nan)
-        error[at] = np.linalg.norm([columns[name][at] - true[name][there] for name in _AXES], axis=0)
-        error = of_fixes(error)
+        true_m, _ = trajectory.of_table(_table(truth, craft, trajectory.COLUMNS), t_s)
+        fixed_m = np.column_stack([columns[name] for name in _AXES])
+        error = of_fixes(np.linalg.norm(fixed_m - true_m, axis=1))
     satellites = satellites_in_fix(columns["satellites_used"], columns["satellites"])
     return Course((t_s - t_s[0]) / 60, of_fixes(satellites), of_fixes(stated(columns["pdop"])), error)
 
