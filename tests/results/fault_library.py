@@ -23,6 +23,7 @@ from gnss_hil.emulator.faults.kinds.row import RUN
 from gnss_hil.emulator.faults.models import Fault
 from gnss_hil.tools.common.errors import Failed
 from gnss_hil.tools.results import fault_verdicts
+from gnss_hil.tools.results.assemble import antennas
 from gnss_hil.tools.results.fault_text import fault_cells
 from tests.results.kept import ROOT, commit
 from tests.support.gateways import OURS, through
@@ -46,8 +47,8 @@ first fix on, which has six satellites and errs by 47 m without a fault.
 """
 
 HEADS = (
-    "file", "fault", "expected", "seen by", "after epochs", "frames touched", "refused", "let through",
-    "worst fix", "epochs with a fix",
+    "file", "fault", "expected", "seen by", "after epochs", "of those expected", "frames touched", "refused",
+    "let through", "worst fix", "epochs with a fix",
 )  # fmt: skip
 
 
@@ -85,7 +86,7 @@ def _through_a_gateway(name: str, fault: Fault, folder: Path) -> dict[str, Any]:
     folder.mkdir(parents=True, exist_ok=True)
     through(folder, (name,), OURS, duration=duration_s(fault))
     shutil.copy(folder / "gateway" / "faults", folder / "run" / "faults")
-    (row,) = fault_verdicts.rows(fault_verdicts.judge(folder / "run", [fault]))
+    (row,) = fault_verdicts.rows(fault_verdicts.judge(folder / "run", [fault], antennas(folder / "run")))
     return row
 
 
@@ -108,7 +109,7 @@ def read() -> Mapping[str, Any]:
 def page() -> str:
     """docs/faults-library.md."""
     kept = read()
-    rows = [_line(HEADS), _line(["---"] * 4 + ["---:"] * 6), *_rows(kept["files"])]
+    rows = [_line(HEADS), _line(["---"] * 4 + ["---:"] * 7), *_rows(kept["files"])]
     return "\n".join([LEAD, f"Flown of commit {kept['commit']}.\n", *rows, ""])
 
 
@@ -121,10 +122,10 @@ def _rows(found: Mapping[str, Any]) -> Iterator[str]:
             expected(fault),
         )
         if name not in found:
-            yield _line((*head, "not flown yet", *([""] * 6)))
+            yield _line((*head, "not flown yet", *([""] * 7)))
             continue
-        _, _, _, _, by, after, *counts, error, share, _ = fault_cells(found[name])
-        yield _line((*head, by, after, *counts, error, share))
+        _, _, _, _, by, after, of, *counts, error, share, _ = fault_cells(found[name])
+        yield _line((*head, by, after, of, *counts, error, share))
 
 
 def _line(cells) -> str:

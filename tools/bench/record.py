@@ -34,9 +34,9 @@ _FAULTS = {
     **dict.fromkeys(("craft", "fault", "kind", "place", "direction"), pl.String), "active": pl.Boolean,
     **dict.fromkeys(("first_epoch", "last_epoch", "epochs", "frames_touched", "frames_missing"), pl.Int64),
     "first_struck": pl.Int64,
-    "detected_by": pl.String, "after_epochs": pl.Int64, "fix_error_m": pl.Float64, "fixes_unjudged": pl.Int64,
-    "availability": pl.Float64, "met": pl.Boolean,
-}  # fmt: skip
+    "detected_by": pl.String, "after_epochs": pl.Int64, "expected_by": pl.String, "expected_after_epochs":
+    pl.Int64, "fix_error_m": pl.Float64, "fixes_unjudged": pl.Int64, "availability": pl.Float64, "met":
+pl.Boolean, }  # fmt: skip
 
 _STEP_S = 1e-6
 """Less than any interval, and more than the steps of `t_gps_s`, 0.24 us."""
@@ -141,7 +141,8 @@ class Run:
     def faults(self) -> pl.DataFrame:
         """What faults did: one row for each stretch of epochs in which one acted, with its name and place,
         first_epoch, last_epoch, frames_touched, and what became of it: detected_by, after_epochs,
-        fix_error_m, fixes_unjudged, availability, met; no rows of a run without faults."""
+        expected_by, expected_after_epochs, fix_error_m, fixes_unjudged, availability, met; no rows of a run
+        without faults."""
         if not (self.folder / "faults.parquet").is_file():
             return pl.DataFrame(schema=_FAULTS)
         return self._table("faults")

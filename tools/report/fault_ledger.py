@@ -20,8 +20,8 @@ from gnss_hil.tools.results.fault_text import fault_cells, fault_missed
 
 _HEAD = (
     ("", ""), ("fault", "kind, place"), ("acted in", "epochs"), ("seen by", "after epochs"),
-    ("frames touched", "refused, let through"), ("worst fix", "epochs with a fix"), ("", ""),
-)  # fmt: skip
+    ("of those expected", "after epochs"), ("frames touched", "refused, let through"), ("worst fix",
+"epochs with a fix"), ("", ""), )  # fmt: skip
 """Of each column what stands in its first line, and in its second."""
 _MOST_SHADES, _MOST_NAMED = 200, 12
 """Windows that are drawn in a plot, and faults whose numbers are."""
@@ -62,19 +62,20 @@ def _ledger(rows: Sequence[Mapping[str, Any]], several: bool) -> Markup:
 
 def _row(number: int, row: Mapping[str, Any], several: bool) -> list[Any]:
     """The ledger's cells, two lines each."""
-    name, kind, place, acted, by, after, touched, refused, through, error, share, verdict = fault_cells(
-        row, several
+    name, kind, place, acted, by, after, expected, touched, refused, through, error, share, verdict = (
+        fault_cells(row, several)
     )
     style = {"met": "good", "MISSED": "bad"}.get(verdict)
     judged = tag.b(verdict, class_=style) if style else ""
     of = _two(name, f"{kind}, {place}")
     if row["first_epoch"] is None:
-        return [number, of, acted, *([""] * 3), judged]
+        return [number, of, acted, *([""] * 4), judged]
     return [
         number,
         of,
         acted,
         _two(by, after),
+        _two(*expected.rpartition(" ")[::2]) if " " in expected else expected,
         _two(touched, f"{refused}, {through}"),
         _two(error.replace(" ", "\u00a0"), share),
         judged,

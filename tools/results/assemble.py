@@ -112,7 +112,7 @@ def _faults(folder: Path) -> list[dict[str, Any]]:
     if not (folder / FAULTS).exists():
         return []
     scenario, _ = read_scenario(folder)
-    judged = fault_verdicts.judge(folder, scenario.fault)
+    judged = fault_verdicts.judge(folder, scenario.fault, antennas(folder))
     fault_verdicts.write(folder, judged)
     return fault_verdicts.rows(judged)
 
@@ -140,6 +140,13 @@ def read_scenario(folder: Path) -> tuple[Scenario, list[Codec]]:
     scenario = scenarios.parse(document, str(path))
     found = [vehicle.load(scenarios.vehicle_path(craft, path)) for craft in scenario.craft]
     return scenario, [codec(v.antennas) for v in found]
+
+
+def antennas(folder: Path) -> dict[str, tuple[str, ...]]:
+    """Names of the antennas of each craft of a run folder."""
+    scenario, _ = read_scenario(folder)
+    path = folder / SCENARIO
+    return {one.name: tuple(vehicle.load(scenarios.vehicle_path(one, path)).names) for one in scenario.craft}
 
 
 def after_a_crash(facts: Mapping[str, Any] | None, scenario: Scenario, epochs: int) -> dict[str, Any]:

@@ -33,15 +33,17 @@ class Fixes:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What became of a fault: by which check it was seen, and how many epochs after its first one, None if it
-    was not; the largest error of a fix [m], nan without one; share of its epochs with a fix; how many fixes
-    there are whose error is not known."""
+    """What became of a fault: by which check it was seen first, and how many epochs after its first one, None
+    if it was not; the same of the checks that were expected to see it; the largest error of a fix [m], nan
+    without one; share of its epochs with a fix; how many fixes there are whose error is not known."""
 
     detected_by: str | None
     after_epochs: int | None
     fix_error_m: float
     availability: float
     fixes_unjudged: int = 0
+    expected_by: str | None = None
+    expected_after_epochs: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,22 +74,25 @@ def behind(first: int, last: int) -> int:
 
 
 def finding(
-    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, signs: Sequence[Sign], frames: bool = True
-) -> Finding | None:
+    expect: Expect, stretches: Sequence[Stretch], fixes: Fixes, signs: Sequence[Sign], frames: bool = True,
+    others: Sequence[tuple[int, int]] = (),
+) -> Finding | None:  # fmt: skip
     """What became of a fault, from its stretches; None if it never acted.
 
-    signs    what each check saw on the fault's bus
+    signs    what each check saw at the fault's places
     frames   whether the fault's kind acts on frames (`Row.frames`)
+    others   first and last epochs of the other faults on its bus
 
-    Of the checks that the fault may be seen by the first counts. One that said the same of the same place in
-    the epoch before did not see the fault. Where none is expected to see it, any may that was quiet before.
+    A check counts that says what is new, while the fault lasts or as long behind it; of several the first,
+    and of those that come at once the one nearest to a cause.
     """
     found = span(stretches, frames)
     if found is None:
         return None
     first, last = found
-    named = [name for name in expect.detected_by if name != NOTHING]
-    by, after = _first_of(_new(signs, named, first) if named else _newly(signs, first, last), first)
+    new = _newly(signs, first, last, others)
+    by, after = _first_of(new, first)
+    expected_by, expected_after = _first_of([one for one in new if one.word in expect.detected_by], first)
     fixed = np.unique(fixes.epoch[fixes.valid & (fixes.epoch >= first) & (fixes.epoch <= last)])
     near = (fixes.epoch >= first) & (fixes.epoch <= behind(first, last))
     known = np.isfinite(fixes.error_m)
@@ -98,23 +103,28 @@ def finding(
         float(errors_m.max()) if len(errors_m) else float("nan"),
         len(fixed) / (last - first + 1),
         int((near & fixes.valid & ~known).sum()),
+        expected_by,
+        expected_after,
     )
 
 
-def _new(signs: Sequence[Sign], names: Sequence[str], first: int) -> list[Sign]:
-    """Those by some words that did not go on from before a fault."""
-    return [one for one in signs if one.word in names and first - 1 not in one.epochs]
-
-
-def _newly(signs: Sequence[Sign], first: int, last: int) -> list[Sign]:
-    """Those that were quiet for as long before a fault as it lasted, in its own epochs; those nearest to a
-    cause come first."""
-    quiet, until = max(LEAST_BEFORE, last - first + 1), behind(first, last)
+def _newly(signs: Sequence[Sign], first: int, last: int, others: Sequence[tuple[int, int]]) -> list[Sign]:
+    """Those that were quiet for as long before a fault as it lasted, but for the time of other faults, and
+    did not go on from there; in its own epochs. Those nearest to a cause come first."""
+    begin, until = first - max(LEAST_BEFORE, last - first + 1), behind(first, last)
     return [
         replace(one, epochs=one.epochs[one.epochs <= until])
         for one in sorted(signs, key=lambda one: NEAREST.index(one.word))
-        if not ((one.epochs >= first - quiet) & (one.epochs < first)).any()
+        if first - 1 not in one.epochs and not _unexplained(one.epochs, begin, first, others).any()
     ]
+
+
+def _unexplained(epochs: I64, begin: int, end: int, others: Sequence[tuple[int, int]]) -> Bool:
+    """(k,) which epochs are from one until before another, and of no other fault's time."""
+    found = (epochs >= begin) & (epochs < end)
+    for first, last in others:
+        found &= (epochs < first) | (epochs > behind(first, last))
+    return found
 
 
 def _first_of(signs: Sequence[Sign], first: int) -> tuple[str | None, int | None]:
@@ -149,11 +159,16 @@ def _detection(expect: Expect, found: Finding | None) -> Verdict:
         return Verdict("detected_by", expected, "never acted", False)
     if found.detected_by is None:
         return Verdict("detected_by", expected, "not seen", NOTHING in expect.detected_by)
-    assert found.after_epochs is not None
-    met = expect.within_epochs is None or found.after_epochs <= expect.within_epochs
-    met &= found.detected_by in expect.detected_by
-    after = so_many(found.after_epochs, "epoch")
-    return Verdict("detected_by", expected, f"{found.detected_by} after {after}", met)
+    if found.expected_by is None:
+        only = "" if expect.detected_by == (NOTHING,) else "only "
+        return Verdict("detected_by", expected, only + _when(found.detected_by, found.after_epochs), False)
+    after = found.expected_after_epochs
+    met = expect.within_epochs is None or (after is not None and after <= expect.within_epochs)
+    return Verdict("detected_by", expected, _when(found.expected_by, after), met)
+
+
+def _when(by: str, after: int | None) -> str:
+    return f"{by} after {so_many(after or 0, 'epoch')}"
 
 
 def _error(limit_m: float, found: Finding | None) -> Verdict:

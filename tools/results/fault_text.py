@@ -8,8 +8,8 @@ from typing import Any
 from gnss_hil.tools.results.figures import aligned, figure, small
 
 _LEDGER = (
-    "fault", "kind", "place", "acted", "seen by", "after", "touched", "refused", "let through", "at the fix",
-    "fixes", "",
+    "fault", "kind", "place", "acted", "seen by", "after", "expected", "touched", "refused", "let through",
+    "at the fix", "fixes", "",
 )  # fmt: skip
 
 
@@ -22,8 +22,9 @@ def faults(s: Mapping[str, Any]) -> list[str]:
 
 
 def fault_cells(row: Mapping[str, Any], several: bool = False) -> tuple[str, ...]:
-    """A fault of the ledger: name, kind, place, when it acted, by which check it was seen, after how many
-    epochs, frames touched, refused and let through, error at the fix, share of epochs with a fix, verdict.
+    """A fault of the ledger: name, kind, place, when it acted, by which check it was seen first, after how
+    many epochs, the same of those that were expected to, frames touched, refused and let through, error at
+    the fix, share of epochs with a fix, verdict.
 
     several   whether there are several craft: then it says whose
     """
@@ -31,17 +32,26 @@ def fault_cells(row: Mapping[str, Any], several: bool = False) -> tuple[str, ...
     frames = row["frames"]
     head = (name, row["kind"], row["place"])
     if row["first_epoch"] is None:
-        return (*head, "never", *(["-"] * 7), fault_verdict(row))
+        return (*head, "never", *(["-"] * 8), fault_verdict(row))
     return (
         *head,
         f"{row['first_epoch']}..{row['last_epoch']}",
         row["detected_by"] or "nothing",
         "-" if row["after_epochs"] is None else figure(row["after_epochs"]),
+        _expected(row),
         *(figure(frames[key]) for key in ("touched", "refused", "let_through")),
         _at_the_fix(row),
         f"{100 * row['availability']:.3g} %",
         fault_verdict(row),
     )
+
+
+def _expected(row: Mapping[str, Any]) -> str:
+    """Which of the checks that were expected to see it did first, and after how many epochs; "-" where none
+    was expected to."""
+    if not any(one["key"] == "detected_by" for one in row["expectations"]):
+        return "-"
+    return f"{row['expected_by']} {row['expected_after_epochs']}" if row["expected_by"] else "nothing"
 
 
 def _at_the_fix(row: Mapping[str, Any]) -> str:

@@ -7,7 +7,7 @@ time. Where a mark shows a wrong time and is believed, the fix is wrong by as fa
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from gnss_hil.tools.results import detectors, faults, parquet, trajectory
 from gnss_hil.tools.results.checks import BENCH, FLIGHT, REJECTIONS
 from gnss_hil.tools.results.detectors import Sign
 from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, behind, finding, span, verdicts
+from gnss_hil.tools.results.reach import reach
 from gnss_hil.tools.results.summary import number
 
 _AXES = ("x_ecef_m", "y_ecef_m", "z_ecef_m")
@@ -71,10 +72,11 @@ class Seen:
     refused: I64
 
 
-def judge(folder: Path, given: Sequence[Fault]) -> list[Judged]:
+def judge(folder: Path, given: Sequence[Fault], antennas: Mapping[str, Sequence[str]]) -> list[Judged]:
     """Of each fault on each craft's bus; none without faults.
 
-    given   the run's faults in the order of its scenario
+    given      the run's faults in the order of its scenario
+    antennas   their names, by craft
     """
     armed, stretches = faults.read(folder)
     found: list[Judged] = []
@@ -82,14 +84,20 @@ def judge(folder: Path, given: Sequence[Fault]) -> list[Judged]:
         craft = bus["craft"]
         mine = [one for one in given if one.craft in (None, craft)]
         fixes, seen = fixes_of(folder, craft), seen_in(folder, craft)
+        own = [
+            [one for one in stretches if (one.craft, one.fault) == (section, place)]
+            for place in range(len(mine))
+        ]
+        spans = [span(some, KINDS[one.kind].frames) for one, some in zip(mine, own, strict=True)]
         for place, (fault, about) in enumerate(zip(mine, bus["faults"], strict=True)):
-            own = [one for one in stretches if (one.craft, one.fault) == (section, place)]
-            on_frames = KINDS[fault.kind].frames
-            what = finding(fault.expect, own, fixes, seen.signs, on_frames)
+            others = [one for k, one in enumerate(spans) if one is not None and k != place]
+            its = reach(fault, antennas[craft])
+            signs = [one for one in seen.signs if its.has(one)]
+            what = finding(fault.expect, own[place], fixes, signs, KINDS[fault.kind].frames, others)
             rows = tuple(verdicts(fault.expect, what))
-            acted = span(own, on_frames)
+            acted = spans[place]
             said = (about["name"], about["kind"], about["place"])
-            found.append(Judged(craft, *said, acted, _frames(own, acted, seen), what, rows))
+            found.append(Judged(craft, *said, acted, _frames(own[place], acted, seen), what, rows))
     return found
 
 
@@ -119,6 +127,8 @@ def rows(judged: Sequence[Judged]) -> list[dict[str, Any]]:
             "frames": asdict(one.frames),
             "detected_by": one.found.detected_by if one.found else None,
             "after_epochs": one.found.after_epochs if one.found else None,
+            "expected_by": one.found.expected_by if one.found else None,
+            "expected_after_epochs": one.found.expected_after_epochs if one.found else None,
             "fix_error_m": number(one.found.fix_error_m) if one.found else None,
             "fixes_unjudged": one.found.fixes_unjudged if one.found else None,
             "availability": number(one.found.availability) if one.found else None,
@@ -141,15 +151,14 @@ def write(folder: Path, judged: Sequence[Judged]) -> None:
 
 
 def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
-    """Columns (n,) of what became of faults: detected_by, after_epochs, fix_error_m, fixes_unjudged,
-    availability, met."""
+    """Columns (n,) of what became of faults: detected_by, after_epochs, expected_by, expected_after_epochs,
+    fix_error_m, fixes_unjudged, availability, met."""
     found = [one.found or Finding(None, None, float("nan"), float("nan")) for one in of]
-    words = sorted({one.detected_by for one in found if one.detected_by})
-    after = np.array([-1 if one.after_epochs is None else one.after_epochs for one in found], np.int64)
-    by = np.array([words.index(one.detected_by) if one.detected_by else -1 for one in found], np.int64)
     return {
-        "detected_by": parquet.Labelled(by, tuple(words)),
-        "after_epochs": parquet.Partial(after, after >= 0),
+        "detected_by": _words([one.detected_by for one in found]),
+        "after_epochs": _epochs([one.after_epochs for one in found]),
+        "expected_by": _words([one.expected_by for one in found]),
+        "expected_after_epochs": _epochs([one.expected_after_epochs for one in found]),
         "fix_error_m": np.array([one.fix_error_m for one in found], float),
         "fixes_unjudged": np.array([one.fixes_unjudged for one in found], np.int64),
         "availability": np.array([one.availability for one in found], float),
@@ -157,6 +166,18 @@ def _found(of: Sequence[Judged]) -> dict[str, parquet.Column]:
             np.array([one.met for one in of], bool), np.array([bool(one.verdicts) for one in of], bool)
         ),
     }
+
+
+def _words(given: Sequence[str | None]) -> parquet.Labelled:
+    words = sorted({one for one in given if one})
+    return parquet.Labelled(
+        np.array([words.index(one) if one else -1 for one in given], np.int64), tuple(words)
+    )
+
+
+def _epochs(given: Sequence[int | None]) -> parquet.Partial:
+    values = np.array([-1 if one is None else one for one in given], np.int64)
+    return parquet.Partial(values, values >= 0)
 
 
 def fixes_of(folder: Path, craft: str) -> Fixes:

@@ -48,7 +48,9 @@ def judged(seen=None, fault=FAULT, fixes=FIXES, **expected) -> dict[str, tuple[s
         ({"silence": [54]}, ("silence after 4 epochs", False)),
         ({"silence": [20, 53], "mark": [52]}, ("mark after 2 epochs", True)),
         ({"silence": [20]}, ("not seen", False)),
-        ({"range": [50]}, ("not seen", False)),
+        ({"silence": [64]}, ("not seen", False)),
+        ({"range": [50]}, ("only range after 0 epochs", False)),
+        ({"range": [50], "silence": [51]}, ("silence after 1 epoch", True)),
     ],
 )
 def test_detection_is_by_one_of_the_checks_in_time(seen, found):
@@ -99,9 +101,31 @@ def test_of_what_is_seen_at_once_the_nearest_to_the_cause_is_told():
 
 def test_what_goes_on_from_before_did_not_see_it_but_elsewhere_it_may():
     assert judged({"silence": [49, 50, 51]}, detected_by="silence")["detected_by"] == ("not seen", False)
-    assert judged({"silence": [48, 51]}, detected_by="silence")["detected_by"][1]
+    assert judged({"silence": [48, 51]}, detected_by="silence")["detected_by"] == ("not seen", False)
     both = [Sign("silence", "RX1", np.array([49, 50])), Sign("silence", "RX2", np.array([51]))]
     assert finding(Expect(detected_by="silence"), FAULT, FIXES, both).after_epochs == 1
+
+
+def test_what_another_fault_led_to_before_is_not_the_usual():
+    """The same check of the same place, of a fault before; but not if it goes on, or if nothing explains
+    it."""
+    seen = signs({"silence": [44, 45, 50]})
+    told = Expect(detected_by="silence")
+    assert finding(told, FAULT, FIXES, seen).detected_by is None
+    assert finding(told, FAULT, FIXES, seen, others=[(44, 45)]).expected_after_epochs == 0
+    assert finding(told, FAULT, FIXES, seen, others=[(30, 35)]).detected_by is None
+    assert finding(told, FAULT, FIXES, seen, others=[(42, 43)]).detected_by == "silence", "as long behind it"
+    on = signs({"silence": [48, 49, 50]})
+    assert finding(told, FAULT, FIXES, on, others=[(48, 60)]).detected_by is None
+
+
+def test_who_saw_it_and_who_was_to_are_two_things():
+    seen = signs({"silence": [50], "restart": [53], "mark": [40]})
+    found = finding(Expect(detected_by=("restart", "mark")), FAULT, FIXES, seen)
+    assert (found.detected_by, found.after_epochs) == ("silence", 0)
+    assert (found.expected_by, found.expected_after_epochs) == ("restart", 3)
+    found = finding(Expect(detected_by="mark"), FAULT, FIXES, signs({"silence": [50]}))
+    assert (found.detected_by, found.expected_by, found.expected_after_epochs) == ("silence", None, None)
 
 
 def test_availability_is_of_the_epochs_while_it_lasts():

@@ -17,6 +17,7 @@ from gnss_hil.emulator.faults.ledger import Stretch
 from gnss_hil.emulator.faults.models import Expect
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.results import parquet
+from gnss_hil.tools.results.assemble import antennas
 from gnss_hil.tools.results.expectations import finding
 from gnss_hil.tools.results.fault_verdicts import fixes_of, judge, seen_in
 from tests.support.programs import GNSS_HIL
@@ -57,7 +58,7 @@ def folder(played):
 
 
 def test_faults_are_judged_by_what_is_on_record(folder):
-    rows = {one.fault: one for one in judge(folder, [of_line(line) for line in LINES])}
+    rows = {one.fault: one for one in judge(folder, [of_line(line) for line in LINES], antennas(folder))}
     assert list(rows) == ["quiet", "crc", "never", "idle", "jump"]
     assert rows["never"].found is None and not rows["never"].met
     crc = rows["crc"]
@@ -95,7 +96,7 @@ def test_the_terminal_has_a_ledger(played):
     head, *lines = done.stdout[done.stdout.index("fault  ") :].splitlines()[:6]
     assert head.split()[:5] == ["fault", "kind", "place", "acted", "seen"]
     words = {line.split()[0]: line.split() for line in lines}
-    assert words["quiet"][1:6] == ["silence", "ATT", "100..109", "silence", "0"]
+    assert words["quiet"][1:8] == ["silence", "ATT", "100..109", "attitude", "0", "silence", "0"]
     assert words["quiet"][-1] == "met" and words["never"][-1] == "MISSED"
     assert words["never"][3] == words["idle"][3] == "never"
 
@@ -106,7 +107,8 @@ def test_the_summary_and_the_table_have_what_became_of_each_fault(folder):
     assert set(table["fault"]) == {"quiet", "crc", "jump"}
     for found in table.iter_rows(named=True):
         row = rows[found["fault"]]
-        assert found["detected_by"] == row["detected_by"] and found["after_epochs"] == row["after_epochs"]
+        for name in ("detected_by", "after_epochs", "expected_by", "expected_after_epochs"):
+            assert found[name] == row[name]
         assert found["fix_error_m"] == pytest.approx(row["fix_error_m"]) and found["met"] is row["met"]
     assert rows["never"]["first_epoch"] is None and not rows["never"]["met"]
     assert {one["found"] for one in rows["never"]["expectations"]} == {"never acted"}
@@ -142,7 +144,7 @@ def test_frames_behind_a_fault_are_not_those_it_touched(tmp_path):
     run, line = tmp_path / "run", "ATT restart @10+3"
     more = ["--duration", "20", "--bus", "inline", "--no-report", "--quiet", "--out", str(run)]
     assert main(["run", "soyuz", "--fault", line, *more]) == 0
-    (one,) = judge(run, [of_line(line)])
+    (one,) = judge(run, [of_line(line)], antennas(run))
     assert (one.frames.touched, one.frames.missing) == (3 * 4, 3 * 4)
     assert polars.read_parquet(run / "faults.parquet")["frames_touched"].sum() == (3 + 7) * 4
 
@@ -166,3 +168,30 @@ def test_a_fix_errs_against_the_truth_at_the_time_that_its_mark_shows(tmp_path):
     assert (judged.fix_error_m, judged.fixes_unjudged) == (pytest.approx(7500), 1)
     (tmp_path / "truth.parquet").unlink()
     assert np.isnan(fixes_of(tmp_path, "a").error_m).all(), "without a truth"
+
+
+def test_what_another_fault_did_does_not_meet_what_is_expected_of_one(tmp_path, capsys):
+    """A receiver that is off when the wrong CRCs of another are long over; and one that is silent, and does
+    not restart in time."""
+    lines = (
+        "rx1 RANGE crc wrong @70+2 detected_by=silence name=crc",
+        "rx2 off @80+5 detected_by=silence name=off",
+        "rx2 off @100+5 detected_by=restart within_epochs=1 name=again",
+        "rx3 RANGE crc wrong @100+4 detected_by=silence name=beside",
+    )
+    faults = [word for line in lines for word in ("--fault", line)]
+    more = ["--duration", "115", "--bus", "inline", "--no-report", "--quiet", "--out", str(tmp_path / "run")]
+    verdict = tmp_path / "verdict.xml"
+    assert main(["run", "soyuz", *faults, *more, "--junit", str(verdict)]) == 1
+    crc, off, again, beside = json.loads((tmp_path / "run" / "summary.json").read_text())["faults"]
+    assert (crc["detected_by"], crc["expected_by"], crc["met"]) == ("corrupted", None, False)
+    assert (off["detected_by"], off["expected_by"], off["met"]) == ("silence", "silence", True)
+    assert (again["detected_by"], again["after_epochs"], again["met"]) == ("silence", 0, False)
+    assert (beside["detected_by"], beside["expected_by"]) == ("corrupted", None), "silence is of rx2"
+    said = {case.get("name"): case.find("failure") for case in ElementTree.parse(verdict).iter("testcase")}
+    assert (
+        said["fault soyuz again"]
+        .get("message")
+        .endswith("detected_by: only silence after 0 epochs, expected restart within 1 epoch")
+    )
+    assert said["fault soyuz off"] is None
