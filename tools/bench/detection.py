@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 
 import polars as pl
 
-from gnss_hil.dbc.common.near import did_you_mean
+from gnss_hil.dbc.common.limits import MAX_RECEIVERS
+from gnss_hil.dbc.common.near import did_you_mean, nearest
+from gnss_hil.dbc.common.systems import by_letter
+from gnss_hil.dbc.contract.messages import messages, node_names
+from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.tools.bench.errors import BenchError
-from gnss_hil.tools.results.checks import CHECKS
+from gnss_hil.tools.results.checks import BENCH, CHECKS
 from gnss_hil.tools.results.detectors import ROWS
 
 
@@ -25,20 +30,65 @@ def named(check: str) -> tuple[str, ...]:
     raise BenchError(f"check '{check}': not known; {did_you_mean(check, known, 'there are')}")
 
 
-def seen(checks: pl.DataFrame, check: str, where: str | None = None) -> pl.DataFrame:
-    """The rows of a check, of a message or node, or of any: "RX2" is the node and its messages "RX2_...".
-    BenchError if there is no such check."""
+def seen(
+    checks: pl.DataFrame, check: str, where: str | None = None, antennas: Iterable[Sequence[str]] = ()
+) -> pl.DataFrame:
+    """The rows of a check, of a message, node, antenna or satellite, or of any: "RX2" is the node and its
+    messages "RX2_...". BenchError if there is no such check or place.
+
+    antennas   their names, of each craft
+    """
     found = checks.filter(pl.col("check").is_in(named(check)))
     if where is None:
         return found
-    name = where.strip().upper()
+    name = place(where, list(antennas))
     return found.filter((pl.col("where") == name) | pl.col("where").str.starts_with(f"{name}_"))
+
+
+def place(where: str, antennas: Sequence[Sequence[str]]) -> str:
+    """A place as tables have it; BenchError if it is none of a run whose craft have these antennas."""
+    name = where.strip().upper()
+    called = {
+        f"RX{number}" for names in antennas for number, one in enumerate(names, 1) if one.upper() == name
+    }
+    if len(called) > 1:
+        raise BenchError(f"where='{where}': {' and '.join(sorted(called))}; which craft? of(craft) has one")
+    if called:
+        return called.pop()
+    receivers = max(map(len, antennas), default=MAX_RECEIVERS)
+    known = [*node_names(receivers), *(one.name for one in messages(receivers)), BENCH]
+    if name in known or any(one.startswith(f"{name}_") for one in known):
+        return name
+    if _IDENTIFIER.fullmatch(where.strip()):
+        return f"0x{name[2:]}"
+    if _is_satellite(name):
+        return name
+    words = [*known, *(one for names in antennas for one in names)]
+    near = nearest(where, words)
+    meant = (
+        f"did you mean '{near}'?"
+        if near
+        else (
+           
+           
+        f"there are receivers (RX1 to RX{receivers}), antennas by name, nodes (ATT), messages (RX1_RANGE), "
+    "satellites (G07), identifiers (0x3A5)" ) )
+    raise BenchError(f"where='{where}': no such place; {meant}")
+
+
+def _is_satellite(name: str) -> bool:
+    match = _SATELLITE.fullmatch(name)
+    system = match and by_letter(match[1])
+    return bool(match and system and 1 <= int(match[2]) <= system.numbers)
+
+
+_SATELLITE, _IDENTIFIER = re.compile(r"([A-Z])(\d\d)"), re.compile(r"0[xX][0-9a-fA-F]{1,8}")
 
 
 def first_epochs(faults: pl.DataFrame, fault: str | None) -> Mapping[str, int]:
     """First epoch in which a fault touched a frame, or of its window where it acts elsewhere, by craft; None:
-    the only one. BenchError if there is no such one,
-    or if it never acted."""
+    the only one. BenchError if there is no such one, or if it never acted: a window in which none of its
+    frames came is none in which it did."""
     known = faults["fault"].unique(maintain_order=True).to_list()
     if fault is None and len(known) > 1:
         raise BenchError(f"fault=: which of {len(known)}? {', '.join(map(repr, known))}")
@@ -47,9 +97,14 @@ def first_epochs(faults: pl.DataFrame, fault: str | None) -> Mapping[str, int]:
     if not known:
         raise BenchError("within=: counts from a fault, and none acted in this run")
     mine = faults.filter(pl.col("active"), fault=fault or known[0])
-    struck = mine.filter(pl.col("first_struck").is_not_null())
-    begun = (struck, "first_struck") if len(struck) else (mine, "first_epoch")
-    return dict(begun[0].group_by("craft").agg(pl.col(begun[1]).min()).iter_rows())
+    elsewhere = [kind for kind, row in KINDS.items() if not row.frames]
+    begun = pl.when(pl.col("kind").is_in(elsewhere)).then("first_epoch").otherwise("first_struck")
+    acted = mine.with_columns(begun=begun).drop_nulls("begun")
+    if acted.is_empty():
+        raise BenchError(
+            f"fault '{fault or known[0]}': never acted in this run; no frame was at its place then"
+        )
+    return dict(acted.group_by("craft").agg(pl.col("begun").min()).iter_rows())
 
 
 def _acted(fault: str, known: list[str]) -> str:

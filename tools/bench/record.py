@@ -208,6 +208,13 @@ class Run:
         return self._converged("fixes") / self._converged("epochs")
 
     @property
+    def _antennas(self) -> list[tuple[str, ...]]:
+        """Names of the antennas, of each craft."""
+        with as_bench_errors():
+            of = assemble.antennas(self.folder)
+        return [names for craft, names in of.items() if self.craft in (None, craft)]
+
+    @property
     def _figures(self) -> list[Mapping[str, Any]]:
         crafts = self.summary["craft"]
         return list(crafts.values()) if self.craft is None else [crafts[self.craft]]
@@ -236,11 +243,12 @@ class Run:
                  there is no fix ("too_few_satellites", "inconsistent_ranges", "not_reported", ...)
         within   so many epochs behind the fault's first one, in which it acted, and which is 0
         fault    its name in `faults`; None: the only one, if `within` is given
-        where    node or message that the check must be of, "RX2" or "RX2_RANGE"; None: of any
+        where    node, message, antenna or satellite that the check must be of, "RX2", "RX2_RANGE", "aft" or
+                 "G07"; None: of any
 
-        BenchError if there is no such check or fault, or if the fault never acted.
+        BenchError if there is no such check, place or fault, or if the fault never acted.
         """
-        rows = detection.seen(self.checks, check, where)
+        rows = detection.seen(self.checks, check, where, self._antennas if where is not None else ())
         if within is None and fault is None:
             return not rows.is_empty()
         late = detection.late(rows, detection.first_epochs(self.faults, fault))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections import Counter
 from pathlib import Path
@@ -233,6 +234,38 @@ def test_of_several_faults_one_is_named(faulty):
         faulty.detected("silence", within=2)
     with pytest.raises(gnss_hil.BenchError, match=f"never acted in this run; did you mean '{off}'"):
         faulty.detected("silence", fault=off[:-2] + "x")
+
+
+def test_a_fault_in_whose_window_no_frame_came_never_acted(tmp_path):
+    """Its window came, and G07 was not tracked yet: `not detected` must not pass for that."""
+    faults = ["G07 range +30 m @0..2 name=early", "jammer @20..30 name=jammer"]
+    run = gnss_hil.run(
+        "soyuz", faults=faults, duration=40, bus="inline", out=tmp_path / "a", report=False, log=False
+    )
+    assert "early" in run.faults["fault"].to_list(), "a stretch without a frame"
+    with pytest.raises(gnss_hil.BenchError, match="'early': never acted in this run; no frame was at its"):
+        run.detected("exclusion", within=2, fault="early")
+    assert not run.detected("corrupted", within=2, fault="jammer"), "which acts elsewhere"
+
+
+@pytest.mark.parametrize(
+    ("where", "told"),
+    [("RX9", "no such place; did you mean 'RX"), ("G99", "no such place"), ("RX2_RNGE", "mean 'RX2_RANGE'"),
+     ("starbord", "did you mean 'starboard'"), ("RANGE", "no such place"), ("", "no such place")],
+)  # fmt: skip
+def test_a_place_that_there_is_not_is_told(faulty, where, told):
+    with pytest.raises(gnss_hil.BenchError, match=re.escape(told)):
+        faulty.detected("silence", where=where)
+
+
+@pytest.mark.parametrize(
+    ("where", "seen"),
+    [("starboard", True), ("RX2", True), ("rx1", False), ("aft", False), ("ATT", False), ("G07", False),
+     ("0x3a5", False), ("BENCH", False), ("RX2_RANGE", False)],
+)  # fmt: skip
+def test_an_antenna_is_its_receiver(faulty, where, seen):
+    off = faulty.faults["fault"][0]
+    assert faulty.detected("silence", fault=off, where=where) is seen
 
 
 def test_without_a_fault_nothing_is_within(run):

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.verifies(
     status="validated",
 )
 
-ANTENNAS = ("fore", "aft", "port", "starboard")
+ANTENNAS = ("fore", "starboard", "aft", "port")
 
 
 def of(fault: str, word: str, where: str) -> bool:
@@ -32,7 +32,7 @@ def of(fault: str, word: str, where: str) -> bool:
         ("rx1 RANGE crc wrong", "timeout", "RX1_STATUS", True),
         ("rx1 RANGE crc wrong", "silence", "RX1", True),
         ("rx1 RANGE crc wrong", "silence", "RX2", False),
-        ("aft off", "silence", "RX2", True),
+        ("aft off", "silence", "RX3", True),
         ("aft off", "restart", "RX1", False),
         ("aft off", "mark", "TIME", False),
         ("rx4 range +30 m", "receiver", "RX4", True),
