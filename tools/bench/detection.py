@@ -69,10 +69,10 @@ def place(where: str, antennas: Sequence[Sequence[str]]) -> str:
         f"did you mean '{near}'?"
         if near
         else (
-           
-           
-        f"there are receivers (RX1 to RX{receivers}), antennas by name, nodes (ATT), messages (RX1_RANGE), "
-    "satellites (G07), identifiers (0x3A5)" ) )
+            f"there are receivers (RX1 to RX{receivers}), antennas by name, nodes (ATT), "
+            "messages (RX1_RANGE), satellites (G07), identifiers (0x3A5)"
+        )
+    )
     raise BenchError(f"where='{where}': no such place; {meant}")
 
 

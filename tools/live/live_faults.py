@@ -9,6 +9,7 @@ from typing import BinaryIO
 
 from gnss_hil.emulator.faults import ledger
 from gnss_hil.emulator.faults.engine import FaultPlan
+from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.tools.live.summary import FaultsSummary
 
 FRESH_S = 1.5
@@ -21,6 +22,7 @@ class LiveFaults:
     def __init__(self, path: Path, plans: Sequence[FaultPlan]):
         self._path = path
         self._names = [[one.name for one in plan.armed] for plan in plans]
+        self._elsewhere = [[not KINDS[one.kind].frames for one in plan.armed] for plan in plans]
         self._file: BinaryIO | None = None
         self._rest = b""
         self._acting: tuple[str, ...] = ()
@@ -61,9 +63,14 @@ class LiveFaults:
         return [line.decode() + "\n" for line in whole]
 
     def _within_windows(self, lines: Sequence[str]) -> tuple[str, ...]:
-        """Names of the faults that act in any epoch of some lines, each once."""
-        found = (self._names[craft][event.fault] for craft, event in ledger.events(lines) if event.since >= 0)
-        return tuple(dict.fromkeys(found))
+        """Names of the faults that act in any epoch of some lines, each once: on frames, or elsewhere."""
+        return tuple(
+            dict.fromkeys(
+                self._names[craft][event.fault]
+                for craft, event in ledger.events(lines)
+                if event.since >= 0 and (event.touched or self._elsewhere[craft][event.fault])
+            )
+        )
 
     def close(self) -> None:
         if self._file is not None:

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from gnss_hil.emulator.config.scenario import Scenario
+from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.tools.report import fault_chain
 from gnss_hil.tools.report.document import card, note
 from gnss_hil.tools.report.markup import Markup, table, tag, text
 from gnss_hil.tools.report.plot import Json, Plot, milliseconds
 from gnss_hil.tools.results import faults
+from gnss_hil.tools.results.expectations import spans
 from gnss_hil.tools.results.fault_chain import chain
 from gnss_hil.tools.results.fault_text import fault_cells, fault_missed
 
@@ -47,14 +49,15 @@ def cards(folder: Path, s: Mapping[str, Any]) -> list[Markup]:
 
 def _ledger(rows: Sequence[Mapping[str, Any]], several: bool) -> Markup:
     cells = [_row(number, row, several) for number, row in enumerate(rows, 1)]
+    acted = any(row["first_epoch"] is not None for row in rows)
     missed = [line for row in rows for line in fault_missed(row)]
     return card(
         "Faults",
         table((_two(*words) for words in _HEAD), cells, class_="ledger"),
         tag.ul((tag.li(line) for line in missed), class_="bad") if missed else None,
         note(
-            "Refused by the protection, and worst fix: while the fault lasted and as long behind it. Red in "
-            "plots over time: a fault acts, by its number."
+            "Refused by the protection, and worst fix: while the fault lasted and as long behind it."
+            + (" Red in plots over time: a fault acts, by its number." if acted else "")
         ),
         style="card wide",
     )
@@ -104,14 +107,11 @@ def windows(folder: Path, scenario: Scenario, craft: str) -> list[Window]:
     found: list[Window] = []
     number = 0
     for section, bus in enumerate(armed):
-        for place in range(len(bus["faults"])):
+        for place, about in enumerate(bus["faults"]):
             number += 1
-            spans = dict.fromkeys(
-                (one.first, one.last)
-                for one in stretches
-                if one.active and (one.craft, one.fault) == (section, place) and bus["craft"] == craft
-            )
-            for first, last in spans:
+            mine = bus["craft"] == craft
+            own = [one for one in stretches if mine and (one.craft, one.fault) == (section, place)]
+            for first, last in dict.fromkeys(spans(own, KINDS[about["kind"]].frames)):
                 begin, end = (time.start_ns + epoch * time.interval_ns - half for epoch in (first, last + 1))
                 found.append(Window(number, begin, end))
     return found

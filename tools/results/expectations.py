@@ -59,13 +59,17 @@ class Verdict:
 def span(stretches: Sequence[Stretch], frames: bool = True) -> tuple[int, int] | None:
     """First and last epoch in which a fault acted within its windows; None if it never did.
 
-    frames   whether its kind acts on frames: then it begins where it first touched one
+    frames   whether its kind acts on frames
     """
+    found = spans(stretches, frames)
+    return (min(first for first, _ in found), max(last for _, last in found)) if found else None
+
+
+def spans(stretches: Sequence[Stretch], frames: bool = True) -> list[tuple[int, int]]:
+    """First and last epochs of the stretches in which a fault acted within its windows. If its kind acts on
+    frames it begins where it first touched one: where there was none it did not act."""
     acting = [one for one in stretches if one.active and (one.touched or not frames)]
-    if not acting:
-        return None
-    first = min(one.struck if frames else one.first for one in acting)
-    return first, max(one.last for one in acting)
+    return [(one.struck if frames else one.first, one.last) for one in acting]
 
 
 def behind(first: int, last: int) -> int:

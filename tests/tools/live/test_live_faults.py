@@ -52,6 +52,18 @@ def test_each_is_armed_then_acts_then_is_over(grown):
     assert faults.look(4.0 + FRESH_S) == FaultsSummary((), ("quiet", "off"), ("late",))
 
 
+def test_where_no_frame_comes_none_acts(tmp_path):
+    """A channel that tracks nothing yet; a jammer touches no frame and acts all the same."""
+    lines = ("rx3 ch0 loss @3+4 name=early", "jammer @3+4 name=jammer")
+    path, plan = tmp_path / "faults", plan_of(*lines)
+    events = [event for one in strike(*lines) for event in one.events if event.epoch < 6]
+    assert {event.fault for event in events} == {0, 1}
+    path.write_text(ledger.header([plan]) + "".join(ledger.line(0, event) for event in events))
+    reader = LiveFaults(path, [plan])
+    assert reader.look(0.0) == FaultsSummary(("jammer",), (), ("early",))
+    reader.close()
+
+
 def test_a_line_cut_short_waits_for_its_end(grown):
     grow, faults = grown
     grow(100, cut=5)

@@ -9,7 +9,7 @@ import pytest
 from gnss_hil.tools.command_line.main import main
 from gnss_hil.tools.report import fault_ledger
 from gnss_hil.tools.report.plot import Plot, axis, layout
-from gnss_hil.tools.results import assemble
+from gnss_hil.tools.results import assemble, faults
 
 pytestmark = pytest.mark.verifies(
     "tools/report/fault_ledger.py",
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.verifies(
 
 LINES = (
     "rx2 crc wrong @100+4 name=crc detected_by=corrupted", "G07 range +30 m @100+6 every=3 on=1 name=step",
-    "ATT loss @1h name=never detected_by=lost", "rx1 loss @110+2",
+    "ATT loss @1h name=never detected_by=lost", "rx1 loss @110+2", "rx3 ch0 loss @3+3 name=early",
 )  # fmt: skip
 BEGIN_MS = 1_351_642_500_000
 """2012-10-31 00:15:00, soyuz's first epoch, on a calendar that runs with GPS time."""
@@ -61,6 +61,16 @@ def test_the_ledger_has_a_row_for_each_fault_and_says_what_was_missed(folder):
     assert "<li>fault 'never' (ATT, craft soyuz) never acted" in table
     assert "From frame to fix" in chain and "frames touched" in chain
     assert fault_ledger.cards(folder, summary | {"faults": []}) == []
+    assert "Red in plots" in table
+    (idle,) = fault_ledger.cards(folder, summary | {"faults": summary["faults"][-1:]})
+    assert "never" in idle and "Red in plots" not in idle
+
+
+def test_a_window_in_which_no_frame_came_is_not_shaded(folder, windows):
+    """It is on record, of a channel that tracked nothing yet; the ledger says never."""
+    _, stretches = faults.read(folder)
+    assert {one.touched for one in stretches if one.fault == 4} == {0}
+    assert 5 not in {one.number for one in windows}
 
 
 def test_windows_are_the_epochs_in_which_it_acted_by_the_ledgers_number(windows):
