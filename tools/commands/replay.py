@@ -114,11 +114,14 @@ def run(arguments: Namespace) -> int:
     recording = found.recorded.recording
     found_lines = recording.found.lines(recording.path)
     changed = assemble.since_the_run(found.folder) if found.folder else ()
-    for line in (*found_lines, *damage.lines(found.recorded), *changed):
+    lacking = damage.lines(found.recorded)
+    for line in (*found_lines, *lacking, *changed):
         print(f"{PROGRAM}: {line}", file=sys.stderr)
     if folder is not None:
         print(flush=True)
-        _report(folder.path, source.scenario_of(found)[1], output.facts_of(found, config, played, about))
+        _report(
+            folder.path, source.scenario_of(found)[1], output.facts_of(found, config, played, about, lacking)
+        )
     if stop():
         return stop.status
     return 1 if different else 0

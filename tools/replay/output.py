@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -101,9 +101,13 @@ def about_of(config: ReplayConfig, command: str) -> dict[str, Any]:
 
 
 def facts_of(
-    source: Source, config: ReplayConfig, played: Played, about: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What the replay alone knows."""
+    source: Source, config: ReplayConfig, played: Played, about: Mapping[str, Any],
+    lacking: Sequence[str] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """What the replay alone knows.
+
+    lacking   lines on what the recording lacks, and has besides
+    """
     (run, scenario), latency = scenario_of(source), played.tally.latency
     interval_s = source.recorded.interval_ns / 1e9
     recorded = f"{REPLAY_OF}{run}"
@@ -120,6 +124,8 @@ def facts_of(
         interrupted=not played.complete,
         ended=assemble.COMPLETE if played.complete else assemble.INTERRUPTED,
         failure="",
+        remarks=[*lacking],
+        **({"epochs_planned": played.epochs} if played.complete else {}),
         about=about,
         epoch_interval_s=interval_s,
         epochs_unanswered=played.tally.unanswered,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -11,7 +11,7 @@ import numpy as np
 from gnss_hil.dbc.common import gpstime
 from gnss_hil.dbc.common.limits import MAX_RECEIVERS
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec, codec
-from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch, concat
+from gnss_hil.dbc.contract.frames import EMPTY, SFF_MASK, FrameBatch, concat
 from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.block import of_frames
 from gnss_hil.tools.decoder.screen import intact
@@ -52,9 +52,12 @@ class RecordedRun:
     start_ns: int
     interval_ns: int
 
-    def epochs(self) -> Iterator[RecordedEpoch]:
-        """All epochs, from the beginning again at each call."""
-        return _epochs(self.recording, self.bus, self.codec)
+    def epochs(self, behind: Callable[[int], None] | None = None) -> Iterator[RecordedEpoch]:
+        """All epochs, from the beginning again at each call.
+
+        behind   is told in the end how many time marks of other runs the recording holds behind this one
+        """
+        return _epochs(self.recording, self.bus, self.codec, behind)
 
 
 def open_run(recording: Recording, bus: str | None, contract: Codec | None) -> RecordedRun:
@@ -120,26 +123,33 @@ def _times_ns(contract: Codec, epochs: list[RecordedEpoch], numbers: np.ndarray)
     return reported if (reported >= 0).all() else heard_ns
 
 
-def _epochs(recording: Recording, bus: str, contract: Codec) -> Iterator[RecordedEpoch]:
+def _epochs(
+    recording: Recording, bus: str, contract: Codec, behind: Callable[[int], None] | None = None
+) -> Iterator[RecordedEpoch]:
     """The first run of a recording: it ends with BENCH_END, or where another session begins."""
+    pieces, rest = _on_bus(recording, bus), EMPTY
     sequencer = None
     flight_id = np.array([contract.sender_of[i] == "FLIGHT" for i in range(IDENTIFIERS)])
     session = None
-    for _, frames in _on_bus(recording, bus):
-        marks = marks_in(contract, frames)
+    for _, whole in pieces:
+        marks = marks_in(contract, whole)
         if session is None and len(marks.session):
             session = marks.session[0]
         over = min(marks.rows[marks.session != session].tolist(), default=None)
-        frames = frames[:over]
+        frames, rest = whole[:over], EMPTY if over is None else whole[over:]
         if sequencer is None:  # a run's own log has no BENCH_SYNC any more, and its frames are in order
             steered = bool((frames.can_id == contract.can_id_of["BENCH_SYNC", 0]).any())
             sequencer = Sequencer(contract, lockstep=steered)
         for epoch in sequencer.hear(frames):
             yield _sides(epoch, flight_id)
+        if sequencer.ended:
+            rest = whole[int((whole.can_id == contract.can_id_of["BENCH_END", 0]).argmax()) :]
         if over is not None or sequencer.ended:
             break
     for epoch in sequencer.finish() if sequencer else ():
         yield _sides(epoch, flight_id)
+    if behind is not None:
+        behind(sum(len(marks_in(contract, some).rows) for some in (rest, *(frames for _, frames in pieces))))
 
 
 def _sides(epoch, flight_id: np.ndarray) -> RecordedEpoch:

@@ -16,6 +16,7 @@ from gnss_hil.tools.common.errors import Mistake
 from gnss_hil.tools.decoder.time_marks import marks_in, with_session
 from gnss_hil.tools.recording.formats.candump import format_lines, parse_lines
 from gnss_hil.tools.recording.formats.recording import Recording
+from gnss_hil.tools.replay import damage
 from gnss_hil.tools.replay.compare import Comparison
 from gnss_hil.tools.replay.recorded_run import open_run
 
@@ -92,6 +93,12 @@ def test_a_second_run_in_a_recording_is_left_out(run, tmp_path, ended):
     both = open_run(Recording(written(tmp_path / "two.log", concat([first, again]))), None, None)
     assert [epoch.number for epoch in both.epochs()] == list(range(EPOCHS))
     assert sum(len(e.emulator) for e in both.epochs()) == sum(len(e.emulator) for e in recorded.epochs())
+    *_, line = damage.lines(both)
+    told = (
+        f"behind the {EPOCHS} epochs of this run another one follows, {EPOCHS} time marks; it is not replayed"
+    )
+    assert line == f"{tmp_path / 'two.log'}: vcan0: {told}"
+    assert damage.lines(recorded) == []
 
 
 def test_another_session_is_an_intact_one(run):
