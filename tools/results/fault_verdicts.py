@@ -6,7 +6,7 @@ time. Where a mark shows a wrong time and is believed, the fix is wrong by as fa
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,7 +22,7 @@ from gnss_hil.tools.results import detectors, faults, parquet, trajectory
 from gnss_hil.tools.results.checks import BENCH, FLIGHT, REJECTIONS
 from gnss_hil.tools.results.detectors import Sign
 from gnss_hil.tools.results.expectations import Finding, Fixes, Verdict, behind, finding, span, verdicts
-from gnss_hil.tools.results.reach import reach
+from gnss_hil.tools.results.reach import Reach, reach
 from gnss_hil.tools.results.summary import number
 
 _AXES = ("x_ecef_m", "y_ecef_m", "z_ecef_m")
@@ -31,7 +31,7 @@ _AXES = ("x_ecef_m", "y_ecef_m", "z_ecef_m")
 @dataclass(frozen=True, slots=True)
 class Frames:
     """Of a fault: frames that it touched, those that did not come for it, those that the protection refused
-    while it lasted and as long behind it, and those that were left, to be used."""
+    at its places while it lasted and as long behind it, and those that were left, to be used."""
 
     touched: int
     missing: int
@@ -63,13 +63,21 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """What checks.parquet has of a craft: what was seen by each word, and how many frames, those of
-    the bench too, were refused in which epochs (k,): by the bench's checks or by the flight software's, which
-    tells of the most frequent, whichever are more."""
+    """What checks.parquet has of a craft: what was seen by each word, and how many frames, those of the bench
+    too, were refused in which epochs, by whom (the bench's checks, the flight software's) and by where."""
 
     signs: Sequence[Sign]
-    refused_epoch: I64
-    refused: I64
+    refused: Mapping[tuple[str, str], Mapping[int, int]]
+
+    def refused_at(self, reach: Reach, first: int, last: int) -> int:
+        """Frames refused at a fault's places from one epoch to another: by the bench's checks or by the
+        flight software's, which tells of the most frequent, whichever are more."""
+        counts: dict[str, Counter[int]] = {BENCH: Counter(), FLIGHT: Counter()}
+        for (by, where), by_epoch in self.refused.items():
+            if reach.has_frames(where):
+                counts[by].update({e: n for e, n in by_epoch.items() if first <= e <= last})
+        epochs = {*counts[BENCH], *counts[FLIGHT]}
+        return sum(max(counts[BENCH][epoch], counts[FLIGHT][epoch]) for epoch in epochs)
 
 
 def judge(folder: Path, given: Sequence[Fault], antennas: Mapping[str, Sequence[str]]) -> list[Judged]:
@@ -97,20 +105,19 @@ def judge(folder: Path, given: Sequence[Fault], antennas: Mapping[str, Sequence[
             rows = tuple(verdicts(fault.expect, what))
             acted = spans[place]
             said = (about["name"], about["kind"], about["place"])
-            found.append(Judged(craft, *said, acted, _frames(own[place], acted, seen), what, rows))
+            found.append(Judged(craft, *said, acted, _frames(own[place], acted, seen, its), what, rows))
     return found
 
 
-def _frames(own: Sequence[Stretch], acted: tuple[int, int] | None, seen: Seen) -> Frames:
+def _frames(own: Sequence[Stretch], acted: tuple[int, int] | None, seen: Seen, its: Reach) -> Frames:
     """Counts of a fault within its windows."""
     if acted is None:
         return Frames(0, 0, 0, 0)
     first, last = acted
-    lasts = (seen.refused_epoch >= first) & (seen.refused_epoch <= behind(first, last))
     touched, missing = (
         sum(counts) for counts in zip(*((s.touched, s.missing) for s in own if s.active), strict=True)
     )
-    refused = int(seen.refused[lasts].sum())
+    refused = seen.refused_at(its, first, behind(first, last))
     return Frames(touched, missing, refused, max(0, touched - missing - refused))
 
 
@@ -197,7 +204,7 @@ def fixes_of(folder: Path, craft: str) -> Fixes:
 def seen_in(folder: Path, craft: str) -> Seen:
     """What checks.parquet has of a craft."""
     epochs: dict[tuple[str, str, str], list[I64]] = {}
-    refused: dict[str, Counter[int]] = {BENCH: Counter(), FLIGHT: Counter()}
+    refused: defaultdict[tuple[str, str], Counter[int]] = defaultdict(Counter)
     names = ("check", "where", "by", "epoch", "count")
     for batch in parquet.batches_of_craft(folder / "checks.parquet", craft, names):
         labels = [parquet.text(batch, name) for name in names[:3]]
@@ -211,11 +218,9 @@ def seen_in(folder: Path, craft: str) -> Seen:
             mine = known.nonzero()[0][place.ravel() == row]
             epochs.setdefault((check, where, by), []).append(epoch[mine])
             if check in (*REJECTIONS, BENCH):
-                refused[by].update(dict(zip(*_sums(epoch[mine], count[mine]), strict=True)))
-    every = sorted({*refused[BENCH], *refused[FLIGHT]})
-    most = [max(refused[BENCH][one], refused[FLIGHT][one]) for one in every]
+                refused[by, where].update(dict(zip(*_sums(epoch[mine], count[mine]), strict=True)))
     seen = {key: np.concatenate(pieces) for key, pieces in epochs.items()}
-    return Seen(detectors.signs(seen), np.array(every, np.int64), np.array(most, np.int64))
+    return Seen(detectors.signs(seen), refused)
 
 
 def _sums(key: I64, values: F64) -> tuple[list[int], list[int]]:

@@ -29,7 +29,8 @@ _SATELLITE = re.compile(r"[A-Z]\d\d")
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """What a fault touches: messages by name, nodes that send or are sent them, satellites, None: of any.
+    """What a fault touches: messages by name, and identifiers that are nobody's; nodes that send or are sent
+    them, satellites, None: of any.
 
     everywhere   whether it may be seen at any place
     """
@@ -40,16 +41,19 @@ class Reach:
     satellites: frozenset[str] | None = None
 
     def has(self, sign: Sign) -> bool:
-        """Whether what a check saw is at a place of the fault's. What has no place, or is an identifier that
-        is nobody's, may be of any fault."""
+        """Whether what a check saw is at a place of the fault's. What has no place may be of any fault."""
         where = sign.where
-        if self.everywhere or where == FLIGHT or where.startswith("0x"):
+        if self.everywhere or where == FLIGHT:
             return True
         if _SATELLITE.fullmatch(where):
             return self.satellites is None or where in self.satellites
         if sign.word in _OF_FRAMES and "_" in where:
             return where in self.messages
         return bool(self.nodes & {where, where.partition("_")[0]}) or where in self.messages
+
+    def has_frames(self, where: str) -> bool:
+        """Whether frames of a message or identifier may be the fault's."""
+        return self.everywhere or where in self.messages
 
 
 def reach(fault: Fault, antennas: Sequence[str]) -> Reach:
@@ -60,10 +64,12 @@ def reach(fault: Fault, antennas: Sequence[str]) -> Reach:
     nodes = {one.sender for one in touched} | {
         one.name.partition("_")[0] for one in touched if one.name.startswith("RX")
     }
+    of_contract = {one.can_id for one in messages(len(antennas))}
+    nobodys = {f"0x{one:03X}" for one in np.flatnonzero(carried).tolist() if one not in of_contract}
     of = None if where.satellites is None else np.flatnonzero(where.satellites).tolist()
     return Reach(
         fault.on.everything or TIME in nodes,
-        frozenset(one.name for one in touched),
+        frozenset(one.name for one in touched) | nobodys,
         frozenset(nodes),
         None if of is None else frozenset(map(satellites.name, of)),
     )

@@ -195,3 +195,20 @@ def test_what_another_fault_did_does_not_meet_what_is_expected_of_one(tmp_path, 
         .endswith("detected_by: only silence after 0 epochs, expected restart within 1 epoch")
     )
     assert said["fault soyuz off"] is None
+
+
+def test_what_is_refused_elsewhere_is_not_of_a_fault(tmp_path):
+    """Two faults at a time, whose wrong CRCs are all refused: each has its own."""
+    lines = ("rx1 RANGE crc wrong @40+4 name=one", "rx2 RANGE,RATE crc wrong @42+4 name=two")
+    more = ["--duration", "55", "--bus", "inline", "--no-report", "--quiet", "--out", str(tmp_path / "run")]
+    assert main(["run", "soyuz", *(word for line in lines for word in ("--fault", line)), *more]) == 0
+    checks = polars.read_parquet(tmp_path / "run" / "checks.parquet").filter(by="BENCH")
+    of = [
+        checks.filter(polars.col("where").is_in(names), polars.col("epoch").is_between(first, last))[
+            "count"
+        ].sum()
+        for names, first, last in ((["RX1_RANGE"], 40, 47), (["RX2_RANGE", "RX2_RATE"], 42, 49))
+    ]
+    judged = judge(tmp_path / "run", [of_line(line) for line in lines], antennas(tmp_path / "run"))
+    assert [one.frames.refused for one in judged] == of and min(of) > 0
+    assert sum(of) <= checks["count"].sum()
