@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from argparse import Namespace
 from collections.abc import Mapping
+from typing import Any
 
 from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.common.errors import Mistake
@@ -120,7 +121,7 @@ def _scene(scenario: str):
     return armed
 
 
-def _sky(sources: Mapping[str, str]):
+def _sky(sources: Mapping[str, Any]):
     """(SATELLITES,) the satellites of the systems that there are, by their sources."""
     import numpy as np
 
