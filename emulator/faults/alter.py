@@ -10,7 +10,7 @@ import numpy as np
 from gnss_hil.dbc.common.arrays import U64, Bool
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
-from gnss_hil.emulator.faults.base import Now, Rows, Sleeper, streams_of
+from gnss_hil.emulator.faults.base import Fits, Now, Rows, Sleeper, streams_of
 from gnss_hil.emulator.faults.protect import Memory, Protection, no_memory, protect, remembers
 from gnss_hil.emulator.faults.signals import Held, nothing_held, with_words
 
@@ -25,6 +25,10 @@ class Content(Protocol):
 
     def step(self, state: Any, frames: FrameBatch, hit: Bool, now: Now, /) -> tuple[Any, U64]:
         """State, and payloads (n,) of an epoch's frames, changed at most where hit."""
+        ...
+
+    def clipped(self, state: Any, /) -> int:
+        """How many frames of the last epoch carry the nearest value that they can, in place of another."""
         ...
 
 
@@ -43,6 +47,10 @@ class Alter:
     def fresh(self) -> tuple[Any, Memory]:
         return self.content.fresh(self.codec), no_memory(self.codec)
 
+    def clipped(self, state: tuple[Any, Memory], /) -> int:
+        """How many frames of the last epoch carry the nearest value that they can, in place of another."""
+        return self.content.clipped(state[0])
+
     def sleeps(self, state: tuple[Any, Memory], /) -> bool:
         return not remembers(self.protection)
 
@@ -58,7 +66,7 @@ class Alter:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Same:
+class Same(Fits):
     """Content that is left as it is: header faults."""
 
     def fresh(self, codec: Codec) -> None:
@@ -75,7 +83,7 @@ def payload_bits(codec: Codec) -> U64:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frozen:
+class Frozen(Fits):
     """Content that stays as it was in the first frame of each stream since the window began."""
 
     bits: U64
@@ -95,7 +103,7 @@ class Frozen:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Noise:
+class Noise(Fits):
     """Content that is anything, anew in each frame."""
 
     bits: U64
@@ -112,7 +120,7 @@ class Noise:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Flipped:
+class Flipped(Fits):
     """Content with bits turned over: so many of the payload's 64 [header included], drawn for each frame, or
     those of a mask."""
 

@@ -104,6 +104,15 @@ class Sleeper:
         return True
 
 
+class Fits:
+    """Content whose values are all such as their signals can carry."""
+
+    __slots__ = ()
+
+    def clipped(self, state: Any, /) -> int:
+        return 0
+
+
 Actions = Mapping[Direction, Action]
 
 

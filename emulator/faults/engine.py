@@ -21,6 +21,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.emulator.faults import place as places
 from gnss_hil.emulator.faults import reach, when, where
+from gnss_hil.emulator.faults.alter import Alter
 from gnss_hil.emulator.faults.base import Actions, At, Direction, Now, Rows
 from gnss_hil.emulator.faults.kinds.registry import KINDS
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
@@ -63,6 +64,7 @@ class Event:
     fault    its number in the plan;  since   first epoch of its window, or of the part of it
     touched  frames that it took out, put in or changed
     missing  how many frames fewer it left than there were
+    clipped  how many of its values no bits could carry: the nearest that they can was sent
     """
 
     fault: int
@@ -72,6 +74,7 @@ class Event:
     since: int
     touched: int
     missing: int = 0
+    clipped: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,7 +198,8 @@ def inject(
         struck[number] += int(hit.sum())
         if now.active or count:
             missing = max(0, before - len(frames))
-            events.append(Event(number, at.epoch, at.t_ns, at.direction, now.since, count, missing))
+            clipped = action.clipped(kept) if isinstance(action, Alter) else 0
+            events.append(Event(number, at.epoch, at.t_ns, at.direction, now.since, count, missing, clipped))
     return FaultState(tuple(actions), tuple(struck), seen), frames, tuple(events)
 
 

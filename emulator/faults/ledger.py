@@ -23,6 +23,7 @@ class Stretch:
     active    within its window
     epochs    in which it acted;  touched  frames that it took out, put in or changed
     missing   how many frames fewer it left than there were, over its epochs
+    clipped   how many of its values no bits could carry: the nearest that they can was sent
     struck    first epoch in which it touched a frame; -1 if it touched none
     """
 
@@ -36,6 +37,7 @@ class Stretch:
     touched: int
     missing: int = 0
     struck: int = -1
+    clipped: int = 0
 
 
 def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
@@ -51,6 +53,7 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
                 stretch, last=event.epoch, epochs=stretch.epochs + (event.epoch != stretch.last),
                 touched=stretch.touched + event.touched, missing=stretch.missing + event.missing,
                 struck=stretch.struck if stretch.struck >= 0 else struck,
+                clipped=stretch.clipped + event.clipped,
             )  # fmt: skip
         else:
             done += [stretch] if stretch is not None else []
@@ -65,6 +68,7 @@ def stretches(events: Iterable[tuple[int, Event]]) -> list[Stretch]:
                 event.touched,
                 event.missing,
                 struck,
+                event.clipped,
             )
         open_[key] = event.since, grown
     done += [stretch for _, stretch in open_.values()]
@@ -98,7 +102,7 @@ def acting(plans: Sequence[FaultPlan], events: Sequence[Sequence[Event]]) -> lis
 def line(craft: int, event: Event) -> str:
     """An event as a line."""
     fields = (event.fault, event.epoch, event.t_ns, event.direction.value, event.since, event.touched)
-    return json.dumps([craft, *fields, event.missing], separators=(",", ":")) + "\n"
+    return json.dumps([craft, *fields, event.missing, event.clipped], separators=(",", ":")) + "\n"
 
 
 def read(lines: Iterable[str]) -> tuple[list[dict[str, Any]], Iterator[tuple[int, Event]]]:

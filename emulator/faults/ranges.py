@@ -16,7 +16,7 @@ from gnss_hil.dbc.common.limits import CHANNELS, MAX_RECEIVERS
 from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, FrameBatch
 from gnss_hil.emulator.faults.base import Now
-from gnss_hil.emulator.faults.signals import physical, with_signal
+from gnss_hil.emulator.faults.signals import misfits, physical, with_signal
 from gnss_hil.emulator.signal.bands import wavelength_m
 
 
@@ -52,35 +52,40 @@ class Shift:
     carrier: bool
     tag_ns_per_m: float = 0.0
 
-    def fresh(self, codec: Codec) -> None:
-        return None
+    def fresh(self, codec: Codec) -> int:
+        return 0
 
-    def step(self, state: None, frames: FrameBatch, hit: Bool, now: Now) -> tuple[None, U64]:
+    def clipped(self, state: int, /) -> int:
+        return state
+
+    def step(self, state: int, frames: FrameBatch, hit: Bool, now: Now) -> tuple[int, U64]:
         words = frames.words.copy()
         if not hit.any():
-            return None, words
+            return 0, words
         metres = self.step_m + self.rate_mps * now.elapsed_s
-        self._add(words, frames, hit, "RANGE", "pseudorange_m", metres)
+        clipped = self._add(words, frames, hit, "RANGE", "pseudorange_m", metres)
         if self.rate_mps:
-            self._add(words, frames, hit, "RATE", "range_rate_mps", self.rate_mps)
+            clipped += self._add(words, frames, hit, "RATE", "range_rate_mps", self.rate_mps)
         if self.carrier:
-            self._add(words, frames, hit, "PHASE", "phase_cyc", metres / self._wave_m(frames))
+            clipped += self._add(words, frames, hit, "PHASE", "phase_cyc", metres / self._wave_m(frames))
         if self.tag_ns_per_m:
             layout = self.codec.kinds["TAG"]
             rows = np.flatnonzero(hit & (self.codec.kind_of[frames.can_id & SFF_MASK] == layout.number))
             tags = physical(layout, "tag_offset_ns", words[rows]) + metres * self.tag_ns_per_m
             words[rows] = with_signal(layout, "tag_offset_ns", words[rows], tags)
-        return None, words
+            clipped += misfits(layout, "tag_offset_ns", tags)
+        return clipped, words
 
-    def _add(self, words: U64, frames: FrameBatch, hit: Bool, kind: str, signal: str, by: Any) -> None:
-        """A number, or one for each channel (receivers + 1, channels), in place; nan: nothing."""
+    def _add(self, words: U64, frames: FrameBatch, hit: Bool, kind: str, signal: str, by: Any) -> int:
+        """A number, or one for each channel (receivers + 1, channels), in place; nan: nothing. How many
+        sums no bits can carry."""
         rows, receiver, channel = channel_rows(self.codec, frames, kind)
         added = np.broadcast_to(by, (MAX_RECEIVERS + 1, CHANNELS))[receiver, channel]
         mine = hit[rows] & np.isfinite(added)
         rows, layout = rows[mine], self.codec.kinds[kind]
-        words[rows] = with_signal(
-            layout, signal, words[rows], physical(layout, signal, words[rows]) + added[mine]
-        )
+        longer = physical(layout, signal, words[rows]) + added[mine]
+        words[rows] = with_signal(layout, signal, words[rows], longer)
+        return misfits(layout, signal, longer)
 
     def _wave_m(self, frames: FrameBatch) -> F64:
         """(receivers + 1, channels) wavelength of what each channel tracks [m], nan where it is not known."""
@@ -103,13 +108,16 @@ class Moved:
     cross_m: float = 0.0
     scale: float = 1.0
 
-    def fresh(self, codec: Codec) -> None:
-        return None
+    def fresh(self, codec: Codec) -> int:
+        return 0
 
-    def step(self, state: None, frames: FrameBatch, hit: Bool, now: Now) -> tuple[None, U64]:
-        words = frames.words.copy()
+    def clipped(self, state: int, /) -> int:
+        return state
+
+    def step(self, state: int, frames: FrameBatch, hit: Bool, now: Now) -> tuple[int, U64]:
+        words, clipped = frames.words.copy(), 0
         if not hit.any():
-            return None, words
+            return clipped, words
         codec = self.codec
         pos = np.stack([scattered(codec, frames, f"SV_{a.upper()}", f"{a}_m") for a in "xyz"], axis=-1)
         vel = np.stack([scattered(codec, frames, f"SV_V{a.upper()}", f"v{a}_mps") for a in "xyz"], axis=-1)
@@ -120,7 +128,8 @@ class Moved:
             mine = hit[rows] & np.isfinite(to)
             layout = codec.kinds[f"SV_{name.upper()}"]
             words[rows[mine]] = with_signal(layout, f"{name}_m", words[rows[mine]], to[mine])
-        return None, words
+            clipped += misfits(layout, f"{name}_m", to[mine])
+        return clipped, words
 
     def _offset_m(self, pos: F64, vel: F64) -> F64:
         if not (self.radial_m or self.along_m or self.cross_m):

@@ -191,11 +191,21 @@ def physical(layout: Layout, signal: str, words: U64) -> F64:
 
 def with_signal(layout: Layout, signal: str, words: U64, values: F64 | I64) -> U64:
     """(n,) payloads with a signal set to values [its unit], the nearest that it can carry."""
-    i = layout.signals.index(signal)
-    raw = np.rint((np.asarray(values, np.float64) - layout.offset[i]) / layout.factor[i])
+    i, raw = layout.signals.index(signal), _raw(layout, signal, values)
     return with_raw(
         layout, signal, words, np.clip(raw, layout.raw_min[i], layout.raw_max[i]).astype(np.int64)
     )
+
+
+def _raw(layout: Layout, signal: str, values: F64 | I64) -> F64:
+    i = layout.signals.index(signal)
+    return np.rint((np.asarray(values, np.float64) - layout.offset[i]) / layout.factor[i])
+
+
+def misfits(layout: Layout, signal: str, values: F64 | I64) -> int:
+    """How many values a signal cannot carry."""
+    i, raw = layout.signals.index(signal), _raw(layout, signal, values)
+    return int(np.count_nonzero((raw < layout.raw_min[i]) | (raw > layout.raw_max[i])))
 
 
 def with_raw(layout: Layout, signal: str, words: U64, raw: I64) -> U64:
@@ -233,52 +243,67 @@ def nothing_held(codec: Codec) -> Held:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Kept:
+    """Of changes: words that freeze, of each; how many frames of the last epoch were clipped."""
+
+    held: tuple[Held, ...]
+    clipped: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Changed:
     """Content (`gnss_hil.emulator.faults.alter`): changes of signals, one after the other."""
 
     changes: tuple[Change, ...]
     tables: tuple[tuple[tuple[Layout, Bool], ...], ...]
 
-    def fresh(self, codec: Codec) -> tuple[Held, ...]:
-        return tuple(nothing_held(codec) for _ in self.changes)
+    def fresh(self, codec: Codec) -> Kept:
+        return Kept(tuple(nothing_held(codec) for _ in self.changes))
 
-    def step(self, held: tuple[Held, ...], frames: FrameBatch, hit: Bool, now: Now, /) -> tuple[Any, U64]:
+    def clipped(self, state: Kept, /) -> int:
+        return state.clipped
+
+    def step(self, state: Kept, frames: FrameBatch, hit: Bool, now: Now, /) -> tuple[Kept, U64]:
         """Held words and the payloads (n,) of an epoch, changed where hit."""
-        words = frames.words.copy()
-        kept = [one.within(now) for one in held]
+        words, clipped = frames.words.copy(), 0
+        kept = [one.within(now) for one in state.held]
         for number, (change, rows_of) in enumerate(zip(self.changes, self.tables, strict=True)):
             for layout, identifiers in rows_of:
                 rows = np.flatnonzero(hit & identifiers[frames.can_id & SFF_MASK])
                 if len(rows):
                     part = words[rows]
-                    kept[number], words[rows] = _one(change, layout, kept[number], frames[rows], part, now)
-        return tuple(kept), words
+                    kept[number], words[rows], beyond = _one(
+                        change, layout, kept[number], frames[rows], part, now
+                    )
+                    clipped += beyond
+        return Kept(tuple(kept), clipped), words
 
 
 def _one(
     change: Change, layout: Layout, held: Held, frames: FrameBatch, words: U64, now: Now
-) -> tuple[Held, U64]:
-    """One change on frames of one kind."""
+) -> tuple[Held, U64, int]:
+    """One change on frames of one kind; how many values no bits can carry."""
     name = change.signal.rpartition(".")[2]
     i = layout.signals.index(name)
     if change.freeze:
         stream = streams_of(now.codec, frames)
         held = held.first(stream, words)
         field = layout.mask[i] << layout.shift[i]
-        return held, (words & ~field) | (held.words[stream] & field)
+        return held, (words & ~field) | (held.words[stream] & field), 0
     if change.random:
         drawn = now.words(f"random {layout.name}.{name}", len(words)) & layout.mask[i]
-        return held, with_raw(layout, name, words, drawn.view(np.int64))
+        return held, with_raw(layout, name, words, drawn.view(np.int64)), 0
     if isinstance(change.value, str):
         table = next(s.values for s in KIND_BY_NAME[layout.name].signals if s.name == name)
         raw = next(raw for raw, label in VALUES[table].items() if label == change.value)
-        return held, with_signal(layout, name, words, np.full(len(words), raw))
+        return held, with_signal(layout, name, words, np.full(len(words), raw)), 0
     if change.value is not None:
-        return held, with_signal(layout, name, words, np.full(len(words), change.value))
+        return held, with_signal(layout, name, words, np.full(len(words), change.value)), 0
     before = physical(layout, name, words)
     drift = (change.drift_per_s or 0.0) * now.elapsed_s
     scale = 1.0 if change.scale is None else change.scale
-    return held, with_signal(layout, name, words, before * scale + (change.offset or 0.0) + drift)
+    after = before * scale + (change.offset or 0.0) + drift
+    return held, with_signal(layout, name, words, after), misfits(layout, name, after)
 
 
 def changed(changes: Sequence[Change], codec: Codec, identifiers: Bool) -> Changed:

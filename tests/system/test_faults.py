@@ -114,7 +114,8 @@ def test_a_run_with_faults_has_a_ledger_and_can_be_played_again(tmp_path):
     assert found | {"frames_touched": 0, "frames_missing": 0, "fix_error_m": 0} == {
         "craft": "soyuz", "fault": "off", "kind": "receiver-off", "place": "rx2", "direction": "flight",
         "active": True, "first_epoch": 120, "last_epoch": 124, "epochs": 5, "frames_touched": 0,
-        "frames_missing": 0, "detected_by": "silence", "after_epochs": 0, "fix_error_m": 0,
+        "frames_missing": 0, "values_clipped": 0, "detected_by": "silence", "after_epochs": 0,
+        "fix_error_m": 0,
         "availability": 1.0, "met": None, "first_struck": 120, "expected_by": None,
         "expected_after_epochs": None, "fixes_unjudged": 0,
     }  # fmt: skip

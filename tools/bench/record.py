@@ -32,7 +32,10 @@ _EXPECTATION = {
 
 _FAULTS = {
     **dict.fromkeys(("craft", "fault", "kind", "place", "direction"), pl.String), "active": pl.Boolean,
-    **dict.fromkeys(("first_epoch", "last_epoch", "epochs", "frames_touched", "frames_missing"), pl.Int64),
+    **dict.fromkeys(
+        ("first_epoch", "last_epoch", "epochs", "frames_touched", "frames_missing", "values_clipped"),
+        pl.Int64,
+    ),
     "first_struck": pl.Int64,
     "detected_by": pl.String, "after_epochs": pl.Int64, "expected_by": pl.String, "expected_after_epochs":
     pl.Int64, "fix_error_m": pl.Float64, "fixes_unjudged": pl.Int64, "availability": pl.Float64, "met":

@@ -106,7 +106,7 @@ class Acting:
 
     def __init__(self, plan: FaultPlan, say: Callable[[str], None]):
         self._plan, self._say = plan, say
-        self._since: dict[int, tuple[int, int]] = {}
+        self._since: dict[int, tuple[int, int, int]] = {}
 
     def look(self, events: tuple[Event, ...]) -> None:
         """Events of an epoch or part of one."""
@@ -115,10 +115,10 @@ class Acting:
                 continue
             if event.fault not in self._since:
                 self._say(f"epoch {event.epoch}: {self._name(event.fault)} acts")
-            _, touched = self._since.get(event.fault, (0, 0))
-            self._since[event.fault] = event.epoch, touched + event.touched
+            _, touched, clipped = self._since.get(event.fault, (0, 0, 0))
+            self._since[event.fault] = event.epoch, touched + event.touched, clipped + event.clipped
         newest = max((event.epoch for event in events), default=0)
-        for fault, (last, _) in [*self._since.items()]:
+        for fault, (last, *_) in [*self._since.items()]:
             if newest > last + 1:
                 self._over(fault)
 
@@ -128,9 +128,10 @@ class Acting:
             self._over(fault)
 
     def _over(self, fault: int) -> None:
-        last, touched = self._since.pop(fault)
+        last, touched, clipped = self._since.pop(fault)
         many = so_many(touched, "frame")
-        self._say(f"epoch {last}: {self._name(fault)} acted for the last time, {many} touched")
+        beyond = f"; {so_many(clipped, 'value')} led out of what the signal can carry" if clipped else ""
+        self._say(f"epoch {last}: {self._name(fault)} acted for the last time, {many} touched{beyond}")
 
     def _name(self, fault: int) -> str:
         one = self._plan.armed[fault]

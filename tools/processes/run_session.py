@@ -33,7 +33,7 @@ from gnss_hil.tools.recording.run_folder import (
     write_json,
 )
 from gnss_hil.tools.results import assemble
-from gnss_hil.tools.results.fault_text import idle
+from gnss_hil.tools.results.fault_text import clipped, idle
 from gnss_hil.tools.results.run_digest import RunDigest, bus_names
 from gnss_hil.tools.run_config import plan as plans
 from gnss_hil.tools.run_config import sides
@@ -134,6 +134,7 @@ def play(
             *(_empty_skies(summary) if config.emulator == OURS else ()),
             *overload.notes(config.pace, plan.scenario.time.epoch_interval_s, outcome),
             *idle(summary),
+            *clipped(summary),
             *assemble.new_remarks(facts, summary),
         ),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gnss_hil.dbc.common.counts import so_many
 from gnss_hil.tools.results.figures import aligned, figure, small
 
 _LEDGER = (
@@ -72,6 +73,16 @@ def idle(s: Mapping[str, Any]) -> list[str]:
         f"fault {_called(row)} never acted: its window, trigger or place never came"
         for row in s.get("faults", ())
         if row["first_epoch"] is None and not row["expectations"]
+    ]
+
+
+def clipped(s: Mapping[str, Any]) -> list[str]:
+    """One line for each fault that asked for values that no bits can carry."""
+    return [
+        f"fault {_called(row)}: {so_many(row['frames']['clipped'], 'value')} led out of what the signal can "
+        "carry; the nearest that it can was sent"
+        for row in s.get("faults", ())
+        if row["frames"]["clipped"]
     ]
 
 

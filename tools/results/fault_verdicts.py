@@ -31,12 +31,14 @@ _AXES = ("x_ecef_m", "y_ecef_m", "z_ecef_m")
 @dataclass(frozen=True, slots=True)
 class Frames:
     """Of a fault: frames that it touched, those that did not come for it, those that the protection refused
-    at its places while it lasted and as long behind it, and those that were left, to be used."""
+    at its places while it lasted and as long behind it, and those that were left, to be used; and how many
+    values no bits could carry, for which the nearest that they can was sent."""
 
     touched: int
     missing: int
     refused: int
     let_through: int
+    clipped: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,13 +114,14 @@ def judge(folder: Path, given: Sequence[Fault], antennas: Mapping[str, Sequence[
 def _frames(own: Sequence[Stretch], acted: tuple[int, int] | None, seen: Seen, its: Reach) -> Frames:
     """Counts of a fault within its windows."""
     if acted is None:
-        return Frames(0, 0, 0, 0)
+        return Frames(0, 0, 0, 0, 0)
     first, last = acted
     touched, missing = (
         sum(counts) for counts in zip(*((s.touched, s.missing) for s in own if s.active), strict=True)
     )
     refused = seen.refused_at(its, first, behind(first, last))
-    return Frames(touched, missing, refused, max(0, touched - missing - refused))
+    clipped = sum(one.clipped for one in own if one.active)
+    return Frames(touched, missing, refused, max(0, touched - missing - refused), clipped)
 
 
 def rows(judged: Sequence[Judged]) -> list[dict[str, Any]]:

@@ -36,7 +36,7 @@ def write(folder: Path) -> None:
 
 def columns(armed: Sequence[dict[str, Any]], rows: Sequence[Stretch]) -> dict[str, parquet.Column]:
     """The table: craft, fault, kind, place, direction, active, first_epoch, last_epoch, epochs,
-    frames_touched, frames_missing, first_struck."""
+    frames_touched, frames_missing, values_clipped, first_struck."""
     of = [armed[row.craft]["faults"][row.fault] for row in rows]
     text = {
         "craft": [armed[row.craft]["craft"] for row in rows],
@@ -51,6 +51,7 @@ def columns(armed: Sequence[dict[str, Any]], rows: Sequence[Stretch]) -> dict[st
         "epochs": [row.epochs for row in rows],
         "frames_touched": [row.touched for row in rows],
         "frames_missing": [row.missing for row in rows],
+        "values_clipped": [row.clipped for row in rows],
     }
     struck = np.array([row.struck for row in rows], np.int64)
     return {

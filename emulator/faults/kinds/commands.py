@@ -17,7 +17,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch
 from gnss_hil.emulator.faults import traffic
 from gnss_hil.emulator.faults.alter import Alter
-from gnss_hil.emulator.faults.base import Actions, Direction, Now
+from gnss_hil.emulator.faults.base import Actions, Direction, Fits, Now
 from gnss_hil.emulator.faults.kinds.row import LINKS, Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Fault
 from gnss_hil.emulator.faults.place import Place
@@ -81,7 +81,7 @@ def _satellite(name: Any) -> Any:
     return name
 
 
-class Renamed:
+class Renamed(Fits):
     """Content: another satellite in frames that name one."""
 
     def __init__(self, codec: Codec, sat: int):

@@ -15,7 +15,7 @@ from gnss_hil.dbc.contract.codec import Codec
 from gnss_hil.dbc.contract.frames import FrameBatch, concat
 from gnss_hil.emulator.faults import traffic
 from gnss_hil.emulator.faults.alter import Alter
-from gnss_hil.emulator.faults.base import Actions, Direction, Now, Rows, Sleeper
+from gnss_hil.emulator.faults.base import Actions, Direction, Fits, Now, Rows, Sleeper
 from gnss_hil.emulator.faults.kinds.row import Bus, Row
 from gnss_hil.emulator.faults.models import Altering, Fault
 from gnss_hil.emulator.faults.place import Place
@@ -105,7 +105,7 @@ class SecondTimeMaster(Fault):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class Shown(Fits):
     """Content: marks that show a time ahead by some nanoseconds, and other leap seconds.
 
     Both frames of a mark are needed to tell its time; a block without them has none that is changed.

@@ -141,6 +141,33 @@ def test_offset_scale_and_drift(change, expected):
         assert after == pytest.approx(wanted, abs=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("line", "kind", "beyond"),
+    [
+        ("rx1 RANGE.pseudorange_m *= 1000 @100+2", "RANGE", True),
+        ("rx1 RANGE.pseudorange_m -= 1e8/s @99+3", "RANGE", True),
+        ("rx1 RANGE.pseudorange_m += 30 @100+2", "RANGE", False),
+        ("rx1 range -1e8 m carrier=false @100+2", "RANGE", True),
+        ("rx1 range 30 m @100+2", "RANGE", False),
+        ("rx1 gps SV_X bad-ephemeris radial_m=30 @100+2", "SV_X", False),
+    ],
+)
+def test_values_that_no_bits_can_carry_are_counted(line, kind, beyond):
+    for one in strike(line)[100:102]:
+        rows = of_kind(one.before, kind)
+        mine = int((CODEC.number_of[rows.can_id] == 1).sum())
+        assert mine and sum(event.clipped for event in one.events) == (mine if beyond else 0)
+
+
+def test_coordinates_beyond_their_bits_are_counted():
+    for one in strike("gps bad-ephemeris radial_m=1e8 along_m=1e8 @100+2")[100:102]:
+        after = [row["x_m"] for row in by_cantools(of_kind(one.block, "SV_X"))]
+        after += [row["y_m"] for row in by_cantools(of_kind(one.block, "SV_Y"))]
+        after += [row["z_m"] for row in by_cantools(of_kind(one.block, "SV_Z"))]
+        ends = sum(abs(value) > 109_951_162.7 for value in after)
+        assert ends and sum(event.clipped for event in one.events) == ends
+
+
 def test_freeze_and_random():
     frozen = readings("ATT ATT_Q01.q0 freeze @100+4", "ATT_Q01", "q0")
     assert [after for _, after in frozen[1:5]] == [frozen[1][0]] * 4

@@ -52,7 +52,7 @@ def test_it_says_when_a_fault_begins_and_when_it_is_over():
     acting = Acting(plan_of("rx2 off", "ATT silence name=quiet"), said.append)
 
     def event(fault: int, epoch: int, touched: int, since: int = 3) -> Event:
-        return Event(fault, epoch, 0, Direction.FLIGHT, since, touched)
+        return Event(fault, epoch, 0, Direction.FLIGHT, since, touched, clipped=fault)
 
     acting.look((event(0, 3, 10),))
     acting.look((event(0, 4, 11), event(1, 4, 2)))
@@ -64,5 +64,6 @@ def test_it_says_when_a_fault_begins_and_when_it_is_over():
         "epoch 3: receiver-off 1 (rx2) acts",
         "epoch 4: quiet (ATT) acts",
         "epoch 4: receiver-off 1 (rx2) acted for the last time, 21 frames touched",
-        "epoch 6: quiet (ATT) acted for the last time, 6 frames touched",
+        "epoch 6: quiet (ATT) acted for the last time, 6 frames touched; 3 values led out of what the "
+        "signal can carry",
     ]

@@ -149,6 +149,20 @@ def test_frames_behind_a_fault_are_not_those_it_touched(tmp_path):
     assert polars.read_parquet(run / "faults.parquet")["frames_touched"].sum() == (3 + 7) * 4
 
 
+def test_values_that_no_bits_can_carry_are_told(tmp_path, capsys):
+    run = tmp_path / "run"
+    more = ["--duration", "20", "--bus", "inline", "--no-report", "--quiet", "--out", str(run)]
+    lines = ["ATT_Q01.q0 += 2.05 @10+3 name=far", "ATT_RATE.wx_rps += 0.001 @10+3 name=near"]
+    assert main(["run", "soyuz", *(word for one in lines for word in ("--fault", one)), *more]) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "the signal can carry" in line]
+    assert told == [
+        "gnss-hil: note: fault 'far' (all, craft soyuz): 3 values led out of what the signal can carry; the "
+        "nearest that it can was sent"
+    ]
+    table = polars.read_parquet(run / "faults.parquet")
+    assert table["values_clipped"].to_list() == [3, 0]
+
+
 def test_a_fix_errs_against_the_truth_at_the_time_that_its_mark_shows(tmp_path):
     """A craft that goes along x by 7,500 m/s, in fixes that are where it is in their epoch: as marks were,
     0.3 s and 1 s ahead, and 1,024 weeks back, where nobody knows."""

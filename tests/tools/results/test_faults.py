@@ -18,7 +18,7 @@ def test_the_table_has_what_the_stream_has(tmp_path):
     table = polars.read_parquet(tmp_path / "faults.parquet")
     assert table.columns == [
         "craft", "fault", "kind", "place", "direction", "active", "first_epoch", "last_epoch", "epochs",
-        "frames_touched", "frames_missing", "first_struck",
+        "frames_touched", "frames_missing", "values_clipped", "first_struck",
     ]  # fmt: skip
     assert table["fault"].to_list() == ["receiver-off 2", "receiver-off 2", "quiet"]
     assert table["frames_touched"].sum() == sum(event.touched for _, event in given)
