@@ -107,20 +107,19 @@ def begun(ways: Ways, t_ns: int, fix: Fix) -> Ways:
         return ways
     if ways and ways[-1].age_s < BEGUN_S:
         return ways
-    own = fix.covariance_m2 * fix.misfit
     sure = fix.tested is Tested.TESTED
-    return (*ways[-1:], Carried(t_ns, t_ns, fix.position_m, velocity, own, np.zeros((3, 3)), tested=sure))
+    own, nothing = fix.covariance_m2, np.zeros((3, 3))
+    return (*ways[-1:], Carried(t_ns, t_ns, fix.position_m, velocity, own, nothing, tested=sure))
 
 
 def gone_astray(ways: Ways, t_ns: int, fix: Fix) -> Ways:
     """Those that a fix contradicts: it is not where velocities have led. A fix that is tested need not follow
     from one that was not."""
-    own = fix.covariance_m2 * fix.misfit
     sure = fix.tested is Tested.TESTED
     return tuple(
         way
         for way in ways
         if way.begun_ns < way.t_ns == t_ns
         and (way.tested or not sure)
-        and apart(fix.position_m - way.position_m, own + way.now_m2)
+        and apart(fix.position_m - way.position_m, fix.covariance_m2 + way.now_m2)
     )

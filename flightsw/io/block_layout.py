@@ -16,6 +16,7 @@ from gnss_hil.dbc.contract import e2e
 from gnss_hil.dbc.contract.codec import IDENTIFIERS, Codec
 from gnss_hil.dbc.contract.frames import SFF_MASK, WIDTH
 from gnss_hil.dbc.contract.messages import FLIGHT_NODE, node_names
+from gnss_hil.flightsw.io.frame_groups import MARK
 
 _CLOSING = ("HEARTBEAT", "STATUS", "ATT_RATE", "TIME_FINE")
 """What nodes send once in every epoch, towards its end: each shows that its node is alive."""
@@ -74,10 +75,7 @@ def _layout(codec: Codec, identifiers: bytes) -> BlockLayout:
     return BlockLayout(
         protection=e2e.identifiers(codec, can_id) if len(can_id) else None,
         marks=tuple(np.flatnonzero(can_id == codec.can_id_of["TIME_MARK", 0]).tolist()),
-        several_marks=any(
-            np.count_nonzero(can_id == codec.can_id_of[kind, 0]) > 1
-            for kind in ("TIME_MARK", "TIME_GPS", "TIME_FINE")
-        ),
+        several_marks=any(np.count_nonzero(can_id == codec.can_id_of[kind, 0]) > 1 for kind in MARK),
         beats=tuple(row for row, identifier in enumerate(can_id.tolist()) if identifier in beats),
         silent=tuple(i for i, n in enumerate(nodes.node.tolist()) if n not in heard),
     )

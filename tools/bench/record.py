@@ -37,9 +37,10 @@ _FAULTS = {
         pl.Int64,
     ),
     "first_struck": pl.Int64,
-    "detected_by": pl.String, "after_epochs": pl.Int64, "expected_by": pl.String, "expected_after_epochs":
-    pl.Int64, "fix_error_m": pl.Float64, "fixes_unjudged": pl.Int64, "availability": pl.Float64, "met":
-pl.Boolean, }  # fmt: skip
+    "detected_by": pl.String, "after_epochs": pl.Int64,
+    "expected_by": pl.String, "expected_after_epochs": pl.Int64,
+    "fix_error_m": pl.Float64, "fixes_unjudged": pl.Int64, "availability": pl.Float64, "met": pl.Boolean,
+}  # fmt: skip
 
 _STEP_S = 1e-6
 """Less than any interval, and more than the steps of `t_gps_s`, 0.24 us."""
