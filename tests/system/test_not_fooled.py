@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gnss_hil.flightsw.app.step import flight_step
 from gnss_hil.tools.command_line.main import main
 from tests.support import masquerades, steps, time_jumps
-from tests.support.replays import EPOCHS, STREAMS, Judge
+from tests.support.replays import EPOCHS, STREAMS, Judge, as_batch
 
 pytestmark = [
     pytest.mark.slow(seconds=40),
@@ -102,6 +103,21 @@ def test_no_mark_of_another_master_is_believed_and_none_costs_a_fix(judge, offse
     for jump_s, ahead in time_jumps.MASTERS[:: 1 if offset == 5 else 3]:
         found = time_jumps.beside(judge, jump_s, ahead, offset, first)
         assert found == time_jumps.Outcome(believed=0, untold=0), f"{jump_s:+g} s, {ahead:+d} epochs"
+
+
+@pytest.mark.parametrize("drift_s", [9.9e-6, -50e-6, 240e-6])
+def test_a_fix_at_a_mark_that_drifts_is_as_uncertain_as_it_says(judge, drift_s):
+    """Against where the craft was at the time that the mark shows: 7.6 km/s."""
+    state, fixes = judge.begin(time_jumps.FIRST), 0
+    for n, k in enumerate(range(time_jumps.FIRST, time_jumps.FIRST + EPOCHS), 1):
+        frames = time_jumps.jumped(judge.epochs[k], n * drift_s)
+        state, _ = flight_step(judge.config, state, as_batch(frames))
+        fix = state.solution.fix
+        if fix is not None:
+            error = fix.position_m - judge.truth_m[k] - fix.velocity_mps * n * drift_s
+            fixes += 1
+            assert error @ np.linalg.solve(fix.covariance_m2, error) < 4**2
+    assert 0 < fixes < EPOCHS - 2, "some are told, and some are believed"
 
 
 @pytest.mark.parametrize("lag", time_jumps.LAGS)

@@ -120,6 +120,35 @@ def test_time_that_goes_back_takes_nothing_from_how_long_delays_were_not_learnt(
     assert navigator.predict(state, later(2.0)).unlearnt_s == 7.0
 
 
+def test_a_mark_in_doubt_makes_the_orbit_before_as_uncertain():
+    """For navigators that ask it themselves."""
+    c, asked = craft(), []
+    z = measurements(s.observe(c, in_view(c, 12), SKY))
+    navigator = SnapshotNavigator(
+        lambda z, inputs, state: (asked.append(state.orbit) or fix_of(c, z), -1), judged=True
+    )
+    known = OrbitState(s.T0_NS, POSITION, VELOCITY, s.T0_NS, np.eye(3), np.eye(3), 10.0)
+    inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=STRICT, mark_doubt_s=5e-4)
+    navigator.update(Snapshot(known, t_ns=s.T0_NS), z, inputs)
+    assert np.trace(asked[0].covariance_m2) - 3.0 == pytest.approx(25e-8 * VELOCITY @ VELOCITY, rel=1e-6)
+
+
+@pytest.mark.parametrize("refuse", [True, False])
+def test_a_fix_that_is_astray_from_where_velocities_led_is_none(refuse):
+    """Where no satellite is to blame, and unless a fix is wanted all the same."""
+    c = craft()
+    z = measurements(s.observe(c, in_view(c, 12), SKY))
+    fix = replace(fix_of(c, z), tested=Word.TESTED)
+    inputs = FixInputs(None, np.zeros((4, 3)), np.zeros(4, int), BUDGET, rules=Rules(refuse=refuse))
+    after, _ = SnapshotNavigator(lambda *_: (fix, -1)).update(Snapshot(t_ns=s.T0_NS), z, inputs)
+    (way,) = after.ways
+    assert way.begun_ns == s.T0_NS
+    far = replace(fix, position_m=fix.position_m + fix.velocity_mps + np.array([100.0, 0.0, 0.0]))
+    later_on = replace(after, orbit=None, t_ns=later(1.0))
+    _, solution = SnapshotNavigator(lambda *_: (far, -1)).update(later_on, z, inputs)
+    assert solution.reason is (NoFix.AGAINST_ORBIT if refuse else NoFix.FIX)
+
+
 def test_a_fix_at_a_mark_in_doubt_is_uncertain_along_its_way_and_does_not_contradict_the_orbit():
     """Half a millisecond: 3.8 m."""
     c = craft()

@@ -112,6 +112,19 @@ def test_a_mark_on_the_line_again_is_in_no_doubt():
     assert found == (True, pytest.approx(0.0, abs=1.0))
 
 
+def test_a_receivers_clock_that_shows_the_marks_from_now_on_is_in_no_doubt():
+    """What it is off by is part of the fix."""
+    other = marks(*(k * S + 300_000 + 20_000 * k for k in range(20, 60)), epochs=range(20, 60), clock=1)
+    found = [*doubted(other, flown(count=20))]
+    assert found[LASTING:] == [(True, 0.0)] * 37
+
+
+def test_a_line_follows_a_rate_that_changes_slowly():
+    """By 3e-11 in five hours, as an oscillator's does with its temperature; 150 us off the first rate."""
+    late = [round(1e-3 * k * k / 2) for k in range(18_000)]
+    assert {*doubted(marks(*(k * S + off for k, off in enumerate(late))), TimeMarks())} == {(True, 0.0)}
+
+
 @pytest.mark.parametrize("interval_ns", [S + 2_000, 999_990_000, 333_333_333])
 def test_marks_are_on_a_line_of_their_own_rate(interval_ns):
     """An interval that is not the round one is no drift."""
