@@ -66,7 +66,7 @@ class TimeMarks:
     interval_ns   between epochs; 0 until two advances were the same
     advance_ns    of the last two believed, for an epoch
     refused       marks in a row
-    line          of marks of GPS time; None where a receiver's clock shows them
+    line          that marks are on; it counts where they are GPS time
     doubted       marks in a row that were refused or believed beside their line
     """
 
@@ -143,7 +143,7 @@ def _followed(marks: TimeMarks, mark: Mark, epochs: int, dt_ns: int) -> TimeMark
 
 
 def _stepped(marks: TimeMarks, mark: Mark, epochs: int, dt_ns: int) -> TimeMarks | None:
-    """Likewise, where there is no line: by the last one alone. One begins where these are GPS time."""
+    """Likewise, where there is no line: by the last one alone. One begins where marks are on it."""
     advance_ns = dt_ns // epochs
     if not marks.interval_ns:
         same = abs(advance_ns - marks.advance_ns) <= TOLERANCE_NS
@@ -154,4 +154,4 @@ def _stepped(marks: TimeMarks, mark: Mark, epochs: int, dt_ns: int) -> TimeMarks
     off_ns = line.off_ns(epochs, dt_ns)
     steady = abs(off_ns) <= STEADY_NS
     line = line.fitted(epochs, off_ns) if steady else Line(marks.interval_ns)
-    return TimeMarks(mark, marks.interval_ns, advance_ns, line=None if mark.clock else line)
+    return TimeMarks(mark, marks.interval_ns, advance_ns, line=line)

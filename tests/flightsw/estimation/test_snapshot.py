@@ -133,8 +133,9 @@ def test_a_mark_in_doubt_makes_the_orbit_before_as_uncertain():
     assert np.trace(asked[0].covariance_m2) - 3.0 == pytest.approx(25e-8 * VELOCITY @ VELOCITY, rel=1e-6)
 
 
+@pytest.mark.parametrize("judged", [True, False])
 @pytest.mark.parametrize("refuse", [True, False])
-def test_a_fix_that_is_astray_from_where_velocities_led_is_none(refuse):
+def test_a_fix_that_is_astray_from_where_velocities_led_is_none(refuse, judged):
     """Where no satellite is to blame, and unless a fix is wanted all the same."""
     c = craft()
     z = measurements(s.observe(c, in_view(c, 12), SKY))
@@ -145,7 +146,7 @@ def test_a_fix_that_is_astray_from_where_velocities_led_is_none(refuse):
     assert way.begun_ns == s.T0_NS
     far = replace(fix, position_m=fix.position_m + fix.velocity_mps + np.array([100.0, 0.0, 0.0]))
     later_on = replace(after, orbit=None, t_ns=later(1.0))
-    _, solution = SnapshotNavigator(lambda *_: (far, -1)).update(later_on, z, inputs)
+    _, solution = SnapshotNavigator(lambda *_: (far, -1), judged=judged).update(later_on, z, inputs)
     assert solution.reason is (NoFix.AGAINST_ORBIT if refuse else NoFix.FIX)
 
 
