@@ -73,7 +73,7 @@ def run_gateway(
 
     waits = _Waits(links)
     while not crossing.ended and not stop():
-        look([way for way in Direction if way in unseen])
+        look([way for way in BACK if way in unseen])
         now_s = time.monotonic()
         send(crossing.expire(now_s))
         each(now_s)
